@@ -1,0 +1,304 @@
+//! What can be wrong with a value, a frame or a message.
+//!
+//! Every error is a small `Copy` value that carries what was expected and what was there.
+
+use core::fmt;
+
+use crate::id::FunctionCode;
+use crate::{Quantity, Revision};
+
+/// A number outside the range of its quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RangeError {
+    /// The quantity, which knows its limits.
+    pub quantity: Quantity,
+    /// The number that was given or received.
+    pub actual: i32,
+}
+
+impl fmt::Display for RangeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (min, max) = self.quantity.limits();
+        write!(
+            f,
+            "{} must be {min}..={max}, got {}",
+            self.quantity, self.actual
+        )
+    }
+}
+
+impl core::error::Error for RangeError {}
+
+/// A frame that this protocol cannot carry (1.6A and 1.2A section 1: CAN 2.0A data frames only).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum FrameError {
+    /// A 29-bit identifier; the drives know 11-bit identifiers only.
+    Extended {
+        /// The 29-bit identifier.
+        id: u32,
+    },
+    /// A remote frame; the drives do not answer remote frames (section 4, RTR field).
+    Remote {
+        /// The identifier asked for.
+        id: u32,
+    },
+    /// An identifier beyond 11 bits, such as drive 64 would need.
+    Identifier {
+        /// The identifier that was given.
+        id: u32,
+    },
+    /// More than the 8 data bytes of a classic CAN frame.
+    DataLength {
+        /// The number of data bytes that was given.
+        actual: usize,
+    },
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Extended { id } => {
+                write!(
+                    f,
+                    "expected an 11-bit identifier, got the 29-bit identifier 0x{id:08X}"
+                )
+            }
+            Self::Remote { id } => write!(
+                f,
+                "expected a data frame, got a remote frame for 0x{id:03X}"
+            ),
+            Self::Identifier { id } => write!(f, "identifier must be 0..=0x7FF, got 0x{id:X}"),
+            Self::DataLength { actual } => write!(f, "expected at most 8 data bytes, got {actual}"),
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// A request that must not be sent to this address or in this revision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum EncodeError {
+    /// The function code has no request in this revision.
+    Refused(Refusal),
+    /// The request may not go to identifier 0, where every drive hears it (D2, D7).
+    Broadcast {
+        /// The function of the request.
+        function: FunctionCode,
+    },
+    /// Assign_Drive_ID would store 0, the broadcast address, without `Dialect::allow_assign_zero` (D2).
+    Range(RangeError),
+}
+
+impl From<RangeError> for EncodeError {
+    fn from(error: RangeError) -> Self {
+        Self::Range(error)
+    }
+}
+
+impl From<Refusal> for EncodeError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(refusal) => refusal.fmt(f),
+            Self::Broadcast { function } => write_broadcast(f, *function),
+            Self::Range(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for EncodeError {}
+
+/// Why a function code is not a request, or not a reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Refusal {
+    /// 0x0F, reserved for the factory in both revisions (section 6, ForMotorDefine).
+    Factory,
+    /// 0x1D, which only a drive sends (section 6, Drive Error; D38).
+    DriveOnly,
+    /// The drive sends no reply to this function (column "Return Data" of section 5).
+    NoReply {
+        /// The function without a reply.
+        function: FunctionCode,
+    },
+    /// The function does not exist in this revision: 0x02 and 0x04 in 1.6A, 0x1B in 1.2A.
+    Revision {
+        /// The function that is missing.
+        function: FunctionCode,
+        /// The revision in which it is missing.
+        revision: Revision,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Factory => {
+                f.write_str("function code 0x0F is reserved for the factory: never send it")
+            }
+            Self::DriveOnly => f.write_str("Drive_Error (0x1D) is sent by drives only"),
+            Self::NoReply { function } => write!(f, "{function} has no reply"),
+            Self::Revision { function, revision } => {
+                write!(f, "{function} does not exist in revision {revision}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+/// A frame that does not decode as the message it claims to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum DecodeError {
+    /// The function code has no such message in this revision.
+    Refused(Refusal),
+    /// A request on identifier 0 that may not be broadcast (D2, D7).
+    Broadcast {
+        /// The function of the request.
+        function: FunctionCode,
+    },
+    /// The wrong number of data bytes.
+    Length {
+        /// The function of the message.
+        function: FunctionCode,
+        /// The fewest data bytes allowed.
+        min: u8,
+        /// The most data bytes allowed.
+        max: u8,
+        /// The number of data bytes received.
+        actual: u8,
+    },
+    /// A number in more bytes than it needs, refused because of `Dialect::strict_minimal`.
+    NotShortest {
+        /// The function of the message.
+        function: FunctionCode,
+        /// The number of data bytes that would do.
+        expected: u8,
+        /// The number of data bytes received.
+        actual: u8,
+    },
+    /// A selector or magic byte that the function does not know.
+    Magic {
+        /// The function of the message.
+        function: FunctionCode,
+        /// The two bytes it knows; the same byte twice where there is only one.
+        expected: [u8; 2],
+        /// The byte received.
+        actual: u8,
+    },
+    /// A number outside its range.
+    Range(RangeError),
+    /// A General_Read reply without the outstanding request: position and torque look alike (D31).
+    SelectorUnknown,
+    /// A Read_Param_Group3 reply whose ON_POS_RANGE fits neither byte order (D20).
+    ByteOrder {
+        /// The two bytes of ON_POS_RANGE.
+        on_pos_range: [u8; 2],
+    },
+    /// A reply to something else than the outstanding request.
+    Unexpected {
+        /// The function of the outstanding request.
+        expected: FunctionCode,
+        /// The function of the frame.
+        actual: FunctionCode,
+    },
+}
+
+impl From<RangeError> for DecodeError {
+    fn from(error: RangeError) -> Self {
+        Self::Range(error)
+    }
+}
+
+impl From<Refusal> for DecodeError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Refused(refusal) => refusal.fmt(f),
+            Self::Broadcast { function } => write_broadcast(f, function),
+            Self::Length {
+                function,
+                min,
+                max,
+                actual,
+            } if min == max => {
+                write!(f, "{function} needs {min} data bytes, got {actual}")
+            }
+            Self::Length {
+                function,
+                min,
+                max,
+                actual,
+            } => {
+                write!(f, "{function} needs {min}..={max} data bytes, got {actual}")
+            }
+            Self::NotShortest {
+                function,
+                expected,
+                actual,
+            } => {
+                write!(
+                    f,
+                    "{function}: the number needs {expected} data bytes, got {actual}"
+                )
+            }
+            Self::Magic {
+                function,
+                expected: [first, second],
+                actual,
+            } if first == second => {
+                write!(f, "{function} knows data 0x{first:02X}, got 0x{actual:02X}")
+            }
+            Self::Magic {
+                function,
+                expected: [first, second],
+                actual,
+            } => {
+                write!(
+                    f,
+                    "{function} knows data 0x{first:02X} and 0x{second:02X}, got 0x{actual:02X}"
+                )
+            }
+            Self::Range(error) => error.fmt(f),
+            Self::SelectorUnknown => f.write_str(
+                "General_Read reply without its request: position and torque look alike",
+            ),
+            Self::ByteOrder {
+                on_pos_range: [first, second],
+            } => write!(
+                f,
+                "ON_POS_RANGE must be 1..=127 in one byte order, got the bytes 0x{first:02X} 0x{second:02X}"
+            ),
+            Self::Unexpected { expected, actual } => {
+                write!(f, "expected a reply to {expected}, got {actual}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
+
+fn write_broadcast(f: &mut fmt::Formatter<'_>, function: FunctionCode) -> fmt::Result {
+    write!(
+        f,
+        "{function} may not be broadcast: only Sync_Trigger may, more by Dialect::zero_address"
+    )
+}

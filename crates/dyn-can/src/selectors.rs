@@ -1,0 +1,229 @@
+//! One-byte arguments: selectors, switches, magic bytes and drive ids as data.
+
+use core::fmt;
+
+use crate::dialect::Dialect;
+use crate::error::{DecodeError, RangeError};
+use crate::frame::{DataFrame, Payload};
+use crate::id::DriveId;
+use crate::values::Quantity;
+
+/// Data byte of Drive_Reset (1.6A section 6, #27).
+const DRIVE_RESET: u8 = 0xFE;
+
+macro_rules! selector {
+    ($(#[$doc:meta])* $name:ident { $(#[$first_doc:meta])* $first:ident = $first_byte:literal,
+        $(#[$second_doc:meta])* $second:ident = $second_byte:literal, }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[repr(u8)]
+        pub enum $name {
+            $(#[$first_doc])*
+            $first = $first_byte,
+            $(#[$second_doc])*
+            $second = $second_byte,
+        }
+
+        impl $name {
+            pub(crate) const fn payload(self) -> Payload {
+                Payload::one(self as u8)
+            }
+
+            pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
+                match frame.one_byte()? {
+                    $first_byte => Ok(Self::$first),
+                    $second_byte => Ok(Self::$second),
+                    actual => Err(DecodeError::Magic {
+                        function: frame.function(),
+                        expected: [$first_byte, $second_byte],
+                        actual,
+                    }),
+                }
+            }
+        }
+    };
+}
+
+selector! {
+    /// What General_Read reads (section 6, #14). The torque example prints function code 0x03: on the wire that is a
+    /// move (D27).
+    ReadSelector {
+        /// 1B: position.
+        Position = 0x1B,
+        /// 1E: torque.
+        Torque = 0x1E,
+    }
+}
+selector! {
+    /// Which loaded moves Sync_Trigger starts (section 6, #24).
+    SyncKind {
+        /// FF: Go_Absolute_Pos_Sync.
+        Absolute = 0xFF,
+        /// EE: Go_Relative_Pos_Sync.
+        Relative = 0xEE,
+    }
+}
+selector! {
+    /// The two arguments of Servo_Disable (section 6, #25). Mind that zero ENABLES the servo.
+    ServoSwitch {
+        /// 00: enable the servo.
+        Enable = 0x00,
+        /// FF: disable the servo, the motor coasts.
+        Disable = 0xFF,
+    }
+}
+
+/// A drive id that Assign_Drive_ID may store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StoredDriveId(u8);
+
+impl StoredDriveId {
+    /// No id: the drive then answers on the broadcast identifiers only, as a fresh one does (D2).
+    ///
+    /// [`Dialect::allow_assign_zero`] decides whether such a request decodes.
+    pub const NONE: Self = Self(0);
+
+    /// A drive id as stored in a drive.
+    ///
+    /// # Errors
+    /// [`RangeError`] outside 0 ..= 63; 64 is printed but does not fit the identifier (D1).
+    pub const fn new(value: i32) -> Result<Self, RangeError> {
+        match Quantity::StoredDriveId.check(value) {
+            Ok(value) => Ok(Self(value as u8)),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The number, 0 ..= 63.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+
+    /// The drive id, `None` for 0.
+    #[must_use]
+    pub fn drive_id(self) -> Option<DriveId> {
+        DriveId::new(i32::from(self.0)).ok()
+    }
+
+    pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
+        Ok(Self::new(i32::from(frame.one_byte()?))?)
+    }
+
+    /// As the argument of Assign_Drive_ID, where 0 needs permission.
+    pub(crate) fn decode_assigned(
+        frame: &DataFrame,
+        dialect: &Dialect,
+    ) -> Result<Self, DecodeError> {
+        let id = Self::decode(frame)?;
+        if !dialect.allow_assign_zero {
+            DriveId::new(i32::from(id.0))?;
+        }
+        Ok(id)
+    }
+}
+
+impl From<DriveId> for StoredDriveId {
+    fn from(id: DriveId) -> Self {
+        Self(id.get())
+    }
+}
+
+/// What a drive says unasked on 0x1D (section 6, #29).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DriveError {
+    /// FF: a command had data out of range; it does not say which command.
+    DataError,
+    /// EE: the drive is in alarm. Stop the whole group at once.
+    Alarm,
+    /// A byte that the documents do not list: treat it as a fault.
+    Unknown(u8),
+}
+
+impl DriveError {
+    /// The meaning of the data byte.
+    #[must_use]
+    pub const fn from_byte(byte: u8) -> Self {
+        match byte {
+            0xFF => Self::DataError,
+            0xEE => Self::Alarm,
+            other => Self::Unknown(other),
+        }
+    }
+
+    /// The data byte.
+    #[must_use]
+    pub const fn to_byte(self) -> u8 {
+        match self {
+            Self::DataError => 0xFF,
+            Self::Alarm => 0xEE,
+            Self::Unknown(byte) => byte,
+        }
+    }
+}
+
+impl fmt::Display for DriveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::DataError => f.write_str("data error"),
+            Self::Alarm => f.write_str("alarm"),
+            Self::Unknown(byte) => write!(f, "undocumented error 0x{byte:02X}"),
+        }
+    }
+}
+
+pub(crate) const fn drive_reset_payload() -> Payload {
+    Payload::one(DRIVE_RESET)
+}
+
+pub(crate) fn decode_drive_reset(frame: &DataFrame) -> Result<(), DecodeError> {
+    expect_magic(frame, DRIVE_RESET)
+}
+
+/// The only data byte must be `expected`.
+pub(crate) fn expect_magic(frame: &DataFrame, expected: u8) -> Result<(), DecodeError> {
+    let actual = frame.one_byte()?;
+    if actual != expected {
+        return Err(DecodeError::Magic {
+            function: frame.function(),
+            expected: [expected; 2],
+            actual,
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::id::FunctionCode;
+
+    #[test]
+    fn zero_enables_and_is_never_a_default() {
+        assert_eq!(ServoSwitch::Enable.payload().as_slice(), [0x00]);
+        assert_eq!(ServoSwitch::Disable.payload().as_slice(), [0xFF]);
+    }
+
+    #[test]
+    fn an_unknown_selector_carries_what_was_expected() {
+        let frame = DataFrame::new(0x08E, &[0x1C]).unwrap();
+        assert_eq!(
+            ReadSelector::decode(&frame),
+            Err(DecodeError::Magic {
+                function: FunctionCode::GeneralRead,
+                expected: [0x1B, 0x1E],
+                actual: 0x1C
+            })
+        );
+    }
+
+    #[test]
+    fn undocumented_errors_survive() {
+        for byte in 0..=255 {
+            assert_eq!(DriveError::from_byte(byte).to_byte(), byte);
+        }
+    }
+}
