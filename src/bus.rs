@@ -68,7 +68,9 @@ impl fmt::Display for BusError {
         match self {
             Self::Stuff => f.write_str("stuff error on the bus"),
             Self::Form => f.write_str("form error on the bus"),
-            Self::Acknowledge => f.write_str("no node acknowledged the frame: check wiring, termination and the drives' supply"),
+            Self::Acknowledge => f.write_str(
+                "no node acknowledged the frame: check wiring, termination and the drives' supply",
+            ),
             Self::Bit => f.write_str("bit error on the bus"),
             Self::Crc => f.write_str("checksum error on the bus"),
             Self::Overrun(fifo) => write!(f, "receive FIFO {fifo} overrun: a frame was lost"),
@@ -153,7 +155,13 @@ impl Bus {
             mcr.set_inrq(false);
         });
         let (transmitter, receiver) = controller.split();
-        Self { transmitter, receiver, registers, recovery: Recovery::Idle, _controller: controller }
+        Self {
+            transmitter,
+            receiver,
+            registers,
+            recovery: Recovery::Idle,
+            _controller: controller,
+        }
     }
 
     /// Waits until the controller takes part in the traffic, that is until it has seen 11 recessive bits.

@@ -29,5 +29,7 @@ async fn main(_thread: embassy_executor::Spawner) {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("motion-board is firmware. Build it for the board: cargo fw. Try it without a board: cargo sim.");
+    println!(
+        "motion-board is firmware. Build it for the board: cargo fw. Try it without a board: cargo sim."
+    );
 }

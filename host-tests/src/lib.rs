@@ -1,1 +1,24 @@
-//! placeholder
+//! Golden vectors, and the functions that hold the crates of this workspace against them.
+//!
+//! The vectors are JSON lists made by an independent reference, see `vectors/README.md`. They lie in `host-tests/vectors`; the
+//! environment variable `VECTORS_DIR` names another folder with the same file names.
+//!
+//! Each `check` function takes the folder and returns a [`Report`] instead of panicking, so that a test can also show that a damaged
+//! vector is noticed. Nothing is skipped: an unknown field, command, option or code is a failure of its vector, and so is a file that is
+//! missing or empty.
+
+#![forbid(unsafe_code)]
+
+pub mod arguments;
+pub mod dyn_can_rejects;
+pub mod dyn_can_replies;
+pub mod dyn_can_requests;
+pub mod dyn_units;
+pub mod frame_fields;
+pub mod options;
+pub mod report;
+pub mod vector_file;
+pub mod wire_bits;
+
+pub use report::{Failure, Report};
+pub use vector_file::vectors_dir;

@@ -1,5 +1,5 @@
-//! The boards. Each is one file with its clocks, pins, bit rate and interrupts; the application sees only [`Board`] and [`init`].
+//! The boards. Each is one file with its clocks, pins, bit rate and interrupts; the application sees what `init` returns.
 
 mod stm32f405;
 
-pub(crate) use stm32f405::{Board, StatusLed, init};
+pub(crate) use stm32f405::{StatusLed, init};

@@ -29,7 +29,10 @@ const SEGMENT_2_QUANTA: u8 = 2;
 const JUMP_WIDTH_QUANTA: u8 = 2;
 const QUANTA_PER_BIT: u32 = 1 + SEGMENT_1_QUANTA as u32 + SEGMENT_2_QUANTA as u32;
 const PRESCALER: u16 = (PCLK1_HZ / BIT_RATE / QUANTA_PER_BIT) as u16;
-const _: () = assert!(PRESCALER as u32 * QUANTA_PER_BIT * BIT_RATE == PCLK1_HZ, "the bit rate is not exact");
+const _: () = assert!(
+    PRESCALER as u32 * QUANTA_PER_BIT * BIT_RATE == PCLK1_HZ,
+    "the bit rate is not exact"
+);
 
 bind_interrupts!(struct Interrupts {
     CAN1_TX => TxInterruptHandler<CAN1>;
@@ -73,7 +76,12 @@ impl StatusLed {
 pub(crate) fn init() -> Board {
     let peripherals = embassy_stm32::init(clocks());
 
-    let mut can = Can::new(peripherals.CAN1, peripherals.PA11, peripherals.PA12, Interrupts);
+    let mut can = Can::new(
+        peripherals.CAN1,
+        peripherals.PA11,
+        peripherals.PA12,
+        Interrupts,
+    );
     // The guard puts the controller into initialisation, the only state where the bit timing can be written, and ends it when dropped.
     can.modify_config().set_bit_timing(bit_timing());
 
@@ -88,7 +96,10 @@ pub(crate) fn init() -> Board {
 /// 8 MHz / 4 x 168 = 336 MHz, halved for the core; APB1 a quarter and APB2 half of it, their limits.
 fn clocks() -> Config {
     let mut config = Config::default();
-    config.rcc.hse = Some(rcc::Hse { freq: Hertz(HSE_HZ), mode: rcc::HseMode::Oscillator });
+    config.rcc.hse = Some(rcc::Hse {
+        freq: Hertz(HSE_HZ),
+        mode: rcc::HseMode::Oscillator,
+    });
     config.rcc.pll_src = rcc::PllSource::HSE;
     config.rcc.pll = Some(rcc::Pll {
         prediv: rcc::PllPreDiv::DIV4,

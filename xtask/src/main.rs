@@ -1,2 +1,59 @@
-//! placeholder
-fn main() {}
+//! Tasks of the project: `cargo xtask <task>`, with `cargo fw` as the short form of `cargo xtask fw`.
+
+mod error;
+mod firmware;
+mod size;
+mod thumb;
+mod toolchain;
+mod workspace;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Tasks of the project that a plain cargo command does not cover.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Build the firmware for the board and print its size.
+    Fw(firmware::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().task {
+        Task::Fw(arguments) => firmware::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn what_follows_two_dashes_goes_to_cargo() {
+        let Task::Fw(arguments) = Arguments::try_parse_from(["xtask", "fw", "--", "--locked"])
+            .unwrap()
+            .task;
+        assert_eq!(arguments.cargo, ["--locked"]);
+    }
+}

@@ -1,1 +1,40 @@
-#![doc = "placeholder"]
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod axis;
+mod command;
+mod config;
+mod event;
+mod fault;
+mod feedback;
+mod group;
+mod life;
+mod master;
+mod outgoing;
+mod polls;
+mod ramp;
+mod request_slot;
+mod service;
+mod set_point;
+mod snapshot;
+mod time;
+
+pub use command::{CommandError, TargetError};
+pub use config::{
+    AxisConfig, ConfigError, DialectChoice, GroupId, Limits, MasterConfig, PollPeriods,
+    ReadBackScale, Timeouts,
+};
+pub use event::{BusErrorKind, Event, EventKind};
+pub use fault::{Fault, Reaction, Reactions};
+pub use feedback::{Feedback, Stamped};
+pub use life::{AxisState, Reason};
+pub use master::Master;
+pub use outgoing::Outgoing;
+pub use polls::PollKind;
+pub use service::{Progress, service};
+pub use snapshot::{AxisSnapshot, Counters, CycleCounters};
+pub use time::Instant;

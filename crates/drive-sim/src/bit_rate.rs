@@ -74,7 +74,11 @@ pub struct UnsupportedBitRate {
 
 impl fmt::Display for UnsupportedBitRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} kbit/s is not supported; use 10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s", self.kbit_per_s)
+        write!(
+            f,
+            "{} kbit/s is not supported; use 10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s",
+            self.kbit_per_s
+        )
     }
 }
 
@@ -86,8 +90,16 @@ mod tests {
 
     #[test]
     fn bits_are_whole_nanoseconds() {
-        let golden =
-            [(10, 100_000), (20, 50_000), (50, 20_000), (125, 8_000), (250, 4_000), (500, 2_000), (800, 1_250), (1000, 1_000)];
+        let golden = [
+            (10, 100_000),
+            (20, 50_000),
+            (50, 20_000),
+            (125, 8_000),
+            (250, 4_000),
+            (500, 2_000),
+            (800, 1_250),
+            (1000, 1_000),
+        ];
         for (kbit_per_s, bit_ns) in golden {
             let rate = BitRate::from_kbit_per_s(kbit_per_s).unwrap();
             assert_eq!((rate.kbit_per_s(), rate.bit_ns()), (kbit_per_s, bit_ns));
@@ -97,7 +109,10 @@ mod tests {
     #[test]
     fn other_rates_are_refused() {
         for kbit_per_s in [0, 100, 300, 1001] {
-            assert_eq!(BitRate::from_kbit_per_s(kbit_per_s), Err(UnsupportedBitRate { kbit_per_s }));
+            assert_eq!(
+                BitRate::from_kbit_per_s(kbit_per_s),
+                Err(UnsupportedBitRate { kbit_per_s })
+            );
         }
     }
 }

@@ -69,7 +69,11 @@ impl ErrorCounters {
 
     /// A passive receiver that receives correctly goes back to a value between 119 and 127; this is 127.
     pub(crate) fn received(&mut self) {
-        self.rec = if self.rec >= ERROR_PASSIVE_COUNT { ERROR_PASSIVE_COUNT - 1 } else { self.rec.saturating_sub(1) };
+        self.rec = if self.rec >= ERROR_PASSIVE_COUNT {
+            ERROR_PASSIVE_COUNT - 1
+        } else {
+            self.rec.saturating_sub(1)
+        };
     }
 
     /// REC has eight bits in hardware and stays at its end.
@@ -90,17 +94,32 @@ mod tests {
 
     #[test]
     fn sixteen_transmit_errors_make_passive_and_32_bus_off() {
-        assert_eq!((after(15).tec(), after(15).state()), (120, ErrorState::Active));
-        assert_eq!((after(16).tec(), after(16).state()), (128, ErrorState::Passive));
-        assert_eq!((after(31).tec(), after(31).state()), (248, ErrorState::Passive));
-        assert_eq!((after(32).tec(), after(32).state()), (256, ErrorState::BusOff));
+        assert_eq!(
+            (after(15).tec(), after(15).state()),
+            (120, ErrorState::Active)
+        );
+        assert_eq!(
+            (after(16).tec(), after(16).state()),
+            (128, ErrorState::Passive)
+        );
+        assert_eq!(
+            (after(31).tec(), after(31).state()),
+            (248, ErrorState::Passive)
+        );
+        assert_eq!(
+            (after(32).tec(), after(32).state()),
+            (256, ErrorState::BusOff)
+        );
     }
 
     #[test]
     fn success_counts_down_to_zero() {
         let mut counters = after(16);
         counters.transmitted();
-        assert_eq!((counters.tec(), counters.state()), (127, ErrorState::Active));
+        assert_eq!(
+            (counters.tec(), counters.state()),
+            (127, ErrorState::Active)
+        );
         (0..200).for_each(|_| counters.transmitted());
         assert_eq!(counters.tec(), 0);
     }
@@ -109,7 +128,10 @@ mod tests {
     fn missing_acknowledge_stops_at_passive() {
         let mut counters = ErrorCounters::default();
         (0..1000).for_each(|_| counters.not_acknowledged());
-        assert_eq!((counters.tec(), counters.state()), (128, ErrorState::Passive));
+        assert_eq!(
+            (counters.tec(), counters.state()),
+            (128, ErrorState::Passive)
+        );
     }
 
     #[test]
@@ -118,9 +140,15 @@ mod tests {
         (0..127).for_each(|_| counters.receive_error());
         assert_eq!(counters.state(), ErrorState::Active);
         (0..1000).for_each(|_| counters.receive_error());
-        assert_eq!((counters.rec(), counters.state()), (255, ErrorState::Passive));
+        assert_eq!(
+            (counters.rec(), counters.state()),
+            (255, ErrorState::Passive)
+        );
         counters.received();
-        assert_eq!((counters.rec(), counters.state()), (127, ErrorState::Active));
+        assert_eq!(
+            (counters.rec(), counters.state()),
+            (127, ErrorState::Active)
+        );
         counters.received();
         assert_eq!(counters.rec(), 126);
     }

@@ -33,13 +33,22 @@ impl Frame {
         let remote = u32::from(self.remote);
         match self.id {
             Id::Standard(id) => u32::from(id.as_raw()) << 21 | remote << 20,
-            Id::Extended(id) => u32::from(id.standard_id().as_raw()) << 21 | 0b11 << 19 | extension(id) << 1 | remote,
+            Id::Extended(id) => {
+                u32::from(id.standard_id().as_raw()) << 21
+                    | 0b11 << 19
+                    | extension(id) << 1
+                    | remote
+            }
         }
     }
 
     /// Number of data bytes that go over the wire: 0..=8, always 0 for a remote frame.
     pub fn data_bytes(&self) -> usize {
-        if self.remote { 0 } else { usize::from(self.dlc) }
+        if self.remote {
+            0
+        } else {
+            usize::from(self.dlc)
+        }
     }
 
     /// The data length code, 0..=8, as it stands in the control field.
@@ -66,12 +75,24 @@ impl embedded_can::Frame for Frame {
         let mut bytes = [0; MAX_DATA_BYTES];
         bytes.get_mut(..data.len())?.copy_from_slice(data);
         let dlc = u8::try_from(data.len()).ok()?;
-        Some(Self { id: id.into(), remote: false, dlc, data: bytes })
+        Some(Self {
+            id: id.into(),
+            remote: false,
+            dlc,
+            data: bytes,
+        })
     }
 
     fn new_remote(id: impl Into<Id>, dlc: usize) -> Option<Self> {
-        let dlc = u8::try_from(dlc).ok().filter(|dlc| usize::from(*dlc) <= MAX_DATA_BYTES)?;
-        Some(Self { id: id.into(), remote: true, dlc, data: [0; MAX_DATA_BYTES] })
+        let dlc = u8::try_from(dlc)
+            .ok()
+            .filter(|dlc| usize::from(*dlc) <= MAX_DATA_BYTES)?;
+        Some(Self {
+            id: id.into(),
+            remote: true,
+            dlc,
+            data: [0; MAX_DATA_BYTES],
+        })
     }
 
     fn is_extended(&self) -> bool {
@@ -105,7 +126,9 @@ impl fmt::Display for Frame {
         match (self.remote, self.dlc) {
             (true, 0) => f.write_str("R"),
             (true, dlc) => write!(f, "R{dlc}"),
-            (false, _) => self.data[..self.data_bytes()].iter().try_for_each(|byte| write!(f, "{byte:02X}")),
+            (false, _) => self.data[..self.data_bytes()]
+                .iter()
+                .try_for_each(|byte| write!(f, "{byte:02X}")),
         }
     }
 }
@@ -149,7 +172,10 @@ pub(crate) mod tests {
     #[test]
     fn remote_frame_has_a_length_but_no_data() {
         let frame = remote(0x10, 5);
-        assert_eq!((frame.dlc(), frame.data_bytes(), frame.data()), (5, 0, &[][..]));
+        assert_eq!(
+            (frame.dlc(), frame.data_bytes(), frame.data()),
+            (5, 0, &[][..])
+        );
     }
 
     #[test]

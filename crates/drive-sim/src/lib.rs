@@ -73,7 +73,9 @@ pub use bit_rate::{BitRate, UnsupportedBitRate};
 pub use bus::{Bus, LoadMark};
 pub use candump::CandumpLine;
 pub use confinement::ErrorState;
-pub use controller::{Controller, ControllerConfig, ControllerError, ControllerState, Counters, TxQueue};
+pub use controller::{
+    Controller, ControllerConfig, ControllerError, ControllerState, Counters, TxQueue,
+};
 pub use device::Device;
 pub use fault::{Attempt, AttemptOutcome, Delivery, DeliveryOutcome, FaultModel, NoFaults};
 pub use frame::Frame;

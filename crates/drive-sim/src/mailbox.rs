@@ -50,7 +50,13 @@ pub(crate) struct TxMailboxes {
 
 impl TxMailboxes {
     pub(crate) fn new(order: TxOrder) -> Self {
-        Self { order, slots: [None; MAILBOXES], requests: 0, head: None, transmitting: false }
+        Self {
+            order,
+            slots: [None; MAILBOXES],
+            requests: 0,
+            head: None,
+            transmitting: false,
+        }
     }
 
     pub(crate) fn store(&mut self, frame: Frame) -> Placement {
@@ -63,7 +69,13 @@ impl TxMailboxes {
             },
         };
         self.requests += 1;
-        self.slots[slot] = Some(Mailbox { frame, priority, request: self.requests, attempts: 0, abort_requested: false });
+        self.slots[slot] = Some(Mailbox {
+            frame,
+            priority,
+            request: self.requests,
+            attempts: 0,
+            abort_requested: false,
+        });
         self.find_head();
         placement
     }
@@ -73,9 +85,14 @@ impl TxMailboxes {
         if self.order == TxOrder::Fifo {
             return None;
         }
-        let waiting = self.slots.iter().enumerate().filter(|(slot, _)| !self.is_on_wire(*slot));
+        let waiting = self
+            .slots
+            .iter()
+            .enumerate()
+            .filter(|(slot, _)| !self.is_on_wire(*slot));
         let lowest = waiting.filter_map(|(slot, mailbox)| Some((slot, mailbox.as_ref()?)));
-        let (slot, mailbox) = lowest.max_by_key(|(_, mailbox)| (mailbox.priority, mailbox.request))?;
+        let (slot, mailbox) =
+            lowest.max_by_key(|(_, mailbox)| (mailbox.priority, mailbox.request))?;
         (priority < mailbox.priority).then_some((slot, mailbox.frame))
     }
 
@@ -89,9 +106,22 @@ impl TxMailboxes {
             return;
         }
         let order = self.order;
-        let waiting = self.slots.iter().enumerate().filter_map(|(slot, mailbox)| Some((slot, mailbox.as_ref()?)));
+        let waiting = self
+            .slots
+            .iter()
+            .enumerate()
+            .filter_map(|(slot, mailbox)| Some((slot, mailbox.as_ref()?)));
         self.head = waiting
-            .min_by_key(|(_, mailbox)| (if order == TxOrder::Fifo { 0 } else { mailbox.priority }, mailbox.request))
+            .min_by_key(|(_, mailbox)| {
+                (
+                    if order == TxOrder::Fifo {
+                        0
+                    } else {
+                        mailbox.priority
+                    },
+                    mailbox.request,
+                )
+            })
             .map(|(slot, _)| slot);
     }
 
@@ -112,6 +142,12 @@ impl TxMailboxes {
         Some((mailbox.frame, mailbox.attempts))
     }
 
+    pub(crate) fn on_wire(&self) -> Option<Frame> {
+        self.head_mailbox()
+            .filter(|_| self.transmitting)
+            .map(|mailbox| mailbox.frame)
+    }
+
     pub(crate) fn is_transmitting(&self) -> bool {
         self.transmitting
     }
@@ -125,7 +161,10 @@ impl TxMailboxes {
 
     /// The attempt failed: the frame waits again, or is given up if an abort was asked for meanwhile (returns true).
     pub(crate) fn fail(&mut self) -> bool {
-        let aborted = self.transmitting && self.head_mailbox().is_some_and(|mailbox| mailbox.abort_requested);
+        let aborted = self.transmitting
+            && self
+                .head_mailbox()
+                .is_some_and(|mailbox| mailbox.abort_requested);
         if aborted {
             self.free_head();
         } else {
@@ -148,7 +187,9 @@ impl TxMailboxes {
         let mut freed = 0;
         for slot in 0..MAILBOXES {
             if self.is_on_wire(slot) {
-                self.slots[slot].iter_mut().for_each(|mailbox| mailbox.abort_requested = true);
+                self.slots[slot]
+                    .iter_mut()
+                    .for_each(|mailbox| mailbox.abort_requested = true);
             } else {
                 freed += usize::from(self.slots[slot].take().is_some());
             }
@@ -192,8 +233,14 @@ mod tests {
 
     #[test]
     fn order_by_identifier_and_by_request() {
-        assert_eq!(drain(&mut filled(TxOrder::ByIdentifier, [0x30, 0x10, 0x20])), ["010#", "020#", "030#"]);
-        assert_eq!(drain(&mut filled(TxOrder::Fifo, [0x30, 0x10, 0x20])), ["030#", "010#", "020#"]);
+        assert_eq!(
+            drain(&mut filled(TxOrder::ByIdentifier, [0x30, 0x10, 0x20])),
+            ["010#", "020#", "030#"]
+        );
+        assert_eq!(
+            drain(&mut filled(TxOrder::Fifo, [0x30, 0x10, 0x20])),
+            ["030#", "010#", "020#"]
+        );
     }
 
     #[test]
@@ -212,7 +259,10 @@ mod tests {
     fn higher_priority_displaces_the_lowest() {
         let mut mailboxes = filled(TxOrder::ByIdentifier, [0x30, 0x10, 0x20]);
         assert_eq!(mailboxes.store(standard(0x30, &[])), Placement::Full);
-        assert_eq!(mailboxes.store(standard(0x05, &[])), Placement::Displaced(standard(0x30, &[])));
+        assert_eq!(
+            mailboxes.store(standard(0x05, &[])),
+            Placement::Displaced(standard(0x30, &[]))
+        );
         assert_eq!(drain(&mut mailboxes), ["005#", "010#", "020#"]);
     }
 
@@ -229,7 +279,10 @@ mod tests {
         mailboxes.begin();
         mailboxes.store(standard(0x10, &[]));
         mailboxes.store(standard(0x20, &[]));
-        assert_eq!(mailboxes.store(standard(0x15, &[])), Placement::Displaced(standard(0x20, &[])));
+        assert_eq!(
+            mailboxes.store(standard(0x15, &[])),
+            Placement::Displaced(standard(0x20, &[]))
+        );
         assert_eq!(mailboxes.store(standard(0x16, &[])), Placement::Full);
         mailboxes.complete();
         assert_eq!(drain(&mut mailboxes), ["010#", "015#"]);
@@ -240,9 +293,15 @@ mod tests {
         let mut mailboxes = filled(TxOrder::Fifo, [1, 2, 3]);
         mailboxes.begin();
         assert_eq!(mailboxes.abort_all(), 2);
-        assert_eq!((mailboxes.pending(), mailboxes.is_transmitting()), (1, true));
+        assert_eq!(
+            (mailboxes.pending(), mailboxes.is_transmitting()),
+            (1, true)
+        );
         assert!(mailboxes.fail());
-        assert_eq!((mailboxes.pending(), mailboxes.is_transmitting()), (0, false));
+        assert_eq!(
+            (mailboxes.pending(), mailboxes.is_transmitting()),
+            (0, false)
+        );
     }
 
     #[test]

@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use embedded_can::StandardId;
+
 use crate::frame::Frame;
 
 /// Frames that a bxCAN receive FIFO holds.
@@ -41,13 +43,19 @@ impl AcceptanceFilter {
     pub const ALL: Self = Self { value: 0, mask: 0 };
 
     /// Stores no frame: a bxCAN out of reset, with no filter bank active. It still acknowledges.
-    pub const NONE: Self = Self { value: u32::MAX, mask: 0 };
+    pub const NONE: Self = Self {
+        value: u32::MAX,
+        mask: 0,
+    };
 
     /// Stores standard frames, data and remote, whose identifier agrees with `id` in the bits set in `mask`.
-    pub const fn standard(id: u16, mask: u16) -> Self {
+    pub fn standard(id: StandardId, mask: StandardId) -> Self {
         const IDE: u32 = 1 << 19;
-        let mask = (mask as u32 & 0x7FF) << 21;
-        Self { value: ((id as u32) << 21) & mask, mask: mask | IDE }
+        let mask = u32::from(mask.as_raw()) << 21;
+        Self {
+            value: u32::from(id.as_raw()) << 21 & mask,
+            mask: mask | IDE,
+        }
     }
 
     /// Whether `frame` is stored.
@@ -65,7 +73,10 @@ pub(crate) struct RxFrames {
 
 impl RxFrames {
     pub(crate) fn new(queue: RxQueue) -> Self {
-        Self { queue, frames: VecDeque::with_capacity(RX_FIFO_FRAMES) }
+        Self {
+            queue,
+            frames: VecDeque::with_capacity(RX_FIFO_FRAMES),
+        }
     }
 
     /// Stores `frame`; returns false if that lost a frame.
@@ -105,15 +116,26 @@ mod tests {
     fn after_five(queue: RxQueue) -> (Vec<bool>, Vec<String>) {
         let mut frames = RxFrames::new(queue);
         let kept = (1..=5).map(|id| frames.push(standard(id, &[]))).collect();
-        let read = std::iter::from_fn(|| frames.pop()).map(|frame| frame.to_string()).collect();
+        let read = std::iter::from_fn(|| frames.pop())
+            .map(|frame| frame.to_string())
+            .collect();
         (kept, read)
     }
 
     #[test]
     fn overrun_locks_or_overwrites_the_newest() {
         let kept = vec![true, true, true, false, false];
-        assert_eq!(after_five(RxQueue::Fifo(Overrun::Lock)), (kept.clone(), vec!["001#".into(), "002#".into(), "003#".into()]));
-        assert_eq!(after_five(RxQueue::Fifo(Overrun::Overwrite)), (kept, vec!["001#".into(), "002#".into(), "005#".into()]));
+        assert_eq!(
+            after_five(RxQueue::Fifo(Overrun::Lock)),
+            (
+                kept.clone(),
+                vec!["001#".into(), "002#".into(), "003#".into()]
+            )
+        );
+        assert_eq!(
+            after_five(RxQueue::Fifo(Overrun::Overwrite)),
+            (kept, vec!["001#".into(), "002#".into(), "005#".into()])
+        );
     }
 
     #[test]
@@ -125,7 +147,8 @@ mod tests {
     #[test]
     fn filter_compares_masked_bits_of_standard_frames() {
         // All function codes of drive 3.
-        let drive_3 = AcceptanceFilter::standard(3 << 5, 0x7E0);
+        let id = |raw| StandardId::new(raw).unwrap();
+        let drive_3 = AcceptanceFilter::standard(id(3 << 5), id(0x7E0));
         assert!(drive_3.accepts(&standard(0x060, &[])));
         assert!(drive_3.accepts(&remote(0x07F, 2)));
         assert!(!drive_3.accepts(&standard(0x080, &[])));

@@ -50,7 +50,12 @@ impl WireLength {
         let region = body.with_crc(crc15);
         let stuff_bits = region.count_stuff_bits();
         let bits_without_ifs = region.len + stuff_bits + TAIL_BITS;
-        Self { crc15, stuff_bits, bits_with_ifs: bits_without_ifs + INTERFRAME_BITS, bits_without_ifs }
+        Self {
+            crc15,
+            stuff_bits,
+            bits_with_ifs: bits_without_ifs + INTERFRAME_BITS,
+            bits_without_ifs,
+        }
     }
 }
 
@@ -70,7 +75,11 @@ pub fn worst_bits_with_ifs(frame: &Frame) -> u32 {
 /// The bits from SOF to the last CRC bit as they go over the wire, stuff bits included; `true` is recessive.
 pub fn sof_to_crc_stuffed(frame: &Frame) -> StuffedBits {
     let body = HeadAndData::of(frame);
-    StuffedBits { rest: body.with_crc(body.crc15()), last: true, run: 0 }
+    StuffedBits {
+        rest: body.with_crc(body.crc15()),
+        last: true,
+        run: 0,
+    }
 }
 
 /// Up to 118 bits before stuffing, right-aligned, the bit that is sent first being the most significant.
@@ -101,7 +110,10 @@ impl HeadAndData {
             }
         };
         let data_bits = 8 * frame.data_bytes() as u32;
-        Self { value: u128::from(head) << data_bits | u128::from(frame.data_bits()), len: head_bits + data_bits }
+        Self {
+            value: u128::from(head) << data_bits | u128::from(frame.data_bits()),
+            len: head_bits + data_bits,
+        }
     }
 
     /// Leading zeros do not change a CRC that starts with zero, so whole bytes can be taken.
@@ -113,7 +125,10 @@ impl HeadAndData {
     }
 
     fn with_crc(&self, crc15: u16) -> Bits {
-        Bits { value: self.value << CRC15_BITS | u128::from(crc15), len: self.len + CRC15_BITS }
+        Bits {
+            value: self.value << CRC15_BITS | u128::from(crc15),
+            len: self.len + CRC15_BITS,
+        }
     }
 }
 
@@ -121,10 +136,14 @@ impl Bits {
     /// Alternating bits in front fill the first byte: they never make a run, and the last of them is recessive as the idle bus is.
     fn count_stuff_bits(&self) -> u32 {
         let padded = u128::MAX / 3 << self.len | self.value;
-        let (_, count) = (0..self.len.div_ceil(8)).rev().fold((START_STATE, 0), |(state, count), byte| {
-            let step = STUFF_TABLE[usize::from(state)][usize::from((padded >> (8 * byte)) as u8)];
-            (step & 0x0F, count + u32::from(step >> 4))
-        });
+        let (_, count) =
+            (0..self.len.div_ceil(8))
+                .rev()
+                .fold((START_STATE, 0), |(state, count), byte| {
+                    let step =
+                        STUFF_TABLE[usize::from(state)][usize::from((padded >> (8 * byte)) as u8)];
+                    (step & 0x0F, count + u32::from(step >> 4))
+                });
         count
     }
 
@@ -146,7 +165,11 @@ impl Iterator for StuffedBits {
     type Item = bool;
 
     fn next(&mut self) -> Option<bool> {
-        let bit = if self.run == STUFF_RUN { !self.last } else { self.rest.pop_first()? };
+        let bit = if self.run == STUFF_RUN {
+            !self.last
+        } else {
+            self.rest.pop_first()?
+        };
         self.run = if bit == self.last { self.run + 1 } else { 1 };
         self.last = bit;
         Some(bit)
@@ -155,7 +178,8 @@ impl Iterator for StuffedBits {
 
 impl fmt::Display for StuffedBits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.clone().try_for_each(|bit| f.write_str(if bit { "1" } else { "0" }))
+        self.clone()
+            .try_for_each(|bit| f.write_str(if bit { "1" } else { "0" }))
     }
 }
 
@@ -231,12 +255,42 @@ mod tests {
 
     /// Values of an independent reference.
     fn golden() -> Vec<Golden> {
-        let g = |frame, crc15, stuff_bits, bits_with_ifs, sof_to_crc| Golden { frame, crc15, stuff_bits, bits_with_ifs, sof_to_crc };
+        let g = |frame, crc15, stuff_bits, bits_with_ifs, sof_to_crc| Golden {
+            frame,
+            crc15,
+            stuff_bits,
+            bits_with_ifs,
+            sof_to_crc,
+        };
         vec![
-            g(standard(0x000, &[]), 0, 6, 53, "0000010000010000010000010000010000010000"),
-            g(standard(0x001, &[]), 8723, 3, 50, "0000010000010100000100010001000010011"),
-            g(standard(0x7EF, &[]), 24272, 2, 49, "011111010111100000100101111011010000"),
-            g(standard(0x7FF, &[0xFF]), 31253, 5, 60, "01111101111101000001011111011111011101000010101"),
+            g(
+                standard(0x000, &[]),
+                0,
+                6,
+                53,
+                "0000010000010000010000010000010000010000",
+            ),
+            g(
+                standard(0x001, &[]),
+                8723,
+                3,
+                50,
+                "0000010000010100000100010001000010011",
+            ),
+            g(
+                standard(0x7EF, &[]),
+                24272,
+                2,
+                49,
+                "011111010111100000100101111011010000",
+            ),
+            g(
+                standard(0x7FF, &[0xFF]),
+                31253,
+                5,
+                60,
+                "01111101111101000001011111011111011101000010101",
+            ),
             g(standard(0x555, &[0xAA]), 30722, 2, 57, ""),
             g(
                 standard(0x2C7, &[0xDC, 0x4F, 0x0E, 0x0D]),
@@ -260,7 +314,12 @@ mod tests {
             };
             assert_eq!(got, expected, "{}", want.frame);
             if !want.sof_to_crc.is_empty() {
-                assert_eq!(sof_to_crc_stuffed(&want.frame).to_string(), want.sof_to_crc, "{}", want.frame);
+                assert_eq!(
+                    sof_to_crc_stuffed(&want.frame).to_string(),
+                    want.sof_to_crc,
+                    "{}",
+                    want.frame
+                );
             }
         }
     }
@@ -345,8 +404,9 @@ mod tests {
     fn extremes_of_short_frames_are_those_of_the_exhaustive_search() {
         let lengths = (0..=0x7FF).map(|id| WireLength::of(&standard(id, &[])).bits_with_ifs);
         assert_eq!((lengths.clone().min(), lengths.max()), (Some(48), Some(53)));
-        let lengths =
-            (0..=0x7FF).flat_map(|id| (0..=0xFF).map(move |byte| WireLength::of(&standard(id, &[byte])).bits_with_ifs));
+        let lengths = (0..=0x7FF).flat_map(|id| {
+            (0..=0xFF).map(move |byte| WireLength::of(&standard(id, &[byte])).bits_with_ifs)
+        });
         assert_eq!((lengths.clone().min(), lengths.max()), (Some(56), Some(62)));
     }
 }

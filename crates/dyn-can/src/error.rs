@@ -208,6 +208,13 @@ pub enum DecodeError {
         /// The two bytes of ON_POS_RANGE.
         on_pos_range: [u8; 2],
     },
+    /// An echo that is not what was sent.
+    EchoMismatch {
+        /// The bytes sent.
+        expected: [u8; 4],
+        /// The bytes received.
+        actual: [u8; 4],
+    },
     /// A reply to something else than the outstanding request.
     Unexpected {
         /// The function of the outstanding request.
@@ -287,6 +294,9 @@ impl fmt::Display for DecodeError {
                 f,
                 "ON_POS_RANGE must be 1..=127 in one byte order, got the bytes 0x{first:02X} 0x{second:02X}"
             ),
+            Self::EchoMismatch { expected, actual } => {
+                write!(f, "expected the echo {expected:02X?}, got {actual:02X?}")
+            }
             Self::Unexpected { expected, actual } => {
                 write!(f, "expected a reply to {expected}, got {actual}")
             }

@@ -36,5 +36,6 @@ pub use selectors::{DriveError, ReadSelector, ServoSwitch, StoredDriveId, SyncKi
 pub use status::{Alarm, DriveStatus, UnknownAlarm};
 pub use values::{
     Amplitude, Counts28, FrequencyHz, GearNumber, IntegrationGain, LineNumber, MainGain,
-    MaxAcceleration, MaxSpeed, OnPosRange, PdStep, Quantity, SpeedGain, SpeedRpm, TorqueFilter,
+    MaxAcceleration, MaxSpeed, OnPosRange, PdStep, Quantity, SpeedGain, SpeedRpm, StepLimit,
+    TorqueFilter,
 };

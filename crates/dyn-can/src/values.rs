@@ -19,6 +19,8 @@ pub enum Quantity {
     Counts28,
     /// Step of Go_Relative_Pos_PD in counts (section 6, #28).
     PdStep,
+    /// Largest step of Go_Relative_Pos_PD that a master allows itself, in counts.
+    StepLimit,
     /// Speed of Turn_ConstSpeed in rpm (section 6, #10).
     SpeedRpm,
     /// Amplitude of Square_Wave and Sin_Wave in counts; 1024 is 45 degrees (section 6, #11, #12).
@@ -64,6 +66,7 @@ impl Quantity {
             Self::StoredDriveId => (0, 63),
             Self::Counts28 => (-(1 << 27), (1 << 27) - 1),
             Self::PdStep => (-16_384, 16_384),
+            Self::StepLimit => (1, 16_384),
             Self::SpeedRpm => (-20_000, 20_000),
             Self::Amplitude => (0, 4_096),
             Self::FrequencyHz => (0, 50),
@@ -105,6 +108,7 @@ impl Quantity {
             Self::StoredDriveId => "stored drive id",
             Self::Counts28 => "position or distance in counts",
             Self::PdStep => "PD step in counts",
+            Self::StepLimit => "step limit in counts",
             Self::SpeedRpm => "speed in rpm",
             Self::Amplitude => "wave amplitude in counts",
             Self::FrequencyHz => "wave frequency in Hz",
@@ -187,6 +191,10 @@ bounded! {
     PdStep(i16), PdStep
 }
 bounded! {
+    /// The largest step that an axis may take at once, in command counts, 1 ..= 16384.
+    StepLimit(u16), StepLimit
+}
+bounded! {
     /// A speed in rpm, -20000 ..= 20000; positive turns clockwise.
     SpeedRpm(i16), SpeedRpm
 }
@@ -238,6 +246,19 @@ bounded! {
 impl PdStep {
     /// No motion.
     pub const ZERO: Self = Self(0);
+
+    /// The step towards a distance in counts, not longer than `limit`; the caller carries the rest.
+    #[must_use]
+    pub const fn toward(distance_counts: i32, limit: StepLimit) -> Self {
+        let limit = limit.0 as i16;
+        if distance_counts > limit as i32 {
+            Self(limit)
+        } else if distance_counts < -(limit as i32) {
+            Self(-limit)
+        } else {
+            Self(distance_counts as i16)
+        }
+    }
 }
 
 impl SpeedRpm {
@@ -279,6 +300,18 @@ mod tests {
         assert!(PdStep::new(65_537).is_err());
         assert!(MainGain::new(261).is_err());
         assert!(Counts28::new(i32::MIN).is_err());
+    }
+
+    #[test]
+    fn a_step_goes_toward_its_distance_within_the_limit() {
+        let limit = StepLimit::new(100).unwrap();
+        let toward = |distance| PdStep::toward(distance, limit).get();
+        assert_eq!(
+            [-101, -100, 0, 99, 100, 101].map(toward),
+            [-100, -100, 0, 99, 100, 100]
+        );
+        assert_eq!(PdStep::toward(i32::MIN, StepLimit::MAX), PdStep::MIN);
+        assert_eq!(PdStep::toward(i32::MAX, StepLimit::MAX), PdStep::MAX);
     }
 
     #[test]

@@ -1,0 +1,110 @@
+//! What the application may ask for, and why it may be refused.
+
+use core::fmt;
+
+use crate::config::GroupId;
+use crate::fault::Fault;
+use crate::life::AxisState;
+
+/// A command that was refused; nothing has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum CommandError {
+    /// No axis is in this group.
+    NoSuchGroup(GroupId),
+    /// An axis of the group has a latched fault: read it, remove its cause, then `clear`.
+    Faulted {
+        /// The axis.
+        axis: u8,
+        /// Its fault.
+        fault: Fault,
+    },
+    /// An axis of the group is in the wrong state.
+    State {
+        /// The axis.
+        axis: u8,
+        /// The state that the command needs.
+        expected: AxisState,
+        /// The state of the axis.
+        actual: AxisState,
+    },
+    /// The controller is bus-off: recover it first.
+    BusOff,
+}
+
+impl fmt::Display for CommandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSuchGroup(GroupId(group)) => write!(f, "no axis is in group {group}"),
+            Self::Faulted { axis, fault } => {
+                write!(
+                    f,
+                    "axis {axis} has a fault ({fault}): remove the cause, then clear it"
+                )
+            }
+            Self::State {
+                axis,
+                expected,
+                actual,
+            } => {
+                write!(f, "axis {axis} must be {expected}, it is {actual}")
+            }
+            Self::BusOff => f.write_str("the bus is off: recover the controller first"),
+        }
+    }
+}
+
+impl core::error::Error for CommandError {}
+
+/// A target that was refused; the one before it stays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum TargetError {
+    /// There is no such axis.
+    NoSuchAxis {
+        /// The number of axes.
+        axes: usize,
+        /// The axis asked for.
+        actual: usize,
+    },
+    /// The axis takes no targets in its state.
+    NotStreaming {
+        /// The state of the axis.
+        state: AxisState,
+    },
+    /// The target leaves the travel of the axis.
+    Travel {
+        /// The smallest target.
+        min: i32,
+        /// The largest target.
+        max: i32,
+        /// The target asked for.
+        actual: i32,
+    },
+}
+
+impl fmt::Display for TargetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSuchAxis { axes, actual } => {
+                write!(
+                    f,
+                    "there are {axes} axes, counted from 0; axis {actual} is not one of them"
+                )
+            }
+            Self::NotStreaming { state } => {
+                write!(
+                    f,
+                    "the axis takes targets while streaming only, it is {state}"
+                )
+            }
+            Self::Travel { min, max, actual } => {
+                write!(f, "the target must be {min}..={max} counts, got {actual}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for TargetError {}

@@ -1,0 +1,154 @@
+//! What can go wrong with an axis, and what is done about it.
+
+use core::fmt;
+
+use dyn_can::{Alarm, ConfigByte};
+
+/// Why an axis stopped. A fault is latched and leaves only by an explicit `clear`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Fault {
+    /// The drive sent Drive_Error EE. Read the status for the cause; most alarms need a power cycle (D36).
+    AlarmFrame,
+    /// The status byte shows an alarm.
+    AlarmStatus(Alarm),
+    /// The drive sent Drive_Error FF: it refused a command, and does not say which.
+    DataError,
+    /// The drive sent a Drive_Error byte that no document lists.
+    UnknownError(u8),
+    /// The status byte says disabled while set-points were streamed.
+    DisabledWhileStreaming,
+    /// The drive is not in command mode 0 and position mode; set it with the serial tool or Set_Drive_Config (D45).
+    Config(ConfigByte),
+    /// The drive did not answer several times in a row. Check power, wiring, termination and drive id.
+    Lost,
+    /// The axis fell too far behind its target. The target moves too fast, or the bus is blocked.
+    Backlog {
+        /// What was owed, in command counts.
+        counts: i32,
+    },
+    /// The position is not where the sent set-points should have taken it.
+    Drift {
+        /// Position minus expected position, in command counts.
+        counts: i32,
+    },
+    /// The drive started again: its counter or its position jumped.
+    Reboot,
+    /// The bus failed; which of the latest set-points arrived is unknown.
+    Bus,
+    /// The shaft did not stand still, or the drive did not confirm, in time.
+    EnableTimeout,
+    /// The position read back leaves the travel or 28 bit.
+    PositionRange {
+        /// The position as read, in read-back counts.
+        read_back: i32,
+    },
+    /// Another axis of the group has a fault.
+    Group,
+}
+
+impl Fault {
+    /// True when the position is no longer known: the axis must be anchored anew.
+    #[must_use]
+    pub const fn loses_reference(self) -> bool {
+        matches!(
+            self,
+            Self::Bus | Self::Reboot | Self::Drift { .. } | Self::DataError
+        )
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AlarmFrame => f.write_str("the drive reports an alarm"),
+            Self::AlarmStatus(alarm) => write!(f, "the status shows: {alarm}"),
+            Self::DataError => f.write_str("the drive refused a command as out of range"),
+            Self::UnknownError(byte) => {
+                write!(f, "the drive reports the undocumented error 0x{byte:02X}")
+            }
+            Self::DisabledWhileStreaming => {
+                f.write_str("the drive is disabled while set-points are streamed")
+            }
+            Self::Config(config) => write!(
+                f,
+                "the drive must be in command mode 0 and position mode, its configuration byte is 0x{:02X}",
+                config.to_byte()
+            ),
+            Self::Lost => f.write_str("the drive does not answer"),
+            Self::Backlog { counts } => write!(f, "the axis is {counts} counts behind its target"),
+            Self::Drift { counts } => write!(f, "the position is {counts} counts off"),
+            Self::Reboot => f.write_str("the drive started again"),
+            Self::Bus => {
+                f.write_str("the bus failed, the fate of the latest set-points is unknown")
+            }
+            Self::EnableTimeout => {
+                f.write_str("the drive did not confirm in time, or its shaft turns")
+            }
+            Self::PositionRange { read_back } => {
+                write!(f, "the position {read_back} is outside the travel")
+            }
+            Self::Group => f.write_str("another axis of the group has a fault"),
+        }
+    }
+}
+
+/// What a fault does to the axes of its group that are streaming.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reaction {
+    /// No further set-point: every axis stops where its latest set-point takes it.
+    Halt,
+    /// All axes slow down in proportion on their path, then stay enabled.
+    RampDown,
+    /// No further set-point, and every drive is disabled: its motor coasts.
+    Disable,
+}
+
+/// The reaction to each kind of fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Reactions {
+    /// To an alarm, by frame or by status, or an undocumented error. The specification asks to stop (section 6, #29).
+    pub alarm: Reaction,
+    /// To a data error.
+    pub data_error: Reaction,
+    /// To a drive that does not answer.
+    pub lost: Reaction,
+    /// To a backlog beyond the limit.
+    pub backlog: Reaction,
+    /// To a drift, a restart, a position out of range, or a drive that is disabled by itself.
+    pub position: Reaction,
+    /// To a failure of the bus.
+    pub bus: Reaction,
+}
+
+impl Reactions {
+    /// Halt on an alarm and on everything after which the position is unknown, ramp down otherwise.
+    pub const DEFAULT: Self = Self {
+        alarm: Reaction::Halt,
+        data_error: Reaction::Halt,
+        lost: Reaction::RampDown,
+        backlog: Reaction::Halt,
+        position: Reaction::Halt,
+        bus: Reaction::Halt,
+    };
+
+    /// The reaction to a fault.
+    #[must_use]
+    pub const fn to(&self, fault: Fault) -> Reaction {
+        match fault {
+            Fault::AlarmFrame | Fault::AlarmStatus(_) | Fault::UnknownError(_) => self.alarm,
+            Fault::DataError => self.data_error,
+            Fault::Lost => self.lost,
+            Fault::Backlog { .. } => self.backlog,
+            Fault::Bus => self.bus,
+            Fault::Drift { .. }
+            | Fault::Reboot
+            | Fault::PositionRange { .. }
+            | Fault::DisabledWhileStreaming => self.position,
+            Fault::Config(_) | Fault::EnableTimeout | Fault::Group => Reaction::Halt,
+        }
+    }
+}

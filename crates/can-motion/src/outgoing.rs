@@ -1,0 +1,32 @@
+//! A frame that the master wants on the bus, and what it means to the books.
+
+use dyn_can::{DataFrame, PdStep, ReplyKind, ServoSwitch};
+
+/// What a frame is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) enum Purpose {
+    SetPoint(PdStep),
+    Request(ReplyKind),
+    Switch(ServoSwitch),
+}
+
+/// A frame to hand to the controller.
+///
+/// The books change only when `Master::on_accepted` gets it back: offering it twice, or never, counts nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use]
+pub struct Outgoing {
+    pub(crate) frame: DataFrame,
+    pub(crate) axis: u8,
+    pub(crate) purpose: Purpose,
+}
+
+impl Outgoing {
+    /// The frame.
+    #[must_use]
+    pub const fn frame(&self) -> &DataFrame {
+        &self.frame
+    }
+}

@@ -1,0 +1,73 @@
+//! What can stop a task.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitStatus;
+
+/// Why a task stopped. The text says what to do about it.
+#[derive(Debug)]
+#[non_exhaustive]
+pub(crate) enum Error {
+    /// A program could not be started.
+    Start {
+        /// The program as it was called.
+        program: String,
+        /// The reason given by the system.
+        reason: io::Error,
+    },
+    /// A program ended with a failure; it has said why itself.
+    Failed {
+        /// The program as it was called.
+        program: String,
+        /// How it ended.
+        status: ExitStatus,
+    },
+    /// A program answered something else than it should.
+    Answer {
+        /// The program as it was called.
+        program: String,
+        /// What was expected of it.
+        expected: &'static str,
+    },
+    /// There is no way to compile for the target on this machine.
+    NoToolchain {
+        /// The target.
+        target: &'static str,
+        /// Each way that was tried and what it lacks.
+        tried: Vec<String>,
+    },
+    /// The built image could not be read.
+    Image {
+        /// Where it should be.
+        path: PathBuf,
+        /// What was wrong with it.
+        reason: String,
+    },
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start { program, reason } => write!(f, "cannot run {program}: {reason}"),
+            Self::Failed { program, status } => write!(f, "{program} failed ({status})"),
+            Self::Answer { program, expected } => write!(f, "{program} did not print {expected}"),
+            Self::Image { path, reason } => write!(f, "{}: {reason}", path.display()),
+            Self::NoToolchain { target, tried } => {
+                writeln!(f, "this machine cannot compile for {target} yet. Tried:")?;
+                for way in tried {
+                    writeln!(f, "  - {way}")?;
+                }
+                write!(
+                    f,
+                    "Do one of these, then try again:\n\
+                     \x20 rustup target add {target}                    (needs rustup and its download server)\n\
+                     \x20 rustup component add rust-src                              (the same, builds core from source)\n\
+                     \x20 apt-get install rustc-web rust-web-src                     (Debian, as root; needs no rustup server)"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for Error {}

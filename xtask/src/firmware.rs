@@ -1,0 +1,42 @@
+//! `cargo fw`: builds the image of the board.
+
+use crate::error::Error;
+use crate::size::Size;
+use crate::thumb::Build;
+use crate::toolchain::Preference;
+
+/// The root package, whose binary is the firmware.
+const PACKAGE: &str = "motion-board";
+
+/// Builds the firmware in release for the board's processor and prints its size.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cargo fw                      build and print the size\n  \
+    cargo fw --toolchain source   build core from source, as on a machine without rustup's server\n  \
+    cargo fw -- --locked          hand further arguments to cargo build\n\n\
+    Log lines: the variable DEFMT_LOG (error, warn, info, debug, trace) chooses at build time which are in the image.")]
+pub(crate) struct Arguments {
+    /// Where the target's core library comes from
+    #[arg(long, value_enum, default_value = "auto")]
+    toolchain: Preference,
+
+    /// Further arguments for `cargo build`
+    #[arg(last = true, value_name = "CARGO ARGUMENTS")]
+    pub(crate) cargo: Vec<String>,
+}
+
+/// Runs the task.
+///
+/// # Errors
+/// When the build fails or leaves no image that could run on the board.
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let build = Build {
+        package: PACKAGE,
+        preference: arguments.toolchain,
+        arguments: &arguments.cargo,
+    };
+    let image = build.run()?.join(PACKAGE);
+    let size = Size::of_image(&image)?;
+    println!("{size}\nimage  {}", image.display());
+    Ok(())
+}

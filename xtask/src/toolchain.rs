@@ -1,0 +1,362 @@
+//! Finds a way to compile for a target without an operating system: the installed target, one that rustup can install,
+//! or `core` built from the source that belongs to a compiler.
+
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::error::Error;
+
+/// Debian's package `rustc-web` puts its compiler here; its source, `rust-web-src`, lies in the same sysroot.
+const DISTRIBUTION_RUSTC: &str = "/usr/bin/rustc";
+/// The linker of targets without an operating system.
+const LINKER: &str = "rust-lld";
+/// Longer than this rustup is not waited for: on a closed network it may never come back.
+const RUSTUP_PATIENCE: Duration = Duration::from_secs(60);
+const RUSTUP_POLL: Duration = Duration::from_millis(100);
+
+/// Which way to take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Preference {
+    /// The installed target, else rustup, else source.
+    Auto,
+    /// Only the installed target.
+    Installed,
+    /// Only `core` built from source, even when the target is installed.
+    Source,
+}
+
+/// A way to compile for the target.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Toolchain {
+    /// The usual compiler, with the target installed.
+    Installed,
+    /// A compiler that builds `core` from its own source first.
+    Source {
+        /// The compiler.
+        rustc: PathBuf,
+        /// The folder of the linker.
+        linker: PathBuf,
+    },
+}
+
+impl Toolchain {
+    /// The first way that works for `target`.
+    ///
+    /// # Errors
+    /// [`Error::NoToolchain`] with each way and what it lacks.
+    pub(crate) fn find(target: &'static str, preference: Preference) -> Result<Self, Error> {
+        let usual = Compiler::ask(&env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+        let mut tried = Vec::new();
+        if preference != Preference::Source {
+            match installed(usual.as_ref(), target) {
+                Ok(()) => return Ok(Self::Installed),
+                Err(lack) => tried.push(lack),
+            }
+        }
+        if preference == Preference::Auto {
+            match add_with_rustup(target).and_then(|()| installed(usual.as_ref(), target)) {
+                Ok(()) => return Ok(Self::Installed),
+                Err(lack) => tried.push(lack),
+            }
+        }
+        if preference != Preference::Installed {
+            match from_source(usual.as_ref()) {
+                Ok(toolchain) => return Ok(toolchain),
+                Err(mut lacks) => tried.append(&mut lacks),
+            }
+        }
+        Err(Error::NoToolchain { target, tried })
+    }
+
+    /// One line for the user.
+    pub(crate) fn describe(&self) -> String {
+        match self {
+            Self::Installed => "installed target".into(),
+            Self::Source { rustc, .. } => format!("core built from source by {}", rustc.display()),
+        }
+    }
+
+    /// Makes `cargo` use this toolchain.
+    pub(crate) fn apply(&self, cargo: &mut Command) {
+        let Self::Source { rustc, linker } = self else {
+            return;
+        };
+        cargo
+            .env("RUSTC", rustc)
+            // `build-std` is unstable, the compiler is a stable one.
+            .env("RUSTC_BOOTSTRAP", "1")
+            .env("PATH", with_first(linker, env::var_os("PATH").as_deref()))
+            .arg("-Zbuild-std=core");
+    }
+}
+
+/// What a compiler says of itself.
+struct Compiler {
+    rustc: PathBuf,
+    sysroot: PathBuf,
+    host: String,
+}
+
+impl Compiler {
+    /// `None` when there is no such compiler.
+    fn ask(rustc: &OsStr) -> Option<Self> {
+        let answer = |arguments: &[&str]| {
+            let output = Command::new(rustc)
+                .args(arguments)
+                .stderr(Stdio::null())
+                .output()
+                .ok()?;
+            output
+                .status
+                .success()
+                .then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+        };
+        let version = answer(&["-vV"])?;
+        Some(Self {
+            rustc: rustc.into(),
+            sysroot: answer(&["--print", "sysroot"])?.trim().into(),
+            host: host_of(&version)?.into(),
+        })
+    }
+
+    fn rustlib(&self) -> PathBuf {
+        self.sysroot.join("lib").join("rustlib")
+    }
+
+    fn has_target(&self, target: &str) -> bool {
+        let Ok(files) = self.rustlib().join(target).join("lib").read_dir() else {
+            return false;
+        };
+        files
+            .flatten()
+            .any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
+    }
+
+    fn has_source(&self) -> bool {
+        self.rustlib()
+            .join("src/rust/library/core/Cargo.toml")
+            .is_file()
+    }
+
+    /// The folder with the tools that come with the compiler.
+    fn tools(&self) -> PathBuf {
+        self.rustlib().join(&self.host).join("bin")
+    }
+}
+
+/// The host triple in the answer to `rustc -vV`.
+fn host_of(version: &str) -> Option<&str> {
+    version.lines().find_map(|line| line.strip_prefix("host: "))
+}
+
+fn installed(usual: Option<&Compiler>, target: &str) -> Result<(), String> {
+    let usual = usual.ok_or("the installed target: there is no rustc")?;
+    if usual.has_target(target) {
+        Ok(())
+    } else {
+        Err(format!(
+            "the installed target: {} has no {target}",
+            usual.sysroot.display()
+        ))
+    }
+}
+
+/// Lets rustup install the target: quietly, without retries, for a limited time.
+fn add_with_rustup(target: &str) -> Result<(), String> {
+    eprintln!(
+        "installing {target} with rustup, for at most {} s",
+        RUSTUP_PATIENCE.as_secs()
+    );
+    let started = Instant::now();
+    let mut rustup = Command::new("rustup")
+        .args(["target", "add", target])
+        .env("RUSTUP_MAX_RETRIES", "0")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .map_err(|reason| format!("rustup: {reason}"))?;
+    while started.elapsed() < RUSTUP_PATIENCE {
+        match rustup.try_wait() {
+            Ok(Some(status)) if status.success() => return Ok(()),
+            Ok(Some(status)) => {
+                return Err(format!(
+                    "rustup: `rustup target add {target}` failed ({status})"
+                ));
+            }
+            Ok(None) => sleep(RUSTUP_POLL),
+            Err(reason) => return Err(format!("rustup: {reason}")),
+        }
+    }
+    // It may have ended by itself a moment ago; then there is nothing left to stop.
+    let _ = rustup.kill();
+    let _ = rustup.wait();
+    Err(format!(
+        "rustup: no answer within {} s",
+        RUSTUP_PATIENCE.as_secs()
+    ))
+}
+
+/// A compiler with its source, and a linker: first the usual compiler, then the distribution's.
+fn from_source(usual: Option<&Compiler>) -> Result<Toolchain, Vec<String>> {
+    let distribution = Compiler::ask(DISTRIBUTION_RUSTC.as_ref());
+    let compilers: Vec<&Compiler> = usual.into_iter().chain(&distribution).collect();
+    let mut lacks = Vec::new();
+    let with_source = compilers.iter().find(|compiler| compiler.has_source());
+    if with_source.is_none() {
+        lacks.push(match compilers.as_slice() {
+            [] => format!("core from source: there is neither rustc nor {DISTRIBUTION_RUSTC}"),
+            all => {
+                let places: Vec<_> = all
+                    .iter()
+                    .map(|compiler| compiler.rustlib().join("src").display().to_string())
+                    .collect();
+                format!("core from source: no source in {}", places.join(" or "))
+            }
+        });
+    }
+    let folders = compilers
+        .iter()
+        .map(|compiler| compiler.tools())
+        .chain(path_folders());
+    let linker = folders
+        .into_iter()
+        .find(|folder| folder.join(LINKER).is_file());
+    if linker.is_none() {
+        lacks.push(format!("core from source: no {LINKER} beside a rustc or on the path (a rustup toolchain has it)"));
+    }
+    match (with_source, linker) {
+        (Some(compiler), Some(linker)) => Ok(Toolchain::Source {
+            rustc: compiler.rustc.clone(),
+            linker,
+        }),
+        _ => Err(lacks),
+    }
+}
+
+fn path_folders() -> Vec<PathBuf> {
+    env::var_os("PATH")
+        .map(|path| env::split_paths(&path).collect())
+        .unwrap_or_default()
+}
+
+/// A search path with `folder` in front of `path`.
+fn with_first(folder: &Path, path: Option<&OsStr>) -> OsString {
+    let mut joined = OsString::from(folder);
+    if let Some(path) = path.filter(|path| !path.is_empty()) {
+        joined.push(if cfg!(windows) { ";" } else { ":" });
+        joined.push(path);
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    const TARGET: &str = "thumbv7em-none-eabihf";
+
+    /// A compiler of which only the folders exist; `name` keeps the tests apart.
+    fn compiler(name: &str, files: &[&str]) -> Compiler {
+        let sysroot = env::temp_dir().join(format!("xtask-{}-{name}", std::process::id()));
+        for file in files {
+            let file = sysroot.join("lib/rustlib").join(file);
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(file, "").unwrap();
+        }
+        Compiler {
+            rustc: "rustc".into(),
+            sysroot,
+            host: "x86_64-unknown-linux-gnu".into(),
+        }
+    }
+
+    #[test]
+    fn the_host_is_read_from_the_version() {
+        let version =
+            "rustc 1.95.0\nbinary: rustc\nhost: x86_64-unknown-linux-gnu\nrelease: 1.95.0\n";
+        assert_eq!(host_of(version), Some("x86_64-unknown-linux-gnu"));
+        assert_eq!(host_of("rustc 1.95.0\n"), None);
+    }
+
+    #[test]
+    fn a_target_counts_as_installed_when_its_core_is_there() {
+        let with = compiler(
+            "with",
+            &["thumbv7em-none-eabihf/lib/libcore-0147d103acb464ac.rlib"],
+        );
+        let without = compiler(
+            "without",
+            &["thumbv7em-none-eabihf/lib/liballoc-71d093c14198c12f.rlib"],
+        );
+        assert_eq!(installed(Some(&with), TARGET), Ok(()));
+        assert!(
+            installed(Some(&without), TARGET)
+                .unwrap_err()
+                .contains("has no thumbv7em-none-eabihf")
+        );
+        assert!(installed(None, TARGET).unwrap_err().contains("no rustc"));
+        fs::remove_dir_all(with.sysroot).unwrap();
+        fs::remove_dir_all(without.sysroot).unwrap();
+    }
+
+    #[test]
+    fn the_usual_compiler_with_source_and_linker_is_taken_first() {
+        let usual = compiler(
+            "source",
+            &[
+                "src/rust/library/core/Cargo.toml",
+                "x86_64-unknown-linux-gnu/bin/rust-lld",
+            ],
+        );
+        let found = from_source(Some(&usual)).unwrap();
+        assert_eq!(
+            found,
+            Toolchain::Source {
+                rustc: "rustc".into(),
+                linker: usual.tools()
+            }
+        );
+        fs::remove_dir_all(usual.sysroot).unwrap();
+    }
+
+    #[test]
+    fn building_from_source_sets_compiler_linker_and_flag() {
+        let mut cargo = Command::new("cargo");
+        Toolchain::Source {
+            rustc: "/r/rustc".into(),
+            linker: "/l".into(),
+        }
+        .apply(&mut cargo);
+        assert_eq!(cargo.get_args().collect::<Vec<_>>(), ["-Zbuild-std=core"]);
+        let value = |name: &str| {
+            cargo
+                .get_envs()
+                .find(|(key, _)| *key == name)
+                .and_then(|(_, value)| value)
+                .unwrap()
+        };
+        assert_eq!(value("RUSTC"), "/r/rustc");
+        assert_eq!(value("RUSTC_BOOTSTRAP"), "1");
+        assert_eq!(env::split_paths(value("PATH")).next(), Some("/l".into()));
+    }
+
+    #[test]
+    fn the_installed_target_needs_nothing_set() {
+        let mut cargo = Command::new("cargo");
+        Toolchain::Installed.apply(&mut cargo);
+        assert_eq!(cargo.get_args().count() + cargo.get_envs().count(), 0);
+    }
+
+    #[test]
+    fn an_empty_path_is_not_searched_as_the_current_folder() {
+        assert_eq!(with_first("/l".as_ref(), Some("".as_ref())), "/l");
+        assert_eq!(with_first("/l".as_ref(), None), "/l");
+    }
+}
