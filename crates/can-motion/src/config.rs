@@ -49,6 +49,8 @@ pub struct Timeouts {
     pub settle_us: u32,
     /// After an alarm frame, before the next request to any drive.
     pub alarm_quiet_us: u32,
+    /// Without a step for this long, an axis should have arrived: from then on the drift tolerance applies.
+    pub arrival_us: u32,
     /// The shaft must have stood still this long before enabling (D59; the documents lost their figure).
     pub standstill_us: u32,
     /// How long to wait for that standstill.
@@ -66,6 +68,7 @@ impl Timeouts {
         reply_us: 10_000,
         settle_us: 1_000,
         alarm_quiet_us: 20_000,
+        arrival_us: 200_000,
         standstill_us: 150_000,
         standstill_limit_us: 5_000_000,
         confirm_us: 200_000,
@@ -150,16 +153,23 @@ pub struct Limits {
     pub travel_max: i32,
     /// Backlog beyond which the axis faults: how far the axis may fall behind its target.
     pub backlog: u32,
+    /// Distance between sent position and read position beyond which a moving axis faults.
+    pub following_error: u32,
+    /// The same at standstill: an error that stays is a lost or doubled step.
+    pub drift_tolerance: u32,
 }
 
 impl Limits {
-    /// The whole 28-bit travel, 16384 counts (one turn) a cycle, and eight full steps of backlog.
+    /// The whole 28-bit travel, 16384 counts (one turn) a cycle, eight full steps of backlog, the 8192 counts of
+    /// following error after which a drive alarms by itself (section 6, #9), and 16 counts (0.35 degrees) of drift.
     pub const WIDEST: Self = Self {
         max_step: StepLimit::MAX,
         ramp_change: 64,
         travel_min: dyn_can::Counts28::MIN.get(),
         travel_max: dyn_can::Counts28::MAX.get(),
         backlog: 8 * 16_384,
+        following_error: 8_192,
+        drift_tolerance: 16,
     };
 }
 
@@ -260,8 +270,10 @@ impl AxisConfig {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// No axis, or more than the 63 drives that a bus can carry.
+    /// No axis, or more than the master has room for.
     AxisCount {
+        /// The most that this master holds: its const parameter, at most the 63 drives that a bus can carry.
+        most: usize,
         /// The number of axes given.
         actual: usize,
     },
@@ -313,7 +325,9 @@ pub enum ConfigError {
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::AxisCount { actual } => write!(f, "1 to 63 axes fit on a bus, got {actual}"),
+            Self::AxisCount { most, actual } => {
+                write!(f, "this master holds 1 to {most} axes, got {actual}")
+            }
             Self::Order { drive } => {
                 write!(
                     f,
@@ -353,9 +367,13 @@ impl fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 impl MasterConfig {
-    pub(crate) fn validate(&self, axes: &[AxisConfig]) -> Result<(), ConfigError> {
-        if axes.is_empty() || axes.len() > usize::from(DriveId::MAX.get()) {
-            return Err(ConfigError::AxisCount { actual: axes.len() });
+    pub(crate) fn validate(&self, axes: &[AxisConfig], room: usize) -> Result<(), ConfigError> {
+        let most = room.min(usize::from(DriveId::MAX.get()));
+        if axes.is_empty() || axes.len() > most {
+            return Err(ConfigError::AxisCount {
+                most,
+                actual: axes.len(),
+            });
         }
         if !(250..=1_000_000).contains(&self.cycle_us) {
             return Err(ConfigError::Cycle {
@@ -438,24 +456,24 @@ mod tests {
     #[test]
     fn what_cannot_work_is_refused() {
         let config = MasterConfig::DEFAULT;
-        assert_eq!(config.validate(&[axis(1), axis(2)]), Ok(()));
+        assert_eq!(config.validate(&[axis(1), axis(2)], 4), Ok(()));
         assert_eq!(
-            config.validate(&[]),
-            Err(ConfigError::AxisCount { actual: 0 })
+            config.validate(&[], 4),
+            Err(ConfigError::AxisCount { most: 4, actual: 0 })
         );
         let drive = DriveId::MIN;
         assert_eq!(
-            config.validate(&[axis(1), axis(1)]),
+            config.validate(&[axis(1), axis(1)], 4),
             Err(ConfigError::Order { drive })
         );
         assert_eq!(
-            config.validate(&[axis(2), axis(1)]),
+            config.validate(&[axis(2), axis(1)], 4),
             Err(ConfigError::Order { drive })
         );
         let mut often = axis(1);
         often.polls.status_us = Some(999);
         assert_eq!(
-            config.validate(&[often]),
+            config.validate(&[often], 4),
             Err(ConfigError::PollPeriod {
                 drive,
                 kind: PollKind::Status,
@@ -465,7 +483,7 @@ mod tests {
         let mut wide = axis(1);
         wide.limits.travel_max = 1 << 27;
         assert!(matches!(
-            config.validate(&[wide]),
+            config.validate(&[wide], 4),
             Err(ConfigError::Travel { .. })
         ));
         let fast = MasterConfig {
@@ -473,7 +491,7 @@ mod tests {
             ..config
         };
         assert_eq!(
-            fast.validate(&[axis(1)]),
+            fast.validate(&[axis(1)], 4),
             Err(ConfigError::Cycle { actual_us: 249 })
         );
     }

@@ -28,13 +28,25 @@ pub enum Fault {
         /// What was owed, in command counts.
         counts: i32,
     },
-    /// The position is not where the sent set-points should have taken it.
+    /// At standstill the position is not where the sent set-points should have taken it. Anchor the axis anew.
     Drift {
         /// Position minus expected position, in command counts.
         counts: i32,
+        /// What may have happened.
+        cause: DriftCause,
     },
-    /// The drive started again: its counter or its position jumped.
-    Reboot,
+    /// The drive follows too far behind its set-points: it is blocked, too slow, or the read-back scale is wrong (D44).
+    FollowingError {
+        /// Position minus expected position, in command counts.
+        counts: i32,
+    },
+    /// The drive started again: its diagnostic counter restarted.
+    Reboot {
+        /// The counter that should have come.
+        expected: u8,
+        /// The counter that came.
+        actual: u8,
+    },
     /// The bus failed; which of the latest set-points arrived is unknown.
     Bus,
     /// The shaft did not stand still, or the drive did not confirm, in time.
@@ -54,8 +66,38 @@ impl Fault {
     pub const fn loses_reference(self) -> bool {
         matches!(
             self,
-            Self::Bus | Self::Reboot | Self::Drift { .. } | Self::DataError
+            Self::Bus
+                | Self::Reboot { .. }
+                | Self::Drift { .. }
+                | Self::FollowingError { .. }
+                | Self::DataError
+                | Self::DisabledWhileStreaming
         )
+    }
+}
+
+/// What may have made a position differ from what was sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DriftCause {
+    /// The error fits one step that the drive took twice: CAN repeats a frame after an error in its last bit.
+    OneStepRepeated,
+    /// The error fits one step that never arrived.
+    OneStepLost,
+    /// Steps went in both directions, so either fits.
+    OneStepLostOrRepeated,
+    /// No single step is large enough.
+    MoreThanOneStep,
+}
+
+impl fmt::Display for DriftCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OneStepRepeated => "one step repeated",
+            Self::OneStepLost => "one step lost",
+            Self::OneStepLostOrRepeated => "one step lost or repeated",
+            Self::MoreThanOneStep => "more than one step",
+        })
     }
 }
 
@@ -78,8 +120,22 @@ impl fmt::Display for Fault {
             ),
             Self::Lost => f.write_str("the drive does not answer"),
             Self::Backlog { counts } => write!(f, "the axis is {counts} counts behind its target"),
-            Self::Drift { counts } => write!(f, "the position is {counts} counts off"),
-            Self::Reboot => f.write_str("the drive started again"),
+            Self::Drift { counts, cause } => {
+                write!(
+                    f,
+                    "at standstill the position is {counts} counts off, as after {cause}"
+                )
+            }
+            Self::FollowingError { counts } => {
+                write!(
+                    f,
+                    "the drive is {counts} counts off its set-points while moving"
+                )
+            }
+            Self::Reboot { expected, actual } => write!(
+                f,
+                "the drive started again: its counter should be {expected}, it is {actual}"
+            ),
             Self::Bus => {
                 f.write_str("the bus failed, the fate of the latest set-points is unknown")
             }
@@ -145,7 +201,8 @@ impl Reactions {
             Fault::Backlog { .. } => self.backlog,
             Fault::Bus => self.bus,
             Fault::Drift { .. }
-            | Fault::Reboot
+            | Fault::FollowingError { .. }
+            | Fault::Reboot { .. }
             | Fault::PositionRange { .. }
             | Fault::DisabledWhileStreaming => self.position,
             Fault::Config(_) | Fault::EnableTimeout | Fault::Group => Reaction::Halt,

@@ -35,7 +35,7 @@ impl<const N: usize> Master<N> {
 
     /// Stops a group at once: no further set-point.
     pub fn halt(&mut self, now: Instant, group: GroupId) {
-        for index in 0..N {
+        for index in 0..self.axes.len() {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
@@ -49,7 +49,7 @@ impl<const N: usize> Master<N> {
     /// Slows a group down, then disables its drives; an axis that does not stream is disabled at once.
     pub fn disable(&mut self, now: Instant, group: GroupId) {
         self.ramp_down(now, group, true);
-        for index in 0..N {
+        for index in 0..self.axes.len() {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
@@ -71,7 +71,7 @@ impl<const N: usize> Master<N> {
         if !self.axes.iter().any(|axis| axis.config.group == group) {
             return Err(CommandError::NoSuchGroup(group));
         }
-        for index in 0..N {
+        for index in 0..self.axes.len() {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
@@ -122,7 +122,7 @@ impl<const N: usize> Master<N> {
     }
 
     fn enter_all(&mut self, now: Instant, group: GroupId, from: AxisState, to: AxisState) {
-        for index in 0..N {
+        for index in 0..self.axes.len() {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
@@ -134,7 +134,7 @@ impl<const N: usize> Master<N> {
 
     fn ramp_down(&mut self, now: Instant, group: GroupId, then_disable: bool) {
         let cycles = self.ramp_cycles(group);
-        for index in 0..N {
+        for index in 0..self.axes.len() {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };

@@ -8,6 +8,7 @@ extern crate std;
 mod axis;
 mod command;
 mod config;
+mod drift;
 mod event;
 mod fault;
 mod feedback;
@@ -29,7 +30,7 @@ pub use config::{
     ReadBackScale, Timeouts,
 };
 pub use event::{BusErrorKind, Event, EventKind};
-pub use fault::{Fault, Reaction, Reactions};
+pub use fault::{DriftCause, Fault, Reaction, Reactions};
 pub use feedback::{Feedback, Stamped};
 pub use life::{AxisState, Reason};
 pub use master::Master;

@@ -12,18 +12,19 @@ use crate::outgoing::{Outgoing, Purpose};
 use crate::ramp::cycles_to_stop;
 use crate::snapshot::{AxisSnapshot, CycleCounters};
 use crate::time::Instant;
+use heapless::Vec;
 
 /// Place in `Master::axis_of` of a drive without an axis.
 const NO_AXIS: u8 = u8::MAX;
 
-/// A motion master for `N` axes on one bus.
+/// A motion master for at most `N` axes on one bus.
 ///
 /// A cycle is: `set_target` for each axis, `begin_cycle`, then `service` (or `next_frame` and `on_accepted` by hand)
 /// until nothing is left, again whenever the controller has room, and `on_frame` for what comes in.
 #[derive(Debug)]
 pub struct Master<const N: usize> {
     pub(crate) config: MasterConfig,
-    pub(crate) axes: [Axis; N],
+    pub(crate) axes: Vec<Axis, N>,
     pub(crate) events: Events,
     /// Place of each drive id in `axes`.
     axis_of: [u8; 64],
@@ -44,22 +45,20 @@ impl<const N: usize> Master<N> {
     ///
     /// # Errors
     /// [`ConfigError`] when the configuration cannot work.
-    pub fn new(config: MasterConfig, axes: [AxisConfig; N]) -> Result<Self, ConfigError> {
-        config.validate(&axes)?;
+    pub fn new(config: MasterConfig, axes: &[AxisConfig]) -> Result<Self, ConfigError> {
+        config.validate(axes, N)?;
         let mut axis_of = [NO_AXIS; 64];
-        for (index, axis) in axes.iter().enumerate() {
+        let mut places = Vec::new();
+        for (index, axis) in (0..).zip(axes) {
             if let Some(place) = axis_of.get_mut(usize::from(axis.drive.get())) {
-                *place = index as u8;
+                *place = index;
             }
+            // There is room: the number of axes was checked.
+            let _ = places.push(Axis::new(*axis, &config, u32::from(index)));
         }
-        let mut rank = 0;
-        let axes = axes.map(|axis| {
-            rank += 1;
-            Axis::new(axis, &config, rank)
-        });
         Ok(Self {
             config,
-            axes,
+            axes: places,
             events: Events::new(),
             axis_of,
             due: 0,
@@ -104,7 +103,7 @@ impl<const N: usize> Master<N> {
     pub fn begin_cycle(&mut self, now: Instant) {
         self.count_cycle(now);
         self.merge_leftovers(now);
-        for index in 0..N {
+        for index in 0..self.axes.len() {
             self.tick_axis(now, index);
         }
         self.due = 0;
@@ -258,8 +257,7 @@ impl<const N: usize> Master<N> {
         };
         match outgoing.purpose {
             Purpose::SetPoint(step) => {
-                axis.books.sent(step);
-                axis.counters.set_points = axis.counters.set_points.wrapping_add(1);
+                axis.stepped(step, now);
                 self.due &= !(1 << index);
             }
             Purpose::Switch(switch) => axis.switched(switch, &mut log),
@@ -318,7 +316,7 @@ impl<const N: usize> Master<N> {
         }
         self.bus_off = true;
         self.events.push(now, None, EventKind::BusOff);
-        for index in 0..N {
+        for index in 0..self.axes.len() {
             if let Some(axis) = self.axes.get_mut(index) {
                 axis.abandon_request(now, self.config.timeouts.reply_us);
             }
@@ -336,7 +334,7 @@ impl<const N: usize> Master<N> {
 
     /// A frame came in.
     pub fn on_frame(&mut self, now: Instant, frame: &DataFrame) {
-        let timeouts = self.config.timeouts;
+        let config = self.config;
         let Some(index) = self.index_of(frame.address()) else {
             self.events
                 .push(now, None, EventKind::ForeignFrame { id: frame.id() });
@@ -345,9 +343,9 @@ impl<const N: usize> Master<N> {
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
-        if let Some(fault) = axis.hear(frame, &timeouts, &mut log) {
+        if let Some(fault) = axis.hear(frame, &config, &mut log) {
             if fault == Fault::AlarmFrame {
-                self.quiet_until = now + timeouts.alarm_quiet_us;
+                self.quiet_until = now + config.timeouts.alarm_quiet_us;
                 self.request = None;
             }
             self.raise(now, index, fault);
@@ -377,7 +375,7 @@ impl<const N: usize> Master<N> {
             reaction
         };
         let cycles = self.ramp_cycles(group);
-        for other in 0..N {
+        for other in 0..self.axes.len() {
             let is_own = other == index;
             self.react(
                 now,

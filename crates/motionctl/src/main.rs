@@ -1,2 +1,69 @@
-//! placeholder
-fn main() {}
+//! `motionctl`: look at motion on CAN without drives.
+
+#![forbid(unsafe_code)]
+
+mod exit;
+mod sim;
+mod trajectory;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Simulate servo axes on a virtual CAN bus, with the master that the firmware runs.
+#[derive(Debug, Parser)]
+#[command(name = "motionctl", version, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a motion on simulated drives, in virtual time, and show whether every promise was kept.
+    Sim(Box<sim::Arguments>),
+}
+
+/// `cargo sim -- --trajectory FILE` reaches the tool as `sim -- --trajectory FILE`. Everything of `sim` is an option, so
+/// the two dashes behind the subcommand mean nothing: dropping them lets both spellings work.
+fn without_alias_dashes(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = arguments.collect();
+    if arguments.get(2).is_some_and(|argument| argument == "--") {
+        arguments.remove(2);
+    }
+    arguments
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
+    let result = match &arguments.command {
+        Command::Sim(arguments) => sim::run(arguments),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        exit::BAD_INPUT.into()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn the_alias_may_be_called_with_and_without_dashes() {
+        let parse = |words: &[&str]| {
+            let words = words.iter().map(OsString::from);
+            Arguments::try_parse_from(without_alias_dashes(words)).is_ok()
+        };
+        assert!(parse(&["motionctl", "sim", "--axes", "2"]));
+        assert!(parse(&["motionctl", "sim", "--", "--axes", "2"]));
+        assert!(!parse(&["motionctl", "sim", "--axes", "2", "--", "--json"]));
+    }
+}

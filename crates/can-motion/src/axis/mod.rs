@@ -1,0 +1,251 @@
+//! One axis: its state, its books, and the one request that its drive may owe.
+
+mod hear;
+mod send;
+
+use dyn_can::Dialect;
+
+use crate::config::{AxisConfig, MasterConfig, Timeouts};
+use crate::drift::DriftWatch;
+use crate::event::{EventKind, Events};
+use crate::fault::Fault;
+use crate::feedback::Feedback;
+use crate::life::{AxisState, Reason};
+use crate::polls::PollClock;
+use crate::ramp::Ramp;
+use crate::request_slot::RequestSlot;
+use crate::set_point::SetPoint;
+use crate::snapshot::{AxisSnapshot, Counters};
+use crate::time::Instant;
+
+/// Where an axis writes its events.
+pub(crate) struct Log<'a> {
+    pub(crate) events: &'a mut Events,
+    pub(crate) now: Instant,
+    pub(crate) axis: u8,
+}
+
+impl Log<'_> {
+    pub(crate) fn push(&mut self, kind: EventKind) {
+        self.events.push(self.now, Some(self.axis), kind);
+    }
+}
+
+#[derive(Debug)]
+pub(crate) struct Axis {
+    pub(crate) config: AxisConfig,
+    pub(crate) state: AxisState,
+    pub(crate) fault: Option<Fault>,
+    pub(crate) books: SetPoint,
+    pub(crate) slot: RequestSlot,
+    pub(crate) polls: PollClock,
+    pub(crate) counters: Counters,
+    dialect: Dialect,
+    since: Instant,
+    /// The position is known: nothing has happened since the anchor that could have moved it unnoticed.
+    referenced: bool,
+    /// An enable command went out, and no disable command since.
+    may_be_enabled: bool,
+    /// The fault found the axis enabled and confirmed, so that it can hold when the fault is cleared.
+    held: bool,
+    ramp: Option<Ramp>,
+    disable_after_ramp: bool,
+    feedback: Feedback,
+    drift: DriftWatch,
+    timeouts_in_row: u8,
+    still_since: Option<Instant>,
+    /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
+    echo_token: u8,
+}
+
+impl Axis {
+    pub(crate) fn new(config: AxisConfig, master: &MasterConfig, rank: u32) -> Self {
+        Self {
+            config,
+            state: AxisState::PowerOn,
+            fault: None,
+            books: SetPoint::default(),
+            slot: RequestSlot::default(),
+            polls: PollClock::new(&config.polls, master.cycle_us, rank),
+            counters: Counters::default(),
+            dialect: config.initial_dialect(),
+            since: Instant::default(),
+            referenced: false,
+            may_be_enabled: false,
+            held: false,
+            ramp: None,
+            disable_after_ramp: false,
+            feedback: Feedback::default(),
+            drift: DriftWatch::new(),
+            timeouts_in_row: 0,
+            still_since: None,
+            echo_token: 0,
+        }
+    }
+
+    pub(crate) const fn dialect(&self) -> &Dialect {
+        &self.dialect
+    }
+
+    pub(crate) const fn may_be_enabled(&self) -> bool {
+        self.may_be_enabled
+    }
+
+    pub(crate) fn snapshot(&self) -> AxisSnapshot {
+        AxisSnapshot {
+            drive: self.config.drive,
+            group: self.config.group,
+            state: self.state,
+            fault: self.fault,
+            referenced: self.referenced,
+            target_counts: self.books.target_counts(),
+            sent_counts: self.books.sent_counts(),
+            backlog_counts: self.books.backlog_counts(),
+            feedback: self.feedback,
+            counters: self.counters,
+        }
+    }
+
+    pub(crate) fn enter(&mut self, to: AxisState, reason: Reason, log: &mut Log<'_>) {
+        // A stop that ends while a fault is latched, or without a known position, does not end in readiness.
+        let to = match to {
+            AxisState::Ready | AxisState::Holding if self.fault.is_some() => AxisState::Faulted,
+            AxisState::Ready if !self.referenced => AxisState::Anchoring,
+            other => other,
+        };
+        log.push(EventKind::State {
+            from: self.state,
+            to,
+            reason,
+        });
+        self.state = to;
+        self.since = log.now;
+        match to {
+            AxisState::AwaitingStandstill => self.still_since = None,
+            // Only a status read from now on may confirm.
+            AxisState::ConfirmingEnable | AxisState::ConfirmingDisable => {
+                self.feedback.status = None;
+            }
+            _ => {}
+        }
+    }
+
+    /// Lets time pass.
+    pub(crate) fn tick(&mut self, timeouts: &Timeouts, log: &mut Log<'_>) -> Option<Fault> {
+        self.drift.cycle(self.books.sent_counts());
+        if let Some(kind) = self.slot.expire(log.now, timeouts.reply_us) {
+            log.push(EventKind::ReplyTimeout(kind));
+            self.counters.timeouts = self.counters.timeouts.wrapping_add(1);
+            if let Some(fault) = self.miss_reply(timeouts) {
+                return Some(fault);
+            }
+        }
+        let elapsed_us = log.now.us_since(self.since);
+        let over = |limit_us: u32| elapsed_us >= u64::from(limit_us);
+        match self.state {
+            AxisState::PowerOn if over(timeouts.power_on_us) => {
+                self.enter(AxisState::Probing, Reason::Elapsed, log);
+                None
+            }
+            AxisState::AwaitingStandstill if over(timeouts.standstill_limit_us) => {
+                Some(Fault::EnableTimeout)
+            }
+            AxisState::ConfirmingEnable | AxisState::ConfirmingDisable
+                if over(timeouts.confirm_us) =>
+            {
+                Some(Fault::EnableTimeout)
+            }
+            state if state.sends_set_points() => self.backlog_fault(),
+            _ => None,
+        }
+    }
+
+    fn backlog_fault(&self) -> Option<Fault> {
+        let counts = self.books.backlog_counts();
+        (counts.unsigned_abs() > self.config.limits.backlog).then_some(Fault::Backlog { counts })
+    }
+
+    fn miss_reply(&mut self, timeouts: &Timeouts) -> Option<Fault> {
+        self.timeouts_in_row = self.timeouts_in_row.saturating_add(1);
+        if self.timeouts_in_row < timeouts.lost_after || self.fault == Some(Fault::Lost) {
+            return None;
+        }
+        self.timeouts_in_row = 0;
+        Some(Fault::Lost)
+    }
+
+    /// Moves the target along the ramp; at its end the axis holds or is disabled.
+    pub(crate) fn advance_ramp(&mut self, log: &mut Log<'_>) {
+        let Some(ramp) = &mut self.ramp else { return };
+        if !ramp.is_done() {
+            self.books.set_target(ramp.next_target());
+        } else if self.books.backlog_counts() == 0 {
+            self.ramp = None;
+            let next = if self.disable_after_ramp {
+                AxisState::Disabling
+            } else {
+                AxisState::Holding
+            };
+            self.enter(next, Reason::Standstill, log);
+        }
+    }
+
+    pub(crate) fn disable_after_ramp(&mut self) {
+        self.disable_after_ramp = true;
+    }
+
+    pub(crate) fn start_ramp(
+        &mut self,
+        cycles: u16,
+        then_disable: bool,
+        reason: Reason,
+        log: &mut Log<'_>,
+    ) {
+        let velocity = self.books.velocity_counts();
+        self.books.drop_backlog();
+        self.ramp = Some(Ramp::new(self.books.sent_counts(), velocity, cycles));
+        self.disable_after_ramp = then_disable;
+        self.enter(AxisState::RampingDown, reason, log);
+    }
+
+    /// No further set-point; what is owed is forgotten.
+    pub(crate) fn halt(&mut self, to: AxisState, reason: Reason, log: &mut Log<'_>) {
+        self.books.drop_backlog();
+        self.ramp = None;
+        self.held = self.state.is_enabled();
+        self.enter(to, reason, log);
+    }
+
+    /// Notes a fault; the first one of its own stays.
+    pub(crate) fn latch(&mut self, fault: Fault, log: &mut Log<'_>) {
+        log.push(EventKind::Fault(fault));
+        if self.fault.is_none_or(|latched| latched == Fault::Group) {
+            self.fault = Some(fault);
+        }
+        if fault.loses_reference() {
+            self.referenced = false;
+        }
+    }
+
+    /// The bus failed: a reply that is still awaited may come late, or never.
+    pub(crate) fn abandon_request(&mut self, now: Instant, quarantine_us: u32) {
+        self.slot.close(now, quarantine_us);
+    }
+
+    /// The application has seen the fault.
+    pub(crate) fn clear(&mut self, log: &mut Log<'_>) {
+        let Some(fault) = self.fault.take() else {
+            return;
+        };
+        self.timeouts_in_row = 0;
+        let next = if fault != Fault::Group || !self.referenced {
+            self.referenced = false;
+            AxisState::Probing
+        } else if self.held {
+            AxisState::Holding
+        } else {
+            AxisState::Ready
+        };
+        self.enter(next, Reason::Command, log);
+    }
+}

@@ -1,0 +1,128 @@
+//! Frames of one axis on their way out, and back.
+
+use dyn_can::{DataFrame, PdStep, ReplyKind, Request, ServoSwitch, go_relative_pos_pd};
+
+use super::{Axis, Log};
+use crate::event::EventKind;
+use crate::life::{AxisState, Reason};
+use crate::polls::PollKind;
+use crate::time::Instant;
+
+impl Axis {
+    /// The reading to ask for, and for how many cycles it has been due; what a state waits for beats every poll.
+    pub(crate) fn wanted_request(&self, cycle: u32) -> Option<(ReplyKind, u32)> {
+        if !self.slot.is_free() {
+            return None;
+        }
+        if let Some(kind) = self.state.wanted_reading() {
+            return Some((kind, u32::MAX));
+        }
+        let poll = self
+            .polls
+            .most_overdue(cycle)
+            .filter(|_| self.state.may_poll())?;
+        Some((poll.kind.reply_kind(), poll.overdue))
+    }
+
+    /// The set-point of this cycle.
+    pub(crate) fn set_point(&self) -> (DataFrame, PdStep) {
+        let step = self.books.next_step(self.config.limits.max_step);
+        (
+            go_relative_pos_pd(self.config.drive, step, self.dialect.number_order),
+            step,
+        )
+    }
+
+    /// The request that asks for a reading.
+    pub(crate) fn request(&self, kind: ReplyKind) -> Request {
+        use dyn_can::ReadSelector::{Position, Torque};
+        match kind {
+            ReplyKind::DriveId => Request::ReadDriveId,
+            ReplyKind::DriveConfig => Request::ReadDriveConfig,
+            ReplyKind::DriveStatus => Request::ReadDriveStatus,
+            ReplyKind::Position => Request::GeneralRead(Position),
+            ReplyKind::Torque => Request::GeneralRead(Torque),
+            ReplyKind::ParamGroup1 => Request::ReadParamGroup1,
+            ReplyKind::ParamGroup2 => Request::ReadParamGroup2,
+            ReplyKind::ParamGroup3 => Request::ReadParamGroup3,
+            ReplyKind::MotorSpeed => Request::ReadMotorSpeed,
+            ReplyKind::DriveReset => Request::DriveReset,
+            ReplyKind::Echo => Request::EchoFunction(self.echo_bytes()),
+            ReplyKind::DiagnosticCounter => Request::DiagnosticCounter,
+        }
+    }
+
+    pub(super) const fn echo_bytes(&self) -> [u8; 4] {
+        [
+            self.config.drive.get(),
+            self.echo_token,
+            !self.echo_token,
+            0x55,
+        ]
+    }
+
+    /// The controller accepted a set-point.
+    pub(crate) fn stepped(&mut self, step: PdStep, now: Instant) {
+        self.books.sent(step);
+        self.drift.stepped(step, now);
+        self.counters.set_points = self.counters.set_points.wrapping_add(1);
+    }
+
+    /// The controller accepted the request.
+    pub(crate) fn asked(&mut self, kind: ReplyKind, cycle: u32, now: Instant, reply_us: u32) {
+        self.slot.ask(kind, now, reply_us);
+        self.counters.requests = self.counters.requests.wrapping_add(1);
+        if let Some(poll) = PollKind::of_reply(kind) {
+            self.polls.asked(poll, cycle);
+        }
+    }
+
+    /// The controller accepted the enable or disable command.
+    pub(crate) fn switched(&mut self, switch: ServoSwitch, log: &mut Log<'_>) {
+        self.may_be_enabled = switch == ServoSwitch::Enable;
+        let next = match switch {
+            ServoSwitch::Enable => AxisState::ConfirmingEnable,
+            ServoSwitch::Disable => AxisState::ConfirmingDisable,
+        };
+        self.enter(next, Reason::Sent, log);
+    }
+
+    /// The controller gave a frame back unsent.
+    pub(crate) fn displaced(&mut self, frame: &DataFrame, cycle: u32, log: &mut Log<'_>) {
+        let Ok((_, request)) = Request::decode(frame, &self.dialect) else {
+            log.push(EventKind::ForeignFrame { id: frame.id() });
+            return;
+        };
+        self.counters.displaced = self.counters.displaced.wrapping_add(1);
+        match request {
+            Request::GoRelativePosPd(step) => {
+                self.books.returned(step);
+                if !self.state.sends_set_points() {
+                    self.books.drop_backlog();
+                }
+                log.push(EventKind::SetPointDisplaced);
+            }
+            Request::ServoDisable(switch) => self.switch_displaced(switch, log),
+            other => {
+                if let Some(kind) = other.reply_kind() {
+                    self.slot.forget();
+                    if let Some(poll) = PollKind::of_reply(kind) {
+                        self.polls.returned(poll, cycle);
+                    }
+                    log.push(EventKind::RequestDisplaced(kind));
+                }
+            }
+        }
+    }
+
+    /// An enable command is repeated only while it is still wanted; a disable command always.
+    fn switch_displaced(&mut self, switch: ServoSwitch, log: &mut Log<'_>) {
+        match switch {
+            ServoSwitch::Enable if self.state == AxisState::ConfirmingEnable => {
+                self.enter(AxisState::Enabling, Reason::Displaced, log);
+            }
+            ServoSwitch::Enable => self.may_be_enabled = false,
+            ServoSwitch::Disable => self.enter(AxisState::Disabling, Reason::Displaced, log),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The result of a simulation: were the promises kept?
+
+use core::fmt;
+
+use can_motion::CycleCounters;
+use comfy_table::{CellAlignment, Table, presets};
+use serde::Serialize;
+
+use super::bench::Setup;
+use super::watch::Watch;
+
+/// One axis at the end.
+#[derive(Debug, Serialize)]
+pub(crate) struct AxisSummary {
+    pub(crate) axis: usize,
+    pub(crate) drive: u8,
+    pub(crate) state: String,
+    pub(crate) fault: Option<String>,
+    /// Set-points that the master's controller accepted.
+    pub(crate) set_points: u32,
+    /// Final target, from the start.
+    pub(crate) target_counts: i32,
+    /// Sum of the steps in the master's books.
+    pub(crate) sent_counts: i32,
+    /// Sum of the steps that the drive received.
+    pub(crate) received_counts: i64,
+    /// Final target minus the motor's position.
+    pub(crate) position_error_counts: i64,
+    pub(crate) largest_backlog_counts: u32,
+    pub(crate) worst_status_age_ms: f64,
+    pub(crate) worst_position_age_ms: f64,
+    pub(crate) reply_timeouts: u32,
+    /// The axis still streamed at the end, as it should.
+    pub(crate) streamed: bool,
+}
+
+impl AxisSummary {
+    fn promises_kept(&self) -> bool {
+        self.streamed
+            && self.fault.is_none()
+            && self.sent_counts == self.target_counts
+            && self.received_counts == i64::from(self.target_counts)
+    }
+}
+
+/// A whole simulation.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    pub(crate) promises_kept: bool,
+    pub(crate) axes: Vec<AxisSummary>,
+    pub(crate) cycle_us: u32,
+    pub(crate) bit_rate_kbit: u32,
+    /// Cycles of the motion, rest at its end included.
+    pub(crate) cycles: u32,
+    /// Cycles whose set-points had not all ended on the wire when the next cycle began.
+    pub(crate) late_cycles: u32,
+    /// Cycles that the master could not hand to its controller in time, since power-on.
+    pub(crate) late_hand_overs: u32,
+    pub(crate) faults: u32,
+    pub(crate) mean_bus_load: f64,
+    pub(crate) peak_bus_load: f64,
+}
+
+impl Summary {
+    pub(crate) fn new(
+        axes: Vec<AxisSummary>,
+        counters: &CycleCounters,
+        watch: &Watch,
+        setup: &Setup,
+    ) -> Self {
+        let promises_kept = axes.iter().all(AxisSummary::promises_kept)
+            && !axes.is_empty()
+            && watch.cycles > 0
+            && watch.late_cycles == 0
+            && watch.faults() == 0
+            && counters.late == 0;
+        Self {
+            promises_kept,
+            axes,
+            cycle_us: setup.cycle_us,
+            bit_rate_kbit: setup.bit_rate.kbit_per_s(),
+            cycles: watch.cycles,
+            late_cycles: watch.late_cycles,
+            late_hand_overs: counters.late,
+            faults: watch.faults(),
+            mean_bus_load: watch.mean_load,
+            peak_bus_load: watch.peak_load,
+        }
+    }
+
+    pub(crate) fn promises_kept(&self) -> bool {
+        self.promises_kept
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new();
+        table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_header([
+            "axis",
+            "drive",
+            "set-points",
+            "target\ncounts",
+            "sent\ncounts",
+            "received\ncounts",
+            "difference\ncounts",
+            "largest backlog\ncounts",
+            "position error\ncounts",
+            "worst age of\nstatus, ms",
+            "worst age of\nposition, ms",
+            "state",
+        ]);
+        for axis in &self.axes {
+            let difference = i64::from(axis.target_counts) - axis.received_counts;
+            table.add_row([
+                axis.axis.to_string(),
+                axis.drive.to_string(),
+                axis.set_points.to_string(),
+                axis.target_counts.to_string(),
+                axis.sent_counts.to_string(),
+                axis.received_counts.to_string(),
+                difference.to_string(),
+                axis.largest_backlog_counts.to_string(),
+                axis.position_error_counts.to_string(),
+                format!("{:.1}", axis.worst_status_age_ms),
+                format!("{:.1}", axis.worst_position_age_ms),
+                axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
+            ]);
+        }
+        let last = table.column_count().saturating_sub(1);
+        for column in table.column_iter_mut().take(last) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.table())?;
+        writeln!(
+            f,
+            "{} cycles of {} us at {} kbit/s, {} late; bus load {:.1} % mean, {:.1} % peak; {} faults",
+            self.cycles,
+            self.cycle_us,
+            self.bit_rate_kbit,
+            self.late_cycles,
+            100.0 * self.mean_bus_load,
+            100.0 * self.peak_bus_load,
+            self.faults,
+        )?;
+        f.write_str(if self.promises_kept {
+            "Every promise kept: each drive received exactly its target, and no cycle was late."
+        } else {
+            "A promise was BROKEN: see the differences, late cycles, states and faults above."
+        })
+    }
+}

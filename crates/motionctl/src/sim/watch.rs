@@ -1,0 +1,153 @@
+//! What is measured while a simulation runs.
+
+use can_motion::{AxisSnapshot, AxisState, Event, EventKind, Instant, Master, PollKind};
+use drive_sim::{Bus, DynDrive, LoadMark, NodeId, Outcome, Record};
+use dyn_can::FunctionCode;
+use embedded_can::{Frame as _, Id};
+
+use super::bench::MOST_AXES;
+use super::summary::AxisSummary;
+
+#[derive(Debug, Clone, Copy, Default)]
+struct AxisWatch {
+    largest_backlog_counts: u32,
+    worst_status_age_us: u64,
+    worst_position_age_us: u64,
+}
+
+/// Measurements of the motion, from `start` to `stop`.
+#[derive(Debug)]
+pub(crate) struct Watch {
+    master: NodeId,
+    axes: Vec<AxisWatch>,
+    running: bool,
+    whole: Option<LoadMark>,
+    this_cycle: Option<LoadMark>,
+    /// Axes that owe a set-point in this cycle.
+    owed: usize,
+    /// Set-points that have ended on the wire in this cycle.
+    ended: usize,
+    faults: u32,
+    pub(crate) cycles: u32,
+    /// Cycles in which a set-point had not ended on the wire when the next cycle began.
+    pub(crate) late_cycles: u32,
+    pub(crate) mean_load: f64,
+    pub(crate) peak_load: f64,
+}
+
+impl Watch {
+    pub(crate) fn new(master: NodeId, axes: usize) -> Self {
+        Self {
+            master,
+            axes: vec![AxisWatch::default(); axes],
+            running: false,
+            whole: None,
+            this_cycle: None,
+            owed: 0,
+            ended: 0,
+            faults: 0,
+            cycles: 0,
+            late_cycles: 0,
+            mean_load: 0.0,
+            peak_load: 0.0,
+        }
+    }
+
+    pub(crate) fn start(&mut self, mark: LoadMark) {
+        self.running = true;
+        self.whole = Some(mark);
+        self.this_cycle = Some(mark);
+    }
+
+    pub(crate) fn stop(&mut self, bus: &Bus) {
+        self.running = false;
+        if let Some(mark) = &self.whole {
+            self.mean_load = bus.load_since(mark);
+        }
+    }
+
+    pub(crate) fn saw_fault(&self) -> bool {
+        self.faults > 0
+    }
+
+    pub(crate) fn faults(&self) -> u32 {
+        self.faults
+    }
+
+    pub(crate) fn event(&mut self, event: &Event) {
+        if let EventKind::Fault(_) = event.kind {
+            self.faults += 1;
+        }
+    }
+
+    pub(crate) fn cycle_begins(
+        &mut self,
+        now: Instant,
+        master: &Master<MOST_AXES>,
+        places: &[usize],
+    ) {
+        if !self.running {
+            return;
+        }
+        (self.owed, self.ended) = (0, 0);
+        for (watch, &place) in self.axes.iter_mut().zip(places) {
+            let Some(axis) = master.snapshot(place) else { continue };
+            self.owed += usize::from(axis.state.sends_set_points());
+            watch.largest_backlog_counts =
+                watch.largest_backlog_counts.max(axis.backlog_counts.unsigned_abs());
+            let age_us = |kind| axis.feedback.polled_at(kind).map_or(0, |at| now.us_since(at));
+            watch.worst_status_age_us = watch.worst_status_age_us.max(age_us(PollKind::Status));
+            watch.worst_position_age_us =
+                watch.worst_position_age_us.max(age_us(PollKind::Position));
+        }
+    }
+
+    pub(crate) fn record(&mut self, record: &Record) {
+        let Id::Standard(id) = record.frame.id() else { return };
+        let is_set_point =
+            FunctionCode::from_can_id(id.as_raw()) == FunctionCode::GoRelativePosPd;
+        if is_set_point && record.node == self.master && record.outcome == Outcome::Delivered {
+            self.ended += 1;
+        }
+    }
+
+    pub(crate) fn cycle_ends(&mut self, bus: &Bus) {
+        if !self.running {
+            return;
+        }
+        self.cycles += 1;
+        self.late_cycles += u32::from(self.ended < self.owed);
+        if let Some(mark) = &self.this_cycle {
+            self.peak_load = self.peak_load.max(bus.load_since(mark));
+        }
+        self.this_cycle = Some(bus.load_mark());
+    }
+
+    pub(crate) fn axis_summary(
+        &self,
+        axis: usize,
+        snapshot: &AxisSnapshot,
+        drive: &DynDrive,
+        anchor_counts: i32,
+        target_counts: i32,
+    ) -> AxisSummary {
+        let watch = &self.axes[axis];
+        let ms = |us: u64| us as f64 / 1_000.0;
+        AxisSummary {
+            axis,
+            drive: snapshot.drive.get(),
+            state: snapshot.state.to_string(),
+            fault: snapshot.fault.map(|fault| fault.to_string()),
+            set_points: snapshot.counters.set_points,
+            target_counts: target_counts.wrapping_sub(anchor_counts),
+            sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
+            received_counts: drive.commanded_counts(),
+            position_error_counts: i64::from(target_counts) - i64::from(drive.position_counts()),
+            largest_backlog_counts: watch.largest_backlog_counts,
+            worst_status_age_ms: ms(watch.worst_status_age_us),
+            worst_position_age_ms: ms(watch.worst_position_age_us),
+            reply_timeouts: snapshot.counters.timeouts,
+            streamed: snapshot.state == AxisState::Streaming,
+        }
+    }
+}
