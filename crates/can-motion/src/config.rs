@@ -6,6 +6,7 @@ use dyn_can::{Dialect, DriveId, Revision, StepLimit};
 
 use crate::fault::Reactions;
 use crate::polls::PollKind;
+use crate::procedure::WearLimits;
 
 /// Settings of the whole master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -239,6 +240,8 @@ pub struct AxisConfig {
     pub read_back: ReadBackScale,
     /// What each fault does.
     pub reactions: Reactions,
+    /// How much its procedures may wear the drive.
+    pub wear: WearLimits,
 }
 
 impl AxisConfig {
@@ -253,6 +256,7 @@ impl AxisConfig {
             polls: PollPeriods::DEFAULT,
             read_back: ReadBackScale::COMMAND_COUNTS,
             reactions: Reactions::DEFAULT,
+            wear: WearLimits::DEFAULT,
         }
     }
 

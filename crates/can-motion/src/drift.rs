@@ -154,6 +154,13 @@ mod tests {
         watch
     }
 
+    /// The same axis, a while later.
+    fn at_rest() -> DriftWatch {
+        let mut watch = after_motion();
+        (0..HISTORY).for_each(|_| watch.cycle(300));
+        watch
+    }
+
     fn judge(
         watch: &mut DriftWatch,
         position: i32,
@@ -204,7 +211,7 @@ mod tests {
             (305, None),
         ] {
             assert_eq!(
-                judge(&mut after_motion(), position, 200_000, 1),
+                judge(&mut at_rest(), position, 200_000, 1),
                 expected,
                 "{position}"
             );

@@ -5,6 +5,7 @@ use heapless::Deque;
 
 use crate::fault::Fault;
 use crate::life::{AxisState, Reason};
+use crate::procedure::ProcedureEnd;
 use crate::time::Instant;
 
 /// Events that wait to be read. One that does not fit is counted, not forgotten.
@@ -46,6 +47,8 @@ pub enum EventKind {
     SetPointDisplaced,
     /// The controller gave back a request unsent; it is asked again.
     RequestDisplaced(ReplyKind),
+    /// A procedure ended.
+    Procedure(ProcedureEnd),
     /// The reply did not come in time.
     ReplyTimeout(ReplyKind),
     /// A reply came too late or twice, and was dropped.

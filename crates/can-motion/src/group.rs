@@ -1,9 +1,10 @@
-//! Commands of the application: they act on whole groups, because axes of a group move and stop together.
+//! Commands of the application. Motion commands act on whole groups, because axes of a group move and stop together.
 
 use crate::command::CommandError;
 use crate::config::GroupId;
 use crate::life::{AxisState, Reason};
 use crate::master::Master;
+use crate::procedure::{Confirmation, Procedure, ProcedureError};
 use crate::time::Instant;
 
 impl<const N: usize> Master<N> {
@@ -80,6 +81,22 @@ impl<const N: usize> Master<N> {
             }
         }
         Ok(())
+    }
+
+    /// Starts a slow, wearing or dangerous command beside the cycle; its end is an event.
+    ///
+    /// # Errors
+    /// [`ProcedureError`] when it may not run now; nothing changes then.
+    pub fn start(
+        &mut self,
+        now: Instant,
+        axis: usize,
+        procedure: Procedure,
+        confirmation: Confirmation,
+    ) -> Result<(), ProcedureError> {
+        let place = self.axes.get_mut(axis);
+        let axis = place.ok_or(ProcedureError::NoSuchAxis { actual: axis })?;
+        axis.start(procedure, confirmation, now)
     }
 
     /// True when every axis of the group is in this state; false for a group without axes.

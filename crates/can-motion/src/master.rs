@@ -1,6 +1,6 @@
 //! The master: axes, cycle, order of frames. Sans-I/O, so every method is told the time.
 
-use dyn_can::{Address, DataFrame, DriveId, FrameError, ReplyKind, Request, ServoSwitch};
+use dyn_can::{Address, DataFrame, DriveId, FrameError, Request, ServoSwitch};
 
 use crate::axis::{Axis, Log};
 use crate::command::TargetError;
@@ -31,7 +31,7 @@ pub struct Master<const N: usize> {
     /// One bit an axis: its set-point of this cycle has not been accepted yet.
     due: u64,
     requests_left: u8,
-    request: Option<(u8, ReplyKind)>,
+    request: Option<(u8, Request)>,
     /// Where the search for the next request starts, so that equals take turns.
     turn: u8,
     quiet_until: Instant,
@@ -178,18 +178,16 @@ impl<const N: usize> Master<N> {
         if self.requests_left == 0 || self.bus_off || now < self.quiet_until {
             return;
         }
+        let (turn, cycle) = (usize::from(self.turn), self.cycle.cycles);
+        let axes = || self.axes.iter().enumerate();
         let mut longest = 0;
-        for offset in 0..N {
-            let index = (usize::from(self.turn) + offset) % N;
-            let Some(axis) = self.axes.get(index) else {
-                continue;
-            };
-            let Some((kind, overdue)) = axis.wanted_request(self.cycle.cycles) else {
+        for (index, axis) in axes().skip(turn).chain(axes().take(turn)) {
+            let Some((request, overdue)) = axis.wanted_request(cycle) else {
                 continue;
             };
             if self.request.is_none() || overdue > longest {
                 longest = overdue;
-                self.request = Some((index as u8, kind));
+                self.request = Some((index as u8, request));
             }
         }
     }
@@ -234,17 +232,16 @@ impl<const N: usize> Master<N> {
     }
 
     fn request_frame(&self) -> Option<Outgoing> {
-        let (index, kind) = self.request?;
-        let axis = self
-            .axes
-            .get(usize::from(index))
-            .filter(|axis| axis.slot.is_free())?;
+        let (index, request) = self.request?;
+        let place = self.axes.get(usize::from(index));
+        let axis = place.filter(|axis| axis.slot.is_free())?;
         let address = Address::Drive(axis.config.drive);
-        let frame = axis.request(kind).encode(address, axis.dialect()).ok()?;
+        // Procedures were checked against the revision when they started, and readings exist in both.
+        let frame = request.encode(address, axis.dialect()).ok()?;
         Some(Outgoing {
             frame,
             axis: index,
-            purpose: Purpose::Request(kind),
+            purpose: Purpose::Request(request),
         })
     }
 
@@ -261,8 +258,8 @@ impl<const N: usize> Master<N> {
                 self.due &= !(1 << index);
             }
             Purpose::Switch(switch) => axis.switched(switch, &mut log),
-            Purpose::Request(kind) => {
-                axis.asked(kind, cycle, now, reply_us);
+            Purpose::Request(request) => {
+                axis.requested(request, cycle, reply_us, &mut log);
                 self.requests_left = self.requests_left.saturating_sub(1);
                 self.turn = (index as u8).wrapping_add(1);
                 self.choose_request(now);

@@ -1,13 +1,14 @@
 //! A frame that the master wants on the bus, and what it means to the books.
 
-use dyn_can::{DataFrame, PdStep, ReplyKind, ServoSwitch};
+use dyn_can::{DataFrame, PdStep, Request, ServoSwitch};
 
 /// What a frame is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) enum Purpose {
     SetPoint(PdStep),
-    Request(ReplyKind),
+    /// A reading, or the command of a procedure.
+    Request(Request),
     Switch(ServoSwitch),
 }
 

@@ -29,6 +29,8 @@ pub struct Counters {
     pub stray_replies: u32,
     /// Replies that did not decode.
     pub bad_replies: u32,
+    /// Parameters written to the drive's EEPROM.
+    pub eeprom_writes: u16,
 }
 
 /// One axis at one moment.

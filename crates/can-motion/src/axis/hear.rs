@@ -52,7 +52,9 @@ impl Axis {
     fn hear_error(&mut self, frame: &DataFrame, log: &mut Log<'_>) -> Option<Fault> {
         match Reply::decode(frame, None, &self.dialect) {
             Ok((_, Reply::DriveError(DriveError::Alarm))) => Some(Fault::AlarmFrame),
-            Ok((_, Reply::DriveError(DriveError::DataError))) => Some(Fault::DataError),
+            Ok((_, Reply::DriveError(DriveError::DataError))) => {
+                (!self.procedure_refused(log)).then_some(Fault::DataError)
+            }
             Ok((_, Reply::DriveError(DriveError::Unknown(byte)))) => {
                 Some(Fault::UnknownError(byte))
             }
@@ -79,13 +81,20 @@ impl Axis {
                 self.counters.replies = self.counters.replies.wrapping_add(1);
                 self.timeouts_in_row = 0;
                 self.feedback.note(log.now, reply);
-                self.note_standstill();
+                self.note_standstill(reply, log.now);
+                self.procedure_replied(kind, reply, log);
                 self.suspect(reply, counter_before, asked_at, config, log.now)
                     .or_else(|| self.follow(kind, &config.timeouts, log))
             }
             Err(error) => {
                 self.counters.bad_replies = self.counters.bad_replies.wrapping_add(1);
                 log.push(EventKind::BadReply(error));
+                self.procedure_missed(kind, log);
+                if self.state == AxisState::Identifying && self.feedback.revision.is_some() {
+                    // The length has told the revision; what the parameters are does not matter for motion.
+                    self.enter(AxisState::CheckingConfig, Reason::Reading, log);
+                    return None;
+                }
                 self.miss_reply(&config.timeouts)
             }
         }
@@ -97,7 +106,7 @@ impl Axis {
         kind: ReplyKind,
         log: &mut Log<'_>,
     ) -> Result<Reply, DecodeError> {
-        if kind == ReplyKind::ParamGroup3 {
+        if kind == ReplyKind::ParamGroup3 && self.state == AxisState::Identifying {
             self.recognise_revision(frame, log);
         }
         let (_, reply) = Reply::decode(frame, Some(kind), &self.dialect)?;
@@ -112,9 +121,10 @@ impl Axis {
     }
 
     fn recognise_revision(&mut self, frame: &DataFrame, log: &mut Log<'_>) {
-        if self.config.dialect == DialectChoice::Detect
-            && let Some(revision) = Revision::from_group3_reply_len(usize::from(frame.len()))
-        {
+        if self.config.dialect == DialectChoice::Detect {
+            let Some(revision) = Revision::from_group3_reply_len(usize::from(frame.len())) else {
+                return;
+            };
             self.dialect = Dialect::of(revision);
         }
         self.feedback.revision = Some(self.dialect.revision);
@@ -122,11 +132,10 @@ impl Axis {
     }
 
     /// Since when the speed readings are zero without a break.
-    fn note_standstill(&mut self) {
-        self.still_since = match self.feedback.speed_rpm {
-            Some(Stamped { value: 0, at }) => self.still_since.or(Some(at)),
-            _ => None,
-        };
+    fn note_standstill(&mut self, reply: Reply, now: Instant) {
+        if let Reply::MotorSpeed(speed_rpm) = reply {
+            self.still_since = (speed_rpm == 0).then(|| self.still_since.unwrap_or(now));
+        }
     }
 
     /// What a reading says against the books.

@@ -1,6 +1,7 @@
 //! One axis: its state, its books, and the one request that its drive may owe.
 
 mod hear;
+mod procedures;
 mod send;
 
 use dyn_can::Dialect;
@@ -12,6 +13,7 @@ use crate::fault::Fault;
 use crate::feedback::Feedback;
 use crate::life::{AxisState, Reason};
 use crate::polls::PollClock;
+use crate::procedure::Run;
 use crate::ramp::Ramp;
 use crate::request_slot::RequestSlot;
 use crate::set_point::SetPoint;
@@ -56,6 +58,8 @@ pub(crate) struct Axis {
     still_since: Option<Instant>,
     /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
     echo_token: u8,
+    run: Option<Run>,
+    wrote_at: Option<Instant>,
 }
 
 impl Axis {
@@ -80,11 +84,18 @@ impl Axis {
             timeouts_in_row: 0,
             still_since: None,
             echo_token: 0,
+            run: None,
+            wrote_at: None,
         }
     }
 
     pub(crate) const fn dialect(&self) -> &Dialect {
         &self.dialect
+    }
+
+    /// The drive does not answer; asking it costs the others their turns.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.fault == Some(Fault::Lost)
     }
 
     pub(crate) const fn may_be_enabled(&self) -> bool {
@@ -121,6 +132,8 @@ impl Axis {
         self.state = to;
         self.since = log.now;
         match to {
+            // Nothing read before is believed of a drive that may have been exchanged or restarted.
+            AxisState::Probing => self.feedback = Feedback::default(),
             AxisState::AwaitingStandstill => self.still_since = None,
             // Only a status read from now on may confirm.
             AxisState::ConfirmingEnable | AxisState::ConfirmingDisable => {
@@ -133,8 +146,12 @@ impl Axis {
     /// Lets time pass.
     pub(crate) fn tick(&mut self, timeouts: &Timeouts, log: &mut Log<'_>) -> Option<Fault> {
         self.drift.cycle(self.books.sent_counts());
+        if let Some(run) = &mut self.run {
+            run.tick(log.now);
+        }
         if let Some(kind) = self.slot.expire(log.now, timeouts.reply_us) {
             log.push(EventKind::ReplyTimeout(kind));
+            self.procedure_missed(kind, log);
             self.counters.timeouts = self.counters.timeouts.wrapping_add(1);
             if let Some(fault) = self.miss_reply(timeouts) {
                 return Some(fault);
@@ -219,6 +236,7 @@ impl Axis {
     /// Notes a fault; the first one of its own stays.
     pub(crate) fn latch(&mut self, fault: Fault, log: &mut Log<'_>) {
         log.push(EventKind::Fault(fault));
+        self.procedure_aborted(log);
         if self.fault.is_none_or(|latched| latched == Fault::Group) {
             self.fault = Some(fault);
         }

@@ -9,19 +9,26 @@ use crate::polls::PollKind;
 use crate::time::Instant;
 
 impl Axis {
-    /// The reading to ask for, and for how many cycles it has been due; what a state waits for beats every poll.
-    pub(crate) fn wanted_request(&self, cycle: u32) -> Option<(ReplyKind, u32)> {
+    /// The request to send next, and for how many cycles it has been due: what a state waits for, then what a procedure
+    /// wants, beat every poll.
+    pub(crate) fn wanted_request(&self, cycle: u32) -> Option<(Request, u32)> {
         if !self.slot.is_free() {
             return None;
         }
         if let Some(kind) = self.state.wanted_reading() {
-            return Some((kind, u32::MAX));
+            return Some((self.request(kind), u32::MAX));
         }
-        let poll = self
-            .polls
-            .most_overdue(cycle)
-            .filter(|_| self.state.may_poll())?;
-        Some((poll.kind.reply_kind(), poll.overdue))
+        if !self.state.may_poll() || self.is_lost() {
+            return None;
+        }
+        if let Some(request) = self.wanted_command() {
+            return Some((request, u32::MAX));
+        }
+        if let Some(kind) = self.run.and_then(|run| run.wanted_reading()) {
+            return Some((self.request(kind), u32::MAX));
+        }
+        let poll = self.polls.most_overdue(cycle)?;
+        Some((self.request(poll.kind.reply_kind()), poll.overdue))
     }
 
     /// The set-point of this cycle.
@@ -34,7 +41,7 @@ impl Axis {
     }
 
     /// The request that asks for a reading.
-    pub(crate) fn request(&self, kind: ReplyKind) -> Request {
+    fn request(&self, kind: ReplyKind) -> Request {
         use dyn_can::ReadSelector::{Position, Torque};
         match kind {
             ReplyKind::DriveId => Request::ReadDriveId,
@@ -69,11 +76,21 @@ impl Axis {
     }
 
     /// The controller accepted the request.
-    pub(crate) fn asked(&mut self, kind: ReplyKind, cycle: u32, now: Instant, reply_us: u32) {
-        self.slot.ask(kind, now, reply_us);
+    pub(crate) fn requested(
+        &mut self,
+        request: Request,
+        cycle: u32,
+        reply_us: u32,
+        log: &mut Log<'_>,
+    ) {
         self.counters.requests = self.counters.requests.wrapping_add(1);
-        if let Some(poll) = PollKind::of_reply(kind) {
-            self.polls.asked(poll, cycle);
+        if self.wanted_command() == Some(request) {
+            self.told(request, reply_us, log);
+        } else if let Some(kind) = request.reply_kind() {
+            self.slot.ask(kind, log.now, reply_us);
+            if let Some(poll) = PollKind::of_reply(kind) {
+                self.polls.asked(poll, cycle);
+            }
         }
     }
 
@@ -103,6 +120,7 @@ impl Axis {
                 log.push(EventKind::SetPointDisplaced);
             }
             Request::ServoDisable(switch) => self.switch_displaced(switch, log),
+            Request::DriveReset => self.command_returned(request),
             other => {
                 if let Some(kind) = other.reply_kind() {
                     self.slot.forget();
@@ -110,6 +128,8 @@ impl Axis {
                         self.polls.returned(poll, cycle);
                     }
                     log.push(EventKind::RequestDisplaced(kind));
+                } else {
+                    self.command_returned(other);
                 }
             }
         }
