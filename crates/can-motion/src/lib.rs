@@ -6,7 +6,9 @@
 extern crate std;
 
 mod axis;
+mod bus_user;
 mod command;
+pub mod commission;
 mod config;
 mod drift;
 mod event;
@@ -24,7 +26,9 @@ mod service;
 mod set_point;
 mod snapshot;
 mod time;
+mod traffic;
 
+pub use bus_user::BusUser;
 pub use command::{CommandError, TargetError};
 pub use config::{
     AxisConfig, ConfigError, DialectChoice, GroupId, Limits, MasterConfig, PollPeriods,

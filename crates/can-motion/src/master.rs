@@ -1,14 +1,13 @@
 //! The master: axes, cycle, order of frames. Sans-I/O, so every method is told the time.
 
-use dyn_can::{Address, DataFrame, DriveId, FrameError, Request, ServoSwitch};
+use dyn_can::{Address, DriveId, Request};
 
 use crate::axis::{Axis, Log};
 use crate::command::TargetError;
 use crate::config::{AxisConfig, ConfigError, GroupId, MasterConfig};
-use crate::event::{BusErrorKind, Event, EventKind, Events};
+use crate::event::{Event, EventKind, Events};
 use crate::fault::{Fault, Reaction};
 use crate::life::{AxisState, Reason};
-use crate::outgoing::{Outgoing, Purpose};
 use crate::ramp::cycles_to_stop;
 use crate::snapshot::{AxisSnapshot, CycleCounters};
 use crate::time::Instant;
@@ -27,16 +26,16 @@ pub struct Master<const N: usize> {
     pub(crate) axes: Vec<Axis, N>,
     pub(crate) events: Events,
     /// Place of each drive id in `axes`.
-    axis_of: [u8; 64],
+    pub(crate) axis_of: [u8; 64],
     /// One bit an axis: its set-point of this cycle has not been accepted yet.
-    due: u64,
-    requests_left: u8,
-    request: Option<(u8, Request)>,
+    pub(crate) due: u64,
+    pub(crate) requests_left: u8,
+    pub(crate) request: Option<(u8, Request)>,
     /// Where the search for the next request starts, so that equals take turns.
-    turn: u8,
-    quiet_until: Instant,
-    cycle_started: Option<Instant>,
-    cycle: CycleCounters,
+    pub(crate) turn: u8,
+    pub(crate) quiet_until: Instant,
+    pub(crate) cycle_started: Option<Instant>,
+    pub(crate) cycle: CycleCounters,
     pub(crate) bus_off: bool,
 }
 
@@ -173,7 +172,7 @@ impl<const N: usize> Master<N> {
     }
 
     /// Picks the reading to ask for next: what a state waits for, then the poll that is due longest.
-    fn choose_request(&mut self, now: Instant) {
+    pub(crate) fn choose_request(&mut self, now: Instant) {
         self.request = None;
         if self.requests_left == 0 || self.bus_off || now < self.quiet_until {
             return;
@@ -190,120 +189,6 @@ impl<const N: usize> Master<N> {
                 self.request = Some((index as u8, request));
             }
         }
-    }
-
-    /// The frame that should go out next; asking changes nothing.
-    ///
-    /// Disable commands first, then the set-points of this cycle in ascending order of drive id, then enable
-    /// commands, then requests within their budget.
-    #[must_use]
-    pub fn next_frame(&self) -> Option<Outgoing> {
-        if self.bus_off {
-            return None;
-        }
-        self.switch_frame(AxisState::Disabling, ServoSwitch::Disable)
-            .or_else(|| self.set_point_frame())
-            .or_else(|| self.switch_frame(AxisState::Enabling, ServoSwitch::Enable))
-            .or_else(|| self.request_frame())
-    }
-
-    fn set_point_frame(&self) -> Option<Outgoing> {
-        let index = self.due.trailing_zeros();
-        let (frame, step) = self.axes.get(index as usize)?.set_point();
-        Some(Outgoing {
-            frame,
-            axis: index as u8,
-            purpose: Purpose::SetPoint(step),
-        })
-    }
-
-    fn switch_frame(&self, state: AxisState, switch: ServoSwitch) -> Option<Outgoing> {
-        let index = self.axes.iter().position(|axis| axis.state == state)?;
-        let axis = self.axes.get(index)?;
-        let request = Request::ServoDisable(switch);
-        let frame = request
-            .encode(Address::Drive(axis.config.drive), axis.dialect())
-            .ok()?;
-        Some(Outgoing {
-            frame,
-            axis: index as u8,
-            purpose: Purpose::Switch(switch),
-        })
-    }
-
-    fn request_frame(&self) -> Option<Outgoing> {
-        let (index, request) = self.request?;
-        let place = self.axes.get(usize::from(index));
-        let axis = place.filter(|axis| axis.slot.is_free())?;
-        let address = Address::Drive(axis.config.drive);
-        // Procedures were checked against the revision when they started, and readings exist in both.
-        let frame = request.encode(address, axis.dialect()).ok()?;
-        Some(Outgoing {
-            frame,
-            axis: index,
-            purpose: Purpose::Request(request),
-        })
-    }
-
-    /// The controller accepted a frame: now it counts.
-    pub fn on_accepted(&mut self, now: Instant, outgoing: &Outgoing) {
-        let (index, cycle) = (usize::from(outgoing.axis), self.cycle.cycles);
-        let reply_us = self.config.timeouts.reply_us;
-        let Some((axis, mut log)) = self.axis_and_log(now, index) else {
-            return;
-        };
-        match outgoing.purpose {
-            Purpose::SetPoint(step) => {
-                axis.stepped(step, now);
-                self.due &= !(1 << index);
-            }
-            Purpose::Switch(switch) => axis.switched(switch, &mut log),
-            Purpose::Request(request) => {
-                axis.requested(request, cycle, reply_us, &mut log);
-                self.requests_left = self.requests_left.saturating_sub(1);
-                self.turn = (index as u8).wrapping_add(1);
-                self.choose_request(now);
-            }
-        }
-    }
-
-    /// The controller gave back a frame that it had accepted, unsent, to make room for a more urgent one.
-    pub fn on_displaced(&mut self, now: Instant, frame: &DataFrame) {
-        let cycle = self.cycle.cycles;
-        let Some(index) = self.index_of(frame.address()) else {
-            self.events
-                .push(now, None, EventKind::ForeignFrame { id: frame.id() });
-            return;
-        };
-        let Some((axis, mut log)) = self.axis_and_log(now, index) else {
-            return;
-        };
-        axis.displaced(frame, cycle, &mut log);
-        if axis.state.sends_set_points() && axis.books.backlog_counts() != 0 {
-            self.due |= 1 << index;
-        }
-    }
-
-    /// The controller failed while it took a frame: whether that frame goes out is not known.
-    pub fn on_transmit_error(&mut self, now: Instant, outgoing: &Outgoing, kind: BusErrorKind) {
-        self.events
-            .push(now, Some(outgoing.axis), EventKind::BusError(kind));
-        match outgoing.purpose {
-            Purpose::SetPoint(_) => self.raise(now, usize::from(outgoing.axis), Fault::Bus),
-            // A request that may be under way must not be asked again before its timeout; a command is repeated.
-            Purpose::Request(_) => self.on_accepted(now, outgoing),
-            Purpose::Switch(_) => {}
-        }
-    }
-
-    /// A frame came in, or back, that cannot belong to this protocol.
-    pub fn on_foreign_frame(&mut self, now: Instant, error: FrameError) {
-        self.events.push(now, None, EventKind::NotOurs(error));
-    }
-
-    /// The controller reports an error while receiving.
-    pub fn on_receive_error(&mut self, now: Instant, kind: BusErrorKind) {
-        self.events.push(now, None, EventKind::BusError(kind));
     }
 
     /// The controller is bus-off: the fate of the frames that it held is not known.
@@ -329,27 +214,7 @@ impl<const N: usize> Master<N> {
         }
     }
 
-    /// A frame came in.
-    pub fn on_frame(&mut self, now: Instant, frame: &DataFrame) {
-        let config = self.config;
-        let Some(index) = self.index_of(frame.address()) else {
-            self.events
-                .push(now, None, EventKind::ForeignFrame { id: frame.id() });
-            return;
-        };
-        let Some((axis, mut log)) = self.axis_and_log(now, index) else {
-            return;
-        };
-        if let Some(fault) = axis.hear(frame, &config, &mut log) {
-            if fault == Fault::AlarmFrame {
-                self.quiet_until = now + config.timeouts.alarm_quiet_us;
-                self.request = None;
-            }
-            self.raise(now, index, fault);
-        }
-    }
-
-    fn index_of(&self, address: Address) -> Option<usize> {
+    pub(crate) fn index_of(&self, address: Address) -> Option<usize> {
         let drive: DriveId = address.drive()?;
         let index = *self.axis_of.get(usize::from(drive.get()))?;
         (index != NO_AXIS).then_some(usize::from(index))

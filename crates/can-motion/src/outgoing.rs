@@ -24,10 +24,8 @@ pub struct Outgoing {
     pub(crate) purpose: Purpose,
 }
 
-impl Outgoing {
-    /// The frame.
-    #[must_use]
-    pub const fn frame(&self) -> &DataFrame {
+impl AsRef<DataFrame> for Outgoing {
+    fn as_ref(&self) -> &DataFrame {
         &self.frame
     }
 }

@@ -171,6 +171,12 @@ impl DataFrame {
     }
 }
 
+impl AsRef<Self> for DataFrame {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
 impl fmt::Display for DataFrame {
     /// `03C#FF88`, the form of candump logs.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,0 +1,201 @@
+//! Commissioning: find drives, give one an id, find out its byte order. On a bus on which nothing streams.
+//!
+//! Each task is a script of exchanges: send one frame, listen until the answer or the end of a window, decide. Sans-I/O
+//! like the master, and driven by the same [`service`](crate::service): call it until [`Commissioner::result`] is there.
+
+mod assign;
+mod byte_order;
+mod scan;
+
+pub use assign::{AssignId, AssignResult};
+pub use byte_order::{ByteOrderProbe, ByteOrderResult};
+pub use scan::{Scan, ScanResult};
+
+use dyn_can::{Address, DataFrame, Dialect, DriveError, FrameError, Reply, ReplyKind, Request};
+
+use crate::bus_user::BusUser;
+use crate::event::BusErrorKind;
+use crate::time::Instant;
+
+/// Time to listen for a reply, and for a data error after a command. Longer than any response that was measured (D65).
+const LISTEN_US: u32 = 20_000;
+
+/// One frame to send, and what to listen for afterwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exchange {
+    frame: DataFrame,
+    /// The kind of the answer that ends the window early; `None` listens to its end.
+    answer: Option<ReplyKind>,
+    listen_us: u32,
+}
+
+impl Exchange {
+    /// A request whose answer is awaited. `None` when the dialect does not let it be sent.
+    fn ask(request: Request, to: Address, dialect: &Dialect) -> Option<Self> {
+        let frame = request.encode(to, dialect).ok()?;
+        Some(Self {
+            frame,
+            answer: request.reply_kind(),
+            listen_us: LISTEN_US,
+        })
+    }
+
+    /// A frame after which only an error may come.
+    const fn tell(frame: DataFrame, listen_us: u32) -> Self {
+        Self {
+            frame,
+            answer: None,
+            listen_us,
+        }
+    }
+}
+
+/// What came back in the window of an exchange.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Heard {
+    /// The awaited answer.
+    reply: Option<Reply>,
+    /// Length of the answer, also of one that does not decode.
+    reply_len: Option<u8>,
+    /// The drive refused something.
+    data_error: bool,
+}
+
+/// A commissioning task: what to send next, given what was heard.
+pub trait Script {
+    /// What the task finds out.
+    type Result;
+
+    /// The next exchange, or the result. The first call gets an empty [`Heard`].
+    fn next(&mut self, heard: Heard) -> Result<Exchange, Self::Result>;
+
+    /// How the drive at hand reads the documents.
+    fn dialect(&self) -> &Dialect;
+}
+
+#[derive(Debug)]
+enum Phase<R> {
+    Sending(Exchange),
+    Listening {
+        exchange: Exchange,
+        until: Instant,
+        heard: Heard,
+    },
+    Done(R),
+}
+
+/// Runs one script.
+#[derive(Debug)]
+pub struct Commissioner<S: Script> {
+    script: S,
+    phase: Phase<S::Result>,
+}
+
+impl<S: Script> Commissioner<S> {
+    /// Starts a task.
+    pub fn new(mut script: S) -> Self {
+        let phase = Self::step(&mut script, Heard::default());
+        Self { script, phase }
+    }
+
+    fn step(script: &mut S, heard: Heard) -> Phase<S::Result> {
+        match script.next(heard) {
+            Ok(exchange) => Phase::Sending(exchange),
+            Err(result) => Phase::Done(result),
+        }
+    }
+
+    /// Lets time pass; call it at least every millisecond.
+    pub fn tick(&mut self, now: Instant) {
+        if let Phase::Listening { until, heard, .. } = self.phase
+            && now >= until
+        {
+            self.phase = Self::step(&mut self.script, heard);
+        }
+    }
+
+    /// The result, once the task is done.
+    pub const fn result(&self) -> Option<&S::Result> {
+        match &self.phase {
+            Phase::Done(result) => Some(result),
+            _ => None,
+        }
+    }
+
+    /// The task itself, for what it has found so far.
+    pub const fn script(&self) -> &S {
+        &self.script
+    }
+
+    fn hear(&mut self, frame: &DataFrame) {
+        let Phase::Listening {
+            exchange, heard, ..
+        } = &mut self.phase
+        else {
+            return;
+        };
+        if frame.address() != exchange.frame.address() {
+            return;
+        }
+        let dialect = self.script.dialect();
+        if let Ok((_, Reply::DriveError(error))) = Reply::decode(frame, None, dialect) {
+            heard.data_error |= error == DriveError::DataError;
+            return;
+        }
+        let Some(kind) = exchange
+            .answer
+            .filter(|kind| kind.function() == frame.function())
+        else {
+            return;
+        };
+        heard.reply_len = Some(frame.len());
+        heard.reply = Reply::decode(frame, Some(kind), dialect)
+            .ok()
+            .map(|(_, reply)| reply);
+        let heard = *heard;
+        self.phase = Self::step(&mut self.script, heard);
+    }
+}
+
+impl<S: Script> BusUser for Commissioner<S> {
+    type Outgoing = DataFrame;
+
+    fn next_frame(&self) -> Option<DataFrame> {
+        match &self.phase {
+            Phase::Sending(exchange) => Some(exchange.frame),
+            _ => None,
+        }
+    }
+
+    fn on_accepted(&mut self, now: Instant, _: &DataFrame) {
+        if let Phase::Sending(exchange) = self.phase {
+            let until = now + exchange.listen_us;
+            self.phase = Phase::Listening {
+                exchange,
+                until,
+                heard: Heard::default(),
+            };
+        }
+    }
+
+    fn on_displaced(&mut self, _: Instant, frame: &DataFrame) {
+        if let Phase::Listening { exchange, .. } = self.phase
+            && exchange.frame == *frame
+        {
+            self.phase = Phase::Sending(exchange);
+        }
+    }
+
+    fn on_transmit_error(&mut self, now: Instant, frame: &DataFrame, _: BusErrorKind) {
+        // Whether it went out is not known; silence in the window says no.
+        self.on_accepted(now, frame);
+    }
+
+    fn on_receive_error(&mut self, _: Instant, _: BusErrorKind) {}
+
+    fn on_frame(&mut self, _: Instant, frame: &DataFrame) {
+        self.hear(frame);
+    }
+
+    fn on_foreign_frame(&mut self, _: Instant, _: FrameError) {}
+}
