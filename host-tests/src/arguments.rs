@@ -3,8 +3,9 @@
 use std::fmt;
 
 use dyn_can::{
-    CommandMode, DriveConfig, FunctionCode, RangeError, ReadSelector, Refusal, Request, Revision, ServoMode,
-    ServoSwitch, SetParamGroup1, SetParamGroup2, SetParamGroup3, StoredDriveId, SyncKind,
+    CommandMode, DriveConfig, FunctionCode, RangeError, ReadSelector, Refusal, Request, Revision,
+    ServoMode, ServoSwitch, SetParamGroup1, SetParamGroup2, SetParamGroup3, StoredDriveId,
+    SyncKind,
 };
 use serde_json::{Map, Value};
 
@@ -54,7 +55,9 @@ struct Arguments(Map<String, Value>);
 
 impl Arguments {
     fn take(&mut self, name: &str) -> Result<Value, ArgumentError> {
-        self.0.remove(name).ok_or_else(|| ArgumentError::Schema(format!("{name} is missing")))
+        self.0
+            .remove(name)
+            .ok_or_else(|| ArgumentError::Schema(format!("{name} is missing")))
     }
 
     fn number(&mut self, name: &str) -> Result<i32, ArgumentError> {
@@ -62,7 +65,9 @@ impl Arguments {
         match value.as_i64() {
             Some(number) => i32::try_from(number).map_err(|_| ArgumentError::BeyondI32(value)),
             None if value.is_u64() => Err(ArgumentError::BeyondI32(value)),
-            None => Err(ArgumentError::Type(format!("{name}: expected a whole number, got {value}"))),
+            None => Err(ArgumentError::Type(format!(
+                "{name}: expected a whole number, got {value}"
+            ))),
         }
     }
 
@@ -96,7 +101,9 @@ impl Arguments {
     fn text(&mut self, name: &str) -> Result<String, ArgumentError> {
         match self.take(name)? {
             Value::String(text) => Ok(text),
-            other => Err(ArgumentError::Type(format!("{name}: expected a text, got {other}"))),
+            other => Err(ArgumentError::Type(format!(
+                "{name}: expected a text, got {other}"
+            ))),
         }
     }
 
@@ -104,13 +111,16 @@ impl Arguments {
     fn variant<T>(&mut self, name: &str, variants: [(&str, T); 2]) -> Result<T, ArgumentError> {
         let text = self.text(name)?;
         let found = variants.into_iter().find(|(variant, _)| *variant == text);
-        found.map(|(_, value)| value).ok_or(ArgumentError::Variant(text))
+        found
+            .map(|(_, value)| value)
+            .ok_or(ArgumentError::Variant(text))
     }
 
     fn echo_bytes(&mut self) -> Result<[u8; 4], ArgumentError> {
         let text = self.text("payload_hex")?;
-        let bytes = HexBytes::parse(&text)
-            .ok_or_else(|| ArgumentError::Schema(format!("payload_hex {text:?} is not hexadecimal")))?;
+        let bytes = HexBytes::parse(&text).ok_or_else(|| {
+            ArgumentError::Schema(format!("payload_hex {text:?} is not hexadecimal"))
+        })?;
         <[u8; 4]>::try_from(bytes.0).map_err(|bytes| ArgumentError::Length(bytes.len()))
     }
 
@@ -150,7 +160,9 @@ impl Arguments {
     fn finish(self) -> Result<(), ArgumentError> {
         match self.0.keys().next() {
             None => Ok(()),
-            Some(name) => Err(ArgumentError::Schema(format!("{name} is not an argument of this command"))),
+            Some(name) => Err(ArgumentError::Schema(format!(
+                "{name} is not an argument of this command"
+            ))),
         }
     }
 }
@@ -185,21 +197,36 @@ fn build(
     const AMPLITUDE: &str = "amplitude_counts";
     Ok(match function {
         F::SetOrigin => Request::SetOrigin,
-        F::GoAbsolutePosPtp => Request::GoAbsolutePosPtp(arguments.checked(POSITION, TryFrom::try_from)?),
+        F::GoAbsolutePosPtp => {
+            Request::GoAbsolutePosPtp(arguments.checked(POSITION, TryFrom::try_from)?)
+        }
         F::MakeLinearLine => Request::MakeLinearLine(arguments.checked(VALUE, TryFrom::try_from)?),
-        F::GoRelativePosPtp => Request::GoRelativePosPtp(arguments.checked(DISTANCE, TryFrom::try_from)?),
-        F::MakeCircularArc => Request::MakeCircularArc(arguments.checked(VALUE, TryFrom::try_from)?),
-        F::AssignDriveId => Request::AssignDriveId(arguments.checked("new_drive_id", StoredDriveId::new)?),
+        F::GoRelativePosPtp => {
+            Request::GoRelativePosPtp(arguments.checked(DISTANCE, TryFrom::try_from)?)
+        }
+        F::MakeCircularArc => {
+            Request::MakeCircularArc(arguments.checked(VALUE, TryFrom::try_from)?)
+        }
+        F::AssignDriveId => {
+            Request::AssignDriveId(arguments.checked("new_drive_id", StoredDriveId::new)?)
+        }
         F::ReadDriveId => Request::ReadDriveId,
         F::SetDriveConfig => Request::SetDriveConfig(arguments.drive_config()?),
         F::ReadDriveConfig => Request::ReadDriveConfig,
         F::ReadDriveStatus => Request::ReadDriveStatus,
-        F::TurnConstSpeed => Request::TurnConstSpeed(arguments.checked("speed_rpm", TryFrom::try_from)?),
+        F::TurnConstSpeed => {
+            Request::TurnConstSpeed(arguments.checked("speed_rpm", TryFrom::try_from)?)
+        }
         F::SquareWave => Request::SquareWave(arguments.checked(AMPLITUDE, TryFrom::try_from)?),
         F::SinWave => Request::SinWave(arguments.checked(AMPLITUDE, TryFrom::try_from)?),
-        F::SsFrequency => Request::SsFrequency(arguments.checked("frequency_hz", TryFrom::try_from)?),
+        F::SsFrequency => {
+            Request::SsFrequency(arguments.checked("frequency_hz", TryFrom::try_from)?)
+        }
         F::GeneralRead => {
-            let selectors = [("position", ReadSelector::Position), ("torque", ReadSelector::Torque)];
+            let selectors = [
+                ("position", ReadSelector::Position),
+                ("torque", ReadSelector::Torque),
+            ];
             Request::GeneralRead(arguments.variant("what", selectors)?)
         }
         F::ForMotorDefine | F::DriveError => return Err(no_request(function, revision)),
@@ -209,10 +236,17 @@ fn build(
         F::ReadParamGroup1 => Request::ReadParamGroup1,
         F::ReadParamGroup2 => Request::ReadParamGroup2,
         F::ReadParamGroup3 => Request::ReadParamGroup3,
-        F::GoAbsolutePosSync => Request::GoAbsolutePosSync(arguments.checked(POSITION, TryFrom::try_from)?),
-        F::GoRelativePosSync => Request::GoRelativePosSync(arguments.checked(DISTANCE, TryFrom::try_from)?),
+        F::GoAbsolutePosSync => {
+            Request::GoAbsolutePosSync(arguments.checked(POSITION, TryFrom::try_from)?)
+        }
+        F::GoRelativePosSync => {
+            Request::GoRelativePosSync(arguments.checked(DISTANCE, TryFrom::try_from)?)
+        }
         F::SyncTrigger => {
-            let kinds = [("absolute", SyncKind::Absolute), ("relative", SyncKind::Relative)];
+            let kinds = [
+                ("absolute", SyncKind::Absolute),
+                ("relative", SyncKind::Relative),
+            ];
             Request::SyncTrigger(arguments.variant("kind", kinds)?)
         }
         F::ServoDisable => Request::ServoDisable(match arguments.flag("disable")? {
@@ -221,7 +255,9 @@ fn build(
         }),
         F::ReadMotorSpeed => Request::ReadMotorSpeed,
         F::DriveReset => Request::DriveReset,
-        F::GoRelativePosPd => Request::GoRelativePosPd(arguments.checked(DISTANCE, TryFrom::try_from)?),
+        F::GoRelativePosPd => {
+            Request::GoRelativePosPd(arguments.checked(DISTANCE, TryFrom::try_from)?)
+        }
         F::EchoFunction => Request::EchoFunction(arguments.echo_bytes()?),
         F::DiagnosticCounter => Request::DiagnosticCounter,
     })
@@ -241,7 +277,9 @@ mod tests {
     use serde_json::json;
 
     fn of(function: FunctionCode, arguments: Value) -> Result<Request, ArgumentError> {
-        let Value::Object(arguments) = arguments else { panic!("arguments are an object") };
+        let Value::Object(arguments) = arguments else {
+            panic!("arguments are an object")
+        };
         request(function, Revision::V1_6A, arguments)
     }
 
@@ -258,11 +296,20 @@ mod tests {
         let pd = FunctionCode::GoRelativePosPd;
         let step = |value: Value| of(pd, json!({"distance_counts": value}));
         assert!(matches!(step(json!(16_385)), Err(ArgumentError::Range(_))));
-        assert!(matches!(step(json!(4_294_967_296_i64)), Err(ArgumentError::BeyondI32(_))));
+        assert!(matches!(
+            step(json!(4_294_967_296_i64)),
+            Err(ArgumentError::BeyondI32(_))
+        ));
         assert!(matches!(step(json!(1.5)), Err(ArgumentError::Type(_))));
         let echo = json!({"payload_hex": "010203"});
-        assert_eq!(of(FunctionCode::EchoFunction, echo), Err(ArgumentError::Length(3)));
+        assert_eq!(
+            of(FunctionCode::EchoFunction, echo),
+            Err(ArgumentError::Length(3))
+        );
         let both = json!({"kind": "both"});
-        assert_eq!(of(FunctionCode::SyncTrigger, both), Err(ArgumentError::Variant("both".into())));
+        assert_eq!(
+            of(FunctionCode::SyncTrigger, both),
+            Err(ArgumentError::Variant("both".into()))
+        );
     }
 }

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use dyn_can::{Address, Alarm, DataFrame, Dialect, DriveError, FunctionCode, LineNumber, Reply, ReplyKind, Revision};
 use dyn_can::ZeroAddress;
+use dyn_can::{
+    Address, Alarm, DataFrame, Dialect, DriveError, FunctionCode, LineNumber, Reply, ReplyKind,
+    Revision,
+};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
@@ -44,11 +47,14 @@ fn check_vector(vector: Vector) -> Result<(), Mismatch> {
     let frame = data_frame(vector.can_id, vector.dlc, &vector.data)?;
     let from = address(vector.drive_id).map_err(Mismatch::unreadable)?;
     let outstanding = outstanding(function, vector.context);
-    let dialect = vector.options.dialect(Revision::from(vector.revision), ZeroAddress::Stop);
-    let (sender, reply) = Reply::decode(&frame, outstanding, &dialect).map_err(|error| Mismatch {
-        expected: format!("fields {:?}", vector.fields),
-        actual: format!("refused: {error}"),
-    })?;
+    let dialect = vector
+        .options
+        .dialect(Revision::from(vector.revision), ZeroAddress::Stop);
+    let (sender, reply) =
+        Reply::decode(&frame, outstanding, &dialect).map_err(|error| Mismatch {
+            expected: format!("fields {:?}", vector.fields),
+            actual: format!("refused: {error}"),
+        })?;
     same("sender", &from, &sender)?;
     same("fields", &Value::Object(vector.fields), &fields(&reply))?;
     if vector.canonical {
@@ -65,14 +71,19 @@ fn survives_encoding(
     dialect: &Dialect,
 ) -> Result<(), Mismatch> {
     let encoded: DataFrame = reply.encode(from, dialect);
-    same("re-encoded", &Ok((from, reply)), &Reply::decode(&encoded, outstanding, dialect))
+    same(
+        "re-encoded",
+        &Ok((from, reply)),
+        &Reply::decode(&encoded, outstanding, dialect),
+    )
 }
 
-/// The kind of reply that is awaited; `None` for what a drive sends unasked and where the context does not say it.
+/// The kind of reply that is awaited: General_Read where the context has a selector, otherwise that of the function; `None` for what a
+/// drive sends unasked and for General_Read without selector.
 pub fn outstanding(function: FunctionCode, context: Context) -> Option<ReplyKind> {
     Some(match (function, context.what) {
-        (FunctionCode::GeneralRead, Some(What::Position)) => ReplyKind::Position,
-        (FunctionCode::GeneralRead, Some(What::Torque)) => ReplyKind::Torque,
+        (_, Some(What::Position)) => ReplyKind::Position,
+        (_, Some(What::Torque)) => ReplyKind::Torque,
         (FunctionCode::ReadDriveId, None) => ReplyKind::DriveId,
         (FunctionCode::ReadDriveConfig, None) => ReplyKind::DriveConfig,
         (FunctionCode::ReadDriveStatus, None) => ReplyKind::DriveStatus,

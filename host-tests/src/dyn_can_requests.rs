@@ -41,12 +41,18 @@ fn check_vector(vector: Vector) -> Result<(), Mismatch> {
     same("fc", &vector.fc, &(function as u8))?;
     let expected = data_frame(vector.can_id, vector.dlc, &vector.data)?;
     let to = address(vector.drive_id).map_err(|error| refused(expected, error))?;
-    let request =
-        arguments::request(function, revision, vector.args).map_err(|error| refused(expected, error))?;
+    let request = arguments::request(function, revision, vector.args)
+        .map_err(|error| refused(expected, error))?;
     let dialect = vector.options.dialect(revision, permission(&request, to));
-    let encoded = request.encode(to, &dialect).map_err(|error| refused(expected, error))?;
+    let encoded = request
+        .encode(to, &dialect)
+        .map_err(|error| refused(expected, error))?;
     same("frame", &expected, &encoded)?;
-    same("decoded", &Ok((to, request)), &Request::decode(&expected, &dialect))
+    same(
+        "decoded",
+        &Ok((to, request)),
+        &Request::decode(&expected, &dialect),
+    )
 }
 
 /// The least permission that covers the request, so that a stop must pass with the permission for stops.
@@ -59,5 +65,8 @@ fn permission(request: &Request, to: Address) -> ZeroAddress {
 }
 
 fn refused(expected: DataFrame, error: impl std::fmt::Display) -> Mismatch {
-    Mismatch { expected: format!("frame {expected:?}"), actual: format!("refused: {error}") }
+    Mismatch {
+        expected: format!("frame {expected:?}"),
+        actual: format!("refused: {error}"),
+    }
 }

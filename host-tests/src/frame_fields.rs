@@ -32,17 +32,22 @@ pub struct HexBytes(pub Vec<u8>);
 impl HexBytes {
     /// The bytes of a text such as `f830`; `None` when it is not pairs of hexadecimal digits.
     pub fn parse(text: &str) -> Option<Self> {
-        let digits: Vec<u8> =
-            text.chars().map(|digit| digit.to_digit(16).map(|digit| digit as u8)).collect::<Option<_>>()?;
+        let digits: Vec<u8> = text
+            .chars()
+            .map(|digit| digit.to_digit(16).map(|digit| digit as u8))
+            .collect::<Option<_>>()?;
         let (pairs, rest) = digits.as_chunks::<2>();
-        rest.is_empty().then(|| Self(pairs.iter().map(|[high, low]| high << 4 | low).collect()))
+        rest.is_empty()
+            .then(|| Self(pairs.iter().map(|[high, low]| high << 4 | low).collect()))
     }
 }
 
 impl<'de> Deserialize<'de> for HexBytes {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        Self::parse(&text).ok_or_else(|| de::Error::custom(format!("{text:?} is not pairs of hexadecimal digits")))
+        Self::parse(&text).ok_or_else(|| {
+            de::Error::custom(format!("{text:?} is not pairs of hexadecimal digits"))
+        })
     }
 }
 
@@ -53,8 +58,12 @@ pub struct Command(pub FunctionCode);
 impl<'de> Deserialize<'de> for Command {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
-        let function = FunctionCode::ALL.into_iter().find(|function| function.name() == name);
-        function.map(Self).ok_or_else(|| de::Error::custom(format!("unknown command {name:?}")))
+        let function = FunctionCode::ALL
+            .into_iter()
+            .find(|function| function.name() == name);
+        function
+            .map(Self)
+            .ok_or_else(|| de::Error::custom(format!("unknown command {name:?}")))
     }
 }
 

@@ -1,6 +1,8 @@
 //! The readings that a vector needs, as a [`Dialect`].
 
-use dyn_can::{ByteOrder, Dialect, Group3ReplyOrder, Revision, SetOriginData, TorqueFullScale, ZeroAddress};
+use dyn_can::{
+    ByteOrder, Dialect, Group3ReplyOrder, Revision, SetOriginData, TorqueFullScale, ZeroAddress,
+};
 use serde::{Deserialize, Deserializer, de};
 use serde_json::Value;
 
@@ -68,7 +70,12 @@ pub struct Options {
     /// Permit Assign_Drive_ID to store 0.
     allow_assign_zero: Option<bool>,
     /// Data of Set_Origin: a number, or no byte at all.
-    #[serde(alias = "set_origin_magic", alias = "set_origin_byte", default, deserialize_with = "set_origin")]
+    #[serde(
+        alias = "set_origin_magic",
+        alias = "set_origin_byte",
+        default,
+        deserialize_with = "set_origin"
+    )]
     set_origin: Option<SetOriginData>,
     /// Set_Origin without data.
     #[serde(alias = "set_origin_dlc0")]
@@ -85,21 +92,30 @@ impl Options {
     pub fn dialect(&self, revision: Revision, broadcast: ZeroAddress) -> Dialect {
         let preset = Dialect::of(revision);
         let order = |option: Option<Order>, preset| option.map_or(preset, ByteOrder::from);
-        let group3_reply_order_1_6a =
-            self.group3_reply_order_16a.map_or(preset.group3_reply_order_1_6a, Into::into);
+        let group3_reply_order_1_6a = self
+            .group3_reply_order_16a
+            .map_or(preset.group3_reply_order_1_6a, Into::into);
         let empty = (self.set_origin_empty == Some(true)).then_some(SetOriginData::Empty);
-        let zero_address =
-            if self.allow_broadcast == Some(true) { broadcast } else { preset.zero_address };
+        let zero_address = if self.allow_broadcast == Some(true) {
+            broadcast
+        } else {
+            preset.zero_address
+        };
         Dialect {
             revision,
             number_order: order(self.number_order, preset.number_order),
             group3_request_order: order(self.group3_request_order, preset.group3_request_order),
-            group3_reply_order_1_2a: order(self.group3_reply_order_12a, preset.group3_reply_order_1_2a),
+            group3_reply_order_1_2a: order(
+                self.group3_reply_order_12a,
+                preset.group3_reply_order_1_2a,
+            ),
             group3_reply_order_1_6a,
             set_origin: empty.or(self.set_origin).unwrap_or(preset.set_origin),
             torque_full_scale: self.torque_full_scale.unwrap_or(preset.torque_full_scale),
             read_dummy: self.read_dummy.or(preset.read_dummy),
-            accept_beyond_28_bit: self.accept_beyond_28_bit.unwrap_or(preset.accept_beyond_28_bit),
+            accept_beyond_28_bit: self
+                .accept_beyond_28_bit
+                .unwrap_or(preset.accept_beyond_28_bit),
             strict_minimal: self.strict_minimal.unwrap_or(preset.strict_minimal),
             zero_address,
             allow_assign_zero: self.allow_assign_zero.unwrap_or(preset.allow_assign_zero),
@@ -108,21 +124,29 @@ impl Options {
 }
 
 /// A magic byte as a number, or `"empty"`.
-fn set_origin<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<SetOriginData>, D::Error> {
+fn set_origin<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<SetOriginData>, D::Error> {
     let value = Value::deserialize(deserializer)?;
     let magic = value.as_u64().and_then(|magic| u8::try_from(magic).ok());
     match (magic, value.as_str()) {
         (Some(magic), _) => Ok(Some(SetOriginData::Magic(magic))),
         (None, Some("empty" | "")) => Ok(Some(SetOriginData::Empty)),
-        _ => Err(de::Error::custom(format!("Set_Origin data must be 0..=255 or \"empty\", got {value}"))),
+        _ => Err(de::Error::custom(format!(
+            "Set_Origin data must be 0..=255 or \"empty\", got {value}"
+        ))),
     }
 }
 
-fn torque_full_scale<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<TorqueFullScale>, D::Error> {
+fn torque_full_scale<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<TorqueFullScale>, D::Error> {
     match i32::deserialize(deserializer)? {
         700 => Ok(Some(TorqueFullScale::Raw700)),
         981 => Ok(Some(TorqueFullScale::Raw981)),
-        other => Err(de::Error::custom(format!("torque full scale must be 700 or 981, got {other}"))),
+        other => Err(de::Error::custom(format!(
+            "torque full scale must be 700 or 981, got {other}"
+        ))),
     }
 }
 
@@ -160,8 +184,14 @@ mod tests {
             allow_assign_zero: true,
         };
         assert_eq!(dialect(all).unwrap(), expected);
-        assert_eq!(dialect(r#"{"set_origin": "empty"}"#).unwrap().set_origin, SetOriginData::Empty);
-        assert_eq!(dialect(r#"{"set_origin_empty": true}"#).unwrap().set_origin, SetOriginData::Empty);
+        assert_eq!(
+            dialect(r#"{"set_origin": "empty"}"#).unwrap().set_origin,
+            SetOriginData::Empty
+        );
+        assert_eq!(
+            dialect(r#"{"set_origin_empty": true}"#).unwrap().set_origin,
+            SetOriginData::Empty
+        );
     }
 
     #[test]

@@ -46,7 +46,11 @@ impl Mismatch {
 ///
 /// # Errors
 /// [`Mismatch`] with both values.
-pub fn same<T: PartialEq + fmt::Debug>(what: &str, expected: &T, actual: &T) -> Result<(), Mismatch> {
+pub fn same<T: PartialEq + fmt::Debug>(
+    what: &str,
+    expected: &T,
+    actual: &T,
+) -> Result<(), Mismatch> {
     if expected == actual {
         return Ok(());
     }
@@ -82,6 +86,8 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (file, checked, failed) = (&self.file, self.checked, self.failures.len());
         write!(f, "{file}: {checked} vectors checked, {failed} failures")?;
-        self.failures.iter().try_for_each(|failure| write!(f, "\n{failure}"))
+        self.failures
+            .iter()
+            .try_for_each(|failure| write!(f, "\n{failure}"))
     }
 }

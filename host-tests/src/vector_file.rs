@@ -13,10 +13,13 @@ use crate::report::{Failure, Mismatch, Report};
 /// Environment variable that names another folder of vectors.
 pub const VECTORS_DIR: &str = "VECTORS_DIR";
 
-/// The folder named by [`VECTORS_DIR`], otherwise `vectors` in this package.
+/// The folder named by [`VECTORS_DIR`], otherwise `vectors` in this package. Cargo runs tests in the folder of their package, so a
+/// relative path counts from there.
 pub fn vectors_dir() -> PathBuf {
-    std::env::var_os(VECTORS_DIR)
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("vectors"), PathBuf::from)
+    std::env::var_os(VECTORS_DIR).map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("vectors"),
+        PathBuf::from,
+    )
 }
 
 /// The fields that every vector of every file has.
@@ -41,11 +44,17 @@ pub fn check_file<T: DeserializeOwned>(
     file: &str,
     check: impl Fn(T) -> Result<(), Mismatch>,
 ) -> Report {
-    let mut report = Report { file: file.into(), checked: 0, failures: Vec::new() };
+    let mut report = Report {
+        file: file.into(),
+        checked: 0,
+        failures: Vec::new(),
+    };
     let vectors = match read(&dir.join(file)) {
         Ok(vectors) => vectors,
         Err(reason) => {
-            report.failures.push(failure(file, "whole file", Mismatch::unreadable(reason)));
+            report
+                .failures
+                .push(failure(file, "whole file", Mismatch::unreadable(reason)));
             return report;
         }
     };
@@ -54,7 +63,11 @@ pub fn check_file<T: DeserializeOwned>(
         report.checked += 1;
         if let Err(found) = check_one(vector, &mut ids, &check) {
             report.failures.push(found.unwrap_or_else(|mismatch| {
-                failure(&format!("{file}[{index}]"), "vector without a readable label", mismatch)
+                failure(
+                    &format!("{file}[{index}]"),
+                    "vector without a readable label",
+                    mismatch,
+                )
             }));
         }
     }
@@ -78,8 +91,7 @@ fn check_one<T: DeserializeOwned>(
     ids: &mut HashSet<String>,
     check: impl Fn(T) -> Result<(), Mismatch>,
 ) -> Result<(), Result<Failure, Mismatch>> {
-    let label: Label =
-        parse(take(&mut vector, &LABEL_FIELDS)).map_err(Err)?;
+    let label: Label = parse(take(&mut vector, &LABEL_FIELDS)).map_err(Err)?;
     let result = if ids.insert(label.id.clone()) {
         parse(vector).and_then(check)
     } else {
@@ -89,7 +101,10 @@ fn check_one<T: DeserializeOwned>(
 }
 
 fn take(vector: &mut Map<String, Value>, fields: &[&str]) -> Map<String, Value> {
-    fields.iter().filter_map(|field| vector.remove_entry(*field)).collect()
+    fields
+        .iter()
+        .filter_map(|field| vector.remove_entry(*field))
+        .collect()
 }
 
 fn parse<T: DeserializeOwned>(fields: Map<String, Value>) -> Result<T, Mismatch> {
