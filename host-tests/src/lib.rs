@@ -22,3 +22,8 @@ pub mod wire_bits;
 
 pub use report::{Failure, Report};
 pub use vector_file::vectors_dir;
+
+/// The examples of the project's README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

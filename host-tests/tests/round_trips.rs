@@ -394,7 +394,8 @@ fn refusal(error: EncodeError) -> &'static str {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    // A failing input is printed; there is no source file beside which it could be stored.
+    #![proptest_config(ProptestConfig { cases: 20_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_request_comes_back_or_is_refused(request in request(), to in address(), dialect in dialect()) {

@@ -119,11 +119,12 @@ mod tests {
                 collision_at_bit: None
             }
         );
+        // The eighth data bit has one more stuff bit in front of it, behind five dominant data bits.
         assert_eq!(
             resolve_data(&[(0x01, false), (0x80, true), (0x00, true)]),
             Resolution {
                 silenced: vec![1],
-                collision_at_bit: Some(28)
+                collision_at_bit: Some(29)
             }
         );
     }

@@ -179,8 +179,10 @@ impl<D: Device, F: FaultModel> Bench<D, F> {
         for seat in self.seats.iter_mut().filter(|seat| seat.due_ns() <= now_ns) {
             let mut port = self.bus.port(seat.node);
             // The controller counts what it refuses; a device has no other way to learn of it.
-            seat.device
-                .run(now_ns, &mut |frame| drop(port.transmit(&frame)));
+            let mut transmit = |frame| {
+                let _ = port.transmit(&frame);
+            };
+            seat.device.run(now_ns, &mut transmit);
             seat.not_before_ns = now_ns + 1;
             ran = true;
         }

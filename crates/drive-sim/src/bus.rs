@@ -195,11 +195,11 @@ impl<F: FaultModel> Bus<F> {
             return Some(on_wire.end_ns);
         }
         let IdleEvents { start_ns, recovery } = self.idle_events();
-        let first_bit_ns = start_ns.map(|start_ns| start_ns + self.bit_ns);
-        first_bit_ns
-            .into_iter()
-            .chain(recovery.map(|(at_ns, _)| at_ns))
-            .min()
+        let first_bit_ns = start_ns.map(|start_ns| start_ns.saturating_add(self.bit_ns));
+        let recovered_ns = recovery.map(|(at_ns, _)| at_ns);
+        let events = first_bit_ns.into_iter().chain(recovered_ns);
+        // An outage without end puts an event at the end of time.
+        events.filter(|at_ns| *at_ns < u64::MAX).min()
     }
 
     /// Lets time pass until `t_ns`. An instant in the past changes nothing.

@@ -4,138 +4,18 @@
 //! priority comes back; there is no room; or the controller is bus-off or off, which is an error. Frames that wait when a controller
 //! becomes bus-off stay in their mailboxes and go out after the recovery unless they are aborted.
 
-use std::collections::VecDeque;
+mod config;
+mod state;
 
-use core::fmt;
+use std::collections::VecDeque;
 
 use crate::confinement::{ErrorCounters, ErrorState};
 use crate::frame::Frame;
 use crate::mailbox::{MAILBOXES, Placement, TxMailboxes, TxOrder};
-use crate::receive::{AcceptanceFilter, Overrun, RxFrames, RxQueue};
+use crate::receive::RxFrames;
 
-/// Transmit side of a controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TxQueue {
-    /// Three mailboxes, as in hardware.
-    Mailboxes(TxOrder),
-    /// Three mailboxes in the order of request with an unbounded queue behind them, for simulated devices whose software is not under test.
-    Unbounded,
-}
-
-/// How a controller is set up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ControllerConfig {
-    /// Transmit side.
-    pub tx: TxQueue,
-    /// Receive side.
-    pub rx: RxQueue,
-    /// Which frames are stored.
-    pub filter: AcceptanceFilter,
-}
-
-impl ControllerConfig {
-    /// Three mailboxes in the given order, a three-deep receive FIFO that overwrites, every frame accepted.
-    pub const fn bxcan(order: TxOrder) -> Self {
-        Self {
-            tx: TxQueue::Mailboxes(order),
-            rx: RxQueue::Fifo(Overrun::Overwrite),
-            filter: AcceptanceFilter::ALL,
-        }
-    }
-
-    /// Unbounded on both sides, every frame accepted: for simulated devices.
-    pub const fn device() -> Self {
-        Self {
-            tx: TxQueue::Unbounded,
-            rx: RxQueue::Unbounded,
-            filter: AcceptanceFilter::ALL,
-        }
-    }
-
-    /// The same with another acceptance filter.
-    pub const fn with_filter(self, filter: AcceptanceFilter) -> Self {
-        Self { filter, ..self }
-    }
-}
-
-/// State of a controller as software sees it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ControllerState {
-    /// Switched off.
-    Off,
-    /// On, in one of the three error states.
-    On(ErrorState),
-}
-
-impl fmt::Display for ControllerState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Off => "off",
-            Self::On(ErrorState::Active) => "error-active",
-            Self::On(ErrorState::Passive) => "error-passive",
-            Self::On(ErrorState::BusOff) => "bus-off",
-        })
-    }
-}
-
-/// Why a controller refuses to work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ControllerError {
-    /// The controller is switched off.
-    Off,
-    /// The controller is bus-off.
-    BusOff {
-        /// Its transmit error counter.
-        tec: u16,
-    },
-}
-
-impl fmt::Display for ControllerError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Off => f.write_str("the controller is off; switch it on first"),
-            Self::BusOff { tec } => {
-                write!(
-                    f,
-                    "the controller is bus-off (transmit error counter {tec}, limit 255); request its recovery first"
-                )
-            }
-        }
-    }
-}
-
-impl core::error::Error for ControllerError {}
-
-impl embedded_can::Error for ControllerError {
-    fn kind(&self) -> embedded_can::ErrorKind {
-        embedded_can::ErrorKind::Other
-    }
-}
-
-/// What a controller has counted since it was made. Numbers of frames, unless stated otherwise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counters {
-    /// Sent and acknowledged.
-    pub tx_frames: u64,
-    /// Attempts to send that ended in an error.
-    pub tx_errors: u64,
-    /// Refused: no room, off or bus-off.
-    pub tx_refused: u64,
-    /// Displaced by a frame of higher priority.
-    pub tx_displaced: u64,
-    /// Given up by an abort.
-    pub tx_aborted: u64,
-    /// Stored on the receive side.
-    pub rx_frames: u64,
-    /// Errors seen as a receiver.
-    pub rx_errors: u64,
-    /// Lost by a full receive FIFO.
-    pub rx_overruns: u64,
-    /// Lost because the fault model said so.
-    pub rx_dropped: u64,
-}
+pub use config::{ControllerConfig, TxQueue};
+pub use state::{ControllerError, ControllerState, Counters};
 
 /// A CAN controller. Nodes of a [`Bus`](crate::Bus) own one each.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@
 //!
 //! A simulator proves something only when it cannot share the opinions of what it tests. Therefore:
 //!
-//! - this crate never imports the master. It meets it at `embedded_can::nb::Can` alone, the border at which the master meets real
+//! - this crate never imports the master; of the product it knows the codec alone, for simulated drives. It meets the master at `embedded_can::nb::Can` alone, the border at which the master meets real
 //!   controllers, and the master runs on it unmodified;
 //! - the bus enforces the law of the wire and of the controller (CAN 2.0, bxCAN reference manual), not what a master would like:
 //!   mailboxes fill up, frames are displaced, FIFOs overrun, equal identifiers collide, nobody acknowledges on an empty bus;
@@ -29,7 +29,7 @@
 //! | [`outage`] | time windows in which the bus is blocked or disturbed |
 //! | [`bus`] | virtual time, arbitration, delivery, retransmission, load |
 //! | [`log`], [`candump`] | what was on the wire, and its text form |
-//! | [`device`], [`bench`] | simulated devices and masters on one bus, in correct time order |
+//! | [`device`], [`mod@bench`] | simulated devices and masters on one bus, in correct time order |
 //!
 //! # Example
 //!
@@ -46,6 +46,24 @@
 //! bus.advance_to(100_000);
 //! assert_eq!(bus.port(drive).receive(), Ok(frame));
 //! ```
+//!
+//! The same with a simulated drive in place of a bare controller:
+//!
+//! ```
+//! use drive_sim::{Bench, BitRate, ControllerConfig, DynDriveConfig, Frame, TxOrder};
+//! use embedded_can::{Frame as _, StandardId, nb::Can};
+//!
+//! let (mut bench, drives) = Bench::with_drives(BitRate::Kbit1000, [DynDriveConfig::numbered(1).unwrap()]);
+//! let master = bench.add_master(ControllerConfig::bxcan(TxOrder::Fifo));
+//! bench.advance_to(150_000_000);
+//!
+//! // One streamed set-point of -120 counts.
+//! let frame = Frame::new(StandardId::new(0x03C).unwrap(), &[0xFF, 0x88]).unwrap();
+//! bench.port(master).transmit(&frame).unwrap();
+//! bench.advance_to(300_000_000);
+//! let drive = bench.device(drives[0]);
+//! assert_eq!((drive.commanded_counts(), drive.position_counts(bench.now_ns())), (-120, -120));
+//! ```
 
 #![forbid(unsafe_code)]
 
@@ -57,6 +75,7 @@ pub mod candump;
 pub mod confinement;
 pub mod controller;
 pub mod device;
+pub mod dyn_drive;
 pub mod fault;
 pub mod frame;
 pub mod log;
@@ -66,6 +85,7 @@ pub mod outage;
 pub mod port;
 pub mod receive;
 pub mod script;
+pub mod split_mix;
 pub mod wire;
 
 pub use bench::{Bench, DeviceId};
@@ -77,6 +97,11 @@ pub use controller::{
     Controller, ControllerConfig, ControllerError, ControllerState, Counters, TxQueue,
 };
 pub use device::Device;
+pub use dyn_drive::{
+    Books, CoastDeceleration, DriveFaults, DynConfigError, DynDrive, DynDriveConfig, EepromWrites,
+    PositionAfterPower, PositionOverflow, Reaction, ReadBackScale, ResponseDelay, ServoDynamics,
+    ServoLimits,
+};
 pub use fault::{Attempt, AttemptOutcome, Delivery, DeliveryOutcome, FaultModel, NoFaults};
 pub use frame::Frame;
 pub use log::{LogMode, Outcome, Record, TrafficLog};
@@ -86,4 +111,5 @@ pub use outage::{EmptyOutage, Outage, OutageKind};
 pub use port::{NotBusOff, Port};
 pub use receive::{AcceptanceFilter, Overrun, RxQueue};
 pub use script::{FrameMatch, ScriptedFaults};
+pub use split_mix::SplitMix64;
 pub use wire::WireLength;

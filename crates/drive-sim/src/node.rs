@@ -7,10 +7,10 @@
 use crate::controller::Controller;
 
 /// Recessive bits in a row that count once towards bus-off recovery.
-pub const RECOVERY_SEQUENCE_BITS: u64 = 11;
+pub(crate) const RECOVERY_SEQUENCE_BITS: u64 = 11;
 
 /// Sequences that end bus-off.
-pub const RECOVERY_SEQUENCES: u64 = 128;
+pub(crate) const RECOVERY_SEQUENCES: u64 = 128;
 
 /// A node of one bus, in the order of registration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -135,7 +135,7 @@ impl HeadAndData {
 impl Bits {
     /// Alternating bits in front fill the first byte: they never make a run, and the last of them is recessive as the idle bus is.
     fn count_stuff_bits(&self) -> u32 {
-        let padded = u128::MAX / 3 << self.len | self.value;
+        let padded = (u128::MAX / 3) << self.len | self.value;
         let (_, count) =
             (0..self.len.div_ceil(8))
                 .rev()

@@ -543,3 +543,45 @@ fn fault_model_sees_the_number_of_the_attempt() {
     bus.advance_to(1_000_000);
     assert_eq!(bus.faults().0, [1, 2, 3, 1, 2, 3]);
 }
+
+#[test]
+fn outage_without_end_leaves_no_event() {
+    let (mut bus, n) = bus_of(2);
+    let forever = Outage {
+        kind: OutageKind::Blocked,
+        from_ns: 0,
+        until_ns: u64::MAX,
+    };
+    bus.add_outage(forever).unwrap();
+    send(&mut bus, n[0], standard(0x001, &[]));
+    assert_eq!(bus.next_event_ns(), None);
+    bus.advance_to(10_000_000_000);
+    assert_eq!((bus.controller(n[0]).tx_pending(), bus.log().len()), (1, 0));
+}
+
+#[test]
+fn error_passive_node_lets_others_in_between_its_frames() {
+    let (mut bus, n) = bus_of(3);
+    bus.faults_mut()
+        .corrupt_next(FrameMatch::sent_by(n[0]), 17, 20);
+    (0..3).for_each(|_| send(&mut bus, n[0], standard(0x001, &[])));
+    // The 16th error makes it passive; it then waits 8 bits behind the error frame of the 17th.
+    let passive_from_ns = (16 * 43 + 8 + 43) * BIT_NS;
+    bus.advance_to(passive_from_ns);
+    assert_eq!(state(&bus, n[0]), (PASSIVE, 136));
+    send(&mut bus, n[1], standard(0x7EF, &[]));
+    bus.advance_to(passive_from_ns + 1_000_000);
+    let after: Vec<_> = bus
+        .log()
+        .iter()
+        .skip(17)
+        .map(|r| (r.start_ns, r.frame.to_string()))
+        .collect();
+    assert_eq!(after[0], (passive_from_ns, "7EF#".to_string()));
+    // Behind the frame of another node it waits no longer, behind its own it does.
+    assert_eq!(
+        after[1],
+        (passive_from_ns + 49 * BIT_NS, "001#".to_string())
+    );
+    assert_eq!(after[2].0 - after[1].0, (50 + 8) * BIT_NS);
+}

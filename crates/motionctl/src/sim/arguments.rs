@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use can_motion::PollPeriods;
 use clap::ValueEnum;
-use drive_sim::{BitRate, TxOrder};
+use drive_sim::{BitRate, ResponseDelay, TxOrder};
 use dyn_can::{DriveId, Revision, StepLimit};
 
 use super::bench::{MOST_AXES, Setup};
@@ -45,10 +45,23 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t)]
     unit: Unit,
     /// Motor turns for one turn of the output, one for all axes or one each; negative reverses.
-    #[arg(long, value_name = "RATIO", value_delimiter = ',', default_value = "1", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "RATIO",
+        value_delimiter = ',',
+        default_value = "1",
+        value_parser = scale_factor,
+        allow_hyphen_values = true
+    )]
     gear_ratio: Vec<f64>,
     /// Command counts of one motor turn, one for all axes or one each: 4 times the drive's gear number.
-    #[arg(long, value_name = "COUNTS", value_delimiter = ',', default_value = "16384")]
+    #[arg(
+        long,
+        value_name = "COUNTS",
+        value_delimiter = ',',
+        default_value = "16384",
+        value_parser = scale_factor
+    )]
     counts_per_turn: Vec<f64>,
     /// How to go from point to point.
     #[arg(long, value_enum, default_value_t)]
@@ -159,25 +172,20 @@ impl Arguments {
 
     pub(crate) fn setup(&self, axes: usize) -> Result<Setup, SimError> {
         let period_us = |hz: u32| 1_000_000_u32.checked_div(hz);
-        if self.response_spread > 100 {
-            return Err(SimError::Response {
-                delay_us: self.response_us,
-                spread_percent: self.response_spread,
-            });
-        }
         Ok(Setup {
             drives: self.drive_ids(axes)?,
             cycle_us: self.cycle_us,
             bit_rate: BitRate::from_kbit_per_s(self.bit_rate).map_err(SimError::BitRate)?,
-            max_step: StepLimit::new(self.max_step)
-                .map_err(|source| SimError::Option { name: "--max-step", source })?,
+            max_step: StepLimit::new(self.max_step).map_err(|source| SimError::Option {
+                name: "--max-step",
+                source,
+            })?,
             polls: PollPeriods {
                 status_us: period_us(self.status_hz),
                 position_us: period_us(self.position_hz),
                 ..PollPeriods::OFF
             },
-            response_us: self.response_us,
-            response_spread_percent: self.response_spread,
+            response_delay: self.response_delay()?,
             revision: match self.revision {
                 RevisionOption::V1_2A => Revision::V1_2A,
                 RevisionOption::V1_6A => Revision::V1_6A,
@@ -190,18 +198,50 @@ impl Arguments {
         })
     }
 
+    fn response_delay(&self) -> Result<ResponseDelay, SimError> {
+        let delay_ns = u64::from(self.response_us) * 1_000;
+        let spread_ns = delay_ns * u64::from(self.response_spread) / 100;
+        delay_ns
+            .checked_sub(spread_ns)
+            .and_then(|least_ns| ResponseDelay::between(least_ns, delay_ns + spread_ns).ok())
+            .ok_or(SimError::ResponseSpread {
+                actual_percent: self.response_spread,
+            })
+    }
+
     fn drive_ids(&self, axes: usize) -> Result<Vec<DriveId>, SimError> {
         if axes > MOST_AXES {
-            return Err(SimError::AxisCount { most: MOST_AXES, actual: axes });
+            return Err(SimError::AxisCount {
+                most: MOST_AXES,
+                actual: axes,
+            });
         }
         if self.drives.is_empty() {
             return Ok(DriveId::all().take(axes).collect());
         }
         if self.drives.len() != axes {
-            return Err(SimError::DriveCount { expected: axes, actual: self.drives.len() });
+            return Err(SimError::DriveCount {
+                expected: axes,
+                actual: self.drives.len(),
+            });
         }
-        let ids = self.drives.iter().map(|&id| DriveId::new(id)).collect::<Result<_, _>>();
-        ids.map_err(|source| SimError::Option { name: "--drives", source })
+        let ids = self
+            .drives
+            .iter()
+            .map(|&id| DriveId::new(id))
+            .collect::<Result<_, _>>();
+        ids.map_err(|source| SimError::Option {
+            name: "--drives",
+            source,
+        })
+    }
+}
+
+/// A factor that neither loses nor invents a motion.
+fn scale_factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if factor.is_finite() && factor != 0.0 => Ok(factor),
+        _ => Err("expected a finite number other than 0".to_owned()),
     }
 }
 
@@ -214,6 +254,10 @@ fn for_each_axis(
     match values {
         [all] => Ok(vec![*all; axes]),
         each if each.len() == axes => Ok(each.to_vec()),
-        _ => Err(TrajectoryError::ListLength { what, expected: axes, actual: values.len() }),
+        _ => Err(TrajectoryError::ListLength {
+            what,
+            expected: axes,
+            actual: values.len(),
+        }),
     }
 }

@@ -8,9 +8,9 @@ use can_motion::{
 };
 use drive_sim::{
     BitRate, Bus, CandumpLine, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, LogMode,
-    NodeId, TxOrder,
+    NodeId, ResponseDelay, TxOrder,
 };
-use dyn_can::{Dialect, DriveId, Revision, StepLimit};
+use dyn_can::{DriveId, Revision, StepLimit};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::error::SimError;
@@ -38,8 +38,7 @@ pub(crate) struct Setup {
     pub(crate) bit_rate: BitRate,
     pub(crate) max_step: StepLimit,
     pub(crate) polls: PollPeriods,
-    pub(crate) response_us: u32,
-    pub(crate) response_spread_percent: u32,
+    pub(crate) response_delay: ResponseDelay,
     pub(crate) revision: Revision,
     pub(crate) tx_order: TxOrder,
     pub(crate) seed: u64,
@@ -73,13 +72,34 @@ impl Bench {
             .collect();
         let mut ascending = setup.drives.clone();
         ascending.sort_unstable();
-        let axes: Vec<AxisConfig> = ascending.iter().map(|&drive| axis_of(&setup, drive)).collect();
-        let config = MasterConfig { cycle_us: setup.cycle_us, ..MasterConfig::DEFAULT };
+        let axes: Vec<AxisConfig> = ascending
+            .iter()
+            .map(|&drive| axis_of(&setup, drive))
+            .collect();
+        let config = MasterConfig {
+            cycle_us: setup.cycle_us,
+            ..MasterConfig::DEFAULT
+        };
         let master = Master::new(config, &axes).map_err(SimError::Config)?;
-        let place = |drive| ascending.iter().position(|other| other == drive).unwrap_or(0);
+        let place = |drive| {
+            ascending
+                .iter()
+                .position(|other| other == drive)
+                .unwrap_or(0)
+        };
         let places: Vec<usize> = setup.drives.iter().map(place).collect();
         let watch = Watch::new(node, setup.drives.len());
-        Ok(Self { bench, node, devices, master, places, setup, watch, candump, cycle: 0 })
+        Ok(Self {
+            bench,
+            node,
+            devices,
+            master,
+            places,
+            setup,
+            watch,
+            candump,
+            cycle: 0,
+        })
     }
 
     /// Runs a motion from power-on to rest.
@@ -105,7 +125,11 @@ impl Bench {
     }
 
     fn targets(&self) -> Vec<i32> {
-        let target = |&place| self.master.snapshot(place).map_or(0, |axis| axis.target_counts);
+        let target = |&place| {
+            self.master
+                .snapshot(place)
+                .map_or(0, |axis| axis.target_counts)
+        };
         self.places.iter().map(target).collect()
     }
 
@@ -130,7 +154,9 @@ impl Bench {
         for (index, row) in plan.cycles.iter().enumerate() {
             for (axis, (&place, &offset)) in self.places.iter().zip(row).enumerate() {
                 // A refusal is an axis that stopped by a fault, which the watch has seen.
-                let _ = self.master.set_target(place, anchors[axis].wrapping_add(offset));
+                let _ = self
+                    .master
+                    .set_target(place, anchors[axis].wrapping_add(offset));
             }
             self.one_cycle()?;
             if index % PROGRESS_STEP == 0 {
@@ -178,8 +204,7 @@ impl Bench {
     fn drain_log(&mut self) -> Result<(), SimError> {
         for record in self.bench.bus_mut().log_mut().drain() {
             self.watch.record(&record);
-            if let (Some(file), Some(line)) =
-                (&mut self.candump, CandumpLine::new(&record, "can0"))
+            if let (Some(file), Some(line)) = (&mut self.candump, CandumpLine::new(&record, "can0"))
             {
                 writeln!(file, "{line}").map_err(SimError::Log)?;
             }
@@ -189,7 +214,9 @@ impl Bench {
 
     fn report(&self, event: &Event) {
         if let can_motion::EventKind::Fault(fault) = event.kind {
-            let axis = event.axis.map_or(String::new(), |axis| format!(" axis {axis}:"));
+            let axis = event
+                .axis
+                .map_or(String::new(), |axis| format!(" axis {axis}:"));
             eprintln!("{} s:{axis} {fault}", event.at);
         }
     }
@@ -200,25 +227,33 @@ impl Bench {
             let snapshot = self.master.snapshot(place)?;
             let drive = self.bench.device(self.devices[axis]);
             let target = anchors[axis].wrapping_add(last.get(axis).copied().unwrap_or(0));
-            Some(self.watch.axis_summary(axis, &snapshot, drive, anchors[axis], target))
+            let now_ns = self.bench.now_ns();
+            let (watch, anchor) = (&self.watch, anchors[axis]);
+            Some(watch.axis_summary(axis, &snapshot, drive, now_ns, anchor, target))
         });
-        Summary::new(axes.collect(), &self.master.cycle_counters(), &self.watch, &self.setup)
+        Summary::new(
+            axes.collect(),
+            &self.master.cycle_counters(),
+            &self.watch,
+            &self.setup,
+        )
     }
 }
 
 fn drive_of(setup: &Setup, drive: DriveId) -> DynDrive {
-    let spread_us = setup.response_us * setup.response_spread_percent / 100;
-    let config = DynDriveConfig {
-        response_ns: [setup.response_us - spread_us, setup.response_us + spread_us]
-            .map(|us| u64::from(us) * 1_000),
-        ..DynDriveConfig::new(drive, Dialect::of(setup.revision))
-    };
-    DynDrive::new(config, setup.seed.wrapping_add(u64::from(drive.get())))
+    DynDrive::new(DynDriveConfig {
+        response_delay: setup.response_delay,
+        seed: setup.seed.wrapping_add(u64::from(drive.get())),
+        ..DynDriveConfig::new(drive).with_revision(setup.revision)
+    })
 }
 
 fn axis_of(setup: &Setup, drive: DriveId) -> AxisConfig {
     AxisConfig {
-        limits: Limits { max_step: setup.max_step, ..Limits::WIDEST },
+        limits: Limits {
+            max_step: setup.max_step,
+            ..Limits::WIDEST
+        },
         polls: setup.polls,
         ..AxisConfig::new(drive)
     }

@@ -13,21 +13,33 @@ use crate::trajectory::TrajectoryError;
 #[derive(Debug)]
 pub(crate) enum SimError {
     /// A file cannot be read.
-    Read { path: PathBuf, source: std::io::Error },
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     /// A file cannot be written.
-    Write { path: PathBuf, source: std::io::Error },
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     /// The candump log cannot be written any further.
     Log(std::io::Error),
     /// The summary cannot be written as JSON.
     Json(serde_json::Error),
     /// The motion is not usable.
-    Trajectory { path: String, source: TrajectoryError },
+    Trajectory {
+        path: String,
+        source: TrajectoryError,
+    },
     /// An option is out of range.
-    Option { name: &'static str, source: RangeError },
+    Option {
+        name: &'static str,
+        source: RangeError,
+    },
     /// No drive knows this bit rate.
     BitRate(UnsupportedBitRate),
-    /// The response delay of the drives is not a range.
-    Response { delay_us: u32, spread_percent: u32 },
+    /// The shortest response delay would be negative.
+    ResponseSpread { actual_percent: u32 },
     /// The number of drive ids is not the number of axes.
     DriveCount { expected: usize, actual: usize },
     /// More axes than a simulation can hold.
@@ -46,15 +58,23 @@ impl fmt::Display for SimError {
             Self::Trajectory { path, source } => write!(f, "{path}: {source}"),
             Self::Option { name, source } => write!(f, "{name}: {source}"),
             Self::BitRate(source) => write!(f, "--bit-rate: {source}"),
-            Self::Response { delay_us, spread_percent } => write!(
-                f,
-                "--response-us {delay_us} with --response-spread {spread_percent}: the spread must be 0..=100 percent"
-            ),
+            Self::ResponseSpread { actual_percent } => {
+                write!(
+                    f,
+                    "--response-spread must be 0..=100 percent, got {actual_percent}"
+                )
+            }
             Self::DriveCount { expected, actual } => {
-                write!(f, "--drives: expected {expected} ids for {expected} axes, got {actual}")
+                write!(
+                    f,
+                    "--drives: expected {expected} ids for {expected} axes, got {actual}"
+                )
             }
             Self::AxisCount { most, actual } => {
-                write!(f, "a simulation holds at most {most} axes, the motion has {actual}: choose some with --axes or --columns")
+                write!(
+                    f,
+                    "a simulation holds at most {most} axes, the motion has {actual}: choose some with --axes or --columns"
+                )
             }
             Self::Config(source) => source.fmt(f),
         }

@@ -3,7 +3,8 @@
 use core::fmt;
 
 use can_motion::CycleCounters;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::presets::UTF8_BORDERS_ONLY;
+use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
 
 use super::bench::Setup;
@@ -94,18 +95,18 @@ impl Summary {
 
     fn table(&self) -> Table {
         let mut table = Table::new();
-        table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_header([
+        table.load_style(UTF8_BORDERS_ONLY).set_header([
             "axis",
             "drive",
-            "set-points",
+            "set-\npoints",
             "target\ncounts",
             "sent\ncounts",
             "received\ncounts",
-            "difference\ncounts",
-            "largest backlog\ncounts",
-            "position error\ncounts",
-            "worst age of\nstatus, ms",
-            "worst age of\nposition, ms",
+            "differ-\nence",
+            "largest\nbacklog",
+            "position\nerror",
+            "oldest\nstatus",
+            "oldest\nposition",
             "state",
         ]);
         for axis in &self.axes {
@@ -120,8 +121,8 @@ impl Summary {
                 difference.to_string(),
                 axis.largest_backlog_counts.to_string(),
                 axis.position_error_counts.to_string(),
-                format!("{:.1}", axis.worst_status_age_ms),
-                format!("{:.1}", axis.worst_position_age_ms),
+                format!("{:.1} ms", axis.worst_status_age_ms),
+                format!("{:.1} ms", axis.worst_position_age_ms),
                 axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
             ]);
         }

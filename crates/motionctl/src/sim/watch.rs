@@ -91,11 +91,18 @@ impl Watch {
         }
         (self.owed, self.ended) = (0, 0);
         for (watch, &place) in self.axes.iter_mut().zip(places) {
-            let Some(axis) = master.snapshot(place) else { continue };
+            let Some(axis) = master.snapshot(place) else {
+                continue;
+            };
             self.owed += usize::from(axis.state.sends_set_points());
-            watch.largest_backlog_counts =
-                watch.largest_backlog_counts.max(axis.backlog_counts.unsigned_abs());
-            let age_us = |kind| axis.feedback.polled_at(kind).map_or(0, |at| now.us_since(at));
+            watch.largest_backlog_counts = watch
+                .largest_backlog_counts
+                .max(axis.backlog_counts.unsigned_abs());
+            let age_us = |kind| {
+                axis.feedback
+                    .polled_at(kind)
+                    .map_or(0, |at| now.us_since(at))
+            };
             watch.worst_status_age_us = watch.worst_status_age_us.max(age_us(PollKind::Status));
             watch.worst_position_age_us =
                 watch.worst_position_age_us.max(age_us(PollKind::Position));
@@ -103,9 +110,10 @@ impl Watch {
     }
 
     pub(crate) fn record(&mut self, record: &Record) {
-        let Id::Standard(id) = record.frame.id() else { return };
-        let is_set_point =
-            FunctionCode::from_can_id(id.as_raw()) == FunctionCode::GoRelativePosPd;
+        let Id::Standard(id) = record.frame.id() else {
+            return;
+        };
+        let is_set_point = FunctionCode::from_can_id(id.as_raw()) == FunctionCode::GoRelativePosPd;
         if is_set_point && record.node == self.master && record.outcome == Outcome::Delivered {
             self.ended += 1;
         }
@@ -128,6 +136,7 @@ impl Watch {
         axis: usize,
         snapshot: &AxisSnapshot,
         drive: &DynDrive,
+        now_ns: u64,
         anchor_counts: i32,
         target_counts: i32,
     ) -> AxisSummary {
@@ -142,7 +151,7 @@ impl Watch {
             target_counts: target_counts.wrapping_sub(anchor_counts),
             sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
             received_counts: drive.commanded_counts(),
-            position_error_counts: i64::from(target_counts) - i64::from(drive.position_counts()),
+            position_error_counts: i64::from(target_counts) - drive.position_counts(now_ns),
             largest_backlog_counts: watch.largest_backlog_counts,
             worst_status_age_ms: ms(watch.worst_status_age_us),
             worst_position_age_ms: ms(watch.worst_position_age_us),

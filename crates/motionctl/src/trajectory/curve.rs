@@ -28,7 +28,11 @@ impl Curve {
             Interpolation::Monotone => monotone_slopes(&times_s, &values),
             Interpolation::Linear => Vec::new(),
         };
-        Self { times_s, values, slopes }
+        Self {
+            times_s,
+            values,
+            slopes,
+        }
     }
 
     /// The index of the point at or before a time, and the value then.
@@ -44,19 +48,21 @@ impl Curve {
         let width_s = self.times_s[after] - self.times_s[before];
         let share = (time_s - self.times_s[before]) / width_s;
         let (from, to) = (self.values[before], self.values[after]);
-        let Some((&leaving, &arriving)) = self.slopes.get(before).zip(self.slopes.get(after)) else {
+        let Some((&leaving, &arriving)) = self.slopes.get(before).zip(self.slopes.get(after))
+        else {
             return (before, from + (to - from) * share);
         };
-        (before, hermite(share, from, to, leaving * width_s, arriving * width_s))
+        (
+            before,
+            hermite(share, from, to, leaving * width_s, arriving * width_s),
+        )
     }
 }
 
 /// Cubic Hermite polynomial on 0 ..= 1.
 fn hermite(x: f64, from: f64, to: f64, leaving: f64, arriving: f64) -> f64 {
     let rest = 1.0 - x;
-    from * rest * rest * (1.0 + 2.0 * x)
-        + to * x * x * (3.0 - 2.0 * x)
-        + leaving * x * rest * rest
+    from * rest * rest * (1.0 + 2.0 * x) + to * x * x * (3.0 - 2.0 * x) + leaving * x * rest * rest
         - arriving * x * x * rest
 }
 
@@ -76,7 +82,10 @@ fn monotone_slopes(times_s: &[f64], values: &[f64]) -> Vec<f64> {
         let (weight_before, weight_after) = (2.0 * after_s + before_s, after_s + 2.0 * before_s);
         (weight_before + weight_after) / (weight_before / before + weight_after / after)
     });
-    core::iter::once(0.0).chain(inner).chain(core::iter::once(0.0)).collect()
+    core::iter::once(0.0)
+        .chain(inner)
+        .chain(core::iter::once(0.0))
+        .collect()
 }
 
 #[cfg(test)]
@@ -84,17 +93,29 @@ mod tests {
     use super::*;
 
     fn curve(interpolation: Interpolation) -> Curve {
-        Curve::new(vec![0.0, 1.0, 2.0, 4.0], vec![0.0, 10.0, 10.0, -6.0], interpolation)
+        Curve::new(
+            vec![0.0, 1.0, 2.0, 4.0],
+            vec![0.0, 10.0, 10.0, -6.0],
+            interpolation,
+        )
     }
 
     #[test]
     fn goes_through_its_points_and_stays_at_its_ends() {
         for interpolation in [Interpolation::Monotone, Interpolation::Linear] {
             let curve = curve(interpolation);
-            for (time_s, value) in
-                [(-1.0, 0.0), (0.0, 0.0), (1.0, 10.0), (2.0, 10.0), (4.0, -6.0), (9.0, -6.0)]
-            {
-                assert!((curve.at(time_s).1 - value).abs() < 1e-12, "{interpolation:?} {time_s}");
+            for (time_s, value) in [
+                (-1.0, 0.0),
+                (0.0, 0.0),
+                (1.0, 10.0),
+                (2.0, 10.0),
+                (4.0, -6.0),
+                (9.0, -6.0),
+            ] {
+                assert!(
+                    (curve.at(time_s).1 - value).abs() < 1e-12,
+                    "{interpolation:?} {time_s}"
+                );
             }
         }
     }

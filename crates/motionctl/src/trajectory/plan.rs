@@ -69,14 +69,23 @@ impl Plan {
         for (axis, (&column, scale)) in columns.positions.iter().zip(scales).enumerate() {
             let start = table.rows[0].values[column];
             let counts = |row: &Row| (row.values[column] - start) * scale.counts_per_unit();
-            let curve =
-                Curve::new(times_s.clone(), table.rows.iter().map(counts).collect(), interpolation);
+            let curve = Curve::new(
+                times_s.clone(),
+                table.rows.iter().map(counts).collect(),
+                interpolation,
+            );
             let mut before = 0;
             for (cycle, row) in cycles.iter_mut().enumerate() {
                 let (point, value) = curve.at(cycle as f64 * cycle_s);
                 let line = table.rows[(point + 1).min(table.rows.len() - 1)].line;
                 let position = within_travel(value, line, axis)?;
-                check_step(i64::from(position) - before, limits[axis], line, axis, cycle_us)?;
+                check_step(
+                    i64::from(position) - before,
+                    limits[axis],
+                    line,
+                    axis,
+                    cycle_us,
+                )?;
                 before = i64::from(position);
                 row.push(position);
             }
@@ -106,14 +115,21 @@ fn times_s(rows: &[Row], column: usize, scale_s: f64) -> Result<Vec<f64>, Trajec
             });
         }
     }
-    Ok(rows.iter().map(|row| (row.values[column] - start) * scale_s).collect())
+    Ok(rows
+        .iter()
+        .map(|row| (row.values[column] - start) * scale_s)
+        .collect())
 }
 
 fn within_travel(counts: f64, line: u64, axis: usize) -> Result<i32, TrajectoryError> {
     let rounded = counts.round();
     let limit = f64::from(Counts28::MAX.get());
     if rounded.abs() > limit {
-        return Err(TrajectoryError::Travel { line, axis, actual_counts: counts });
+        return Err(TrajectoryError::Travel {
+            line,
+            axis,
+            actual_counts: counts,
+        });
     }
     Ok(rounded as i32)
 }
@@ -142,15 +158,26 @@ mod tests {
     use super::super::ColumnChoice;
     use super::*;
 
-    const ONE_TURN: AxisScale =
-        AxisScale { unit: Unit::Degrees, gear_ratio: 1.0, counts_per_turn: 16_384.0 };
+    const ONE_TURN: AxisScale = AxisScale {
+        unit: Unit::Degrees,
+        gear_ratio: 1.0,
+        counts_per_turn: 16_384.0,
+    };
 
     fn plan(text: &str, limit: i32) -> Result<Plan, TrajectoryError> {
         let table = Table::parse(text)?;
         let columns = Columns::choose(&ColumnChoice::default(), &table)?;
         let scales = vec![ONE_TURN; columns.positions.len()];
         let limits = vec![StepLimit::new(limit).unwrap(); scales.len()];
-        Plan::new(&table, &columns, &scales, 1.0, Interpolation::Linear, 1_000, &limits)
+        Plan::new(
+            &table,
+            &columns,
+            &scales,
+            1.0,
+            Interpolation::Linear,
+            1_000,
+            &limits,
+        )
     }
 
     #[test]
@@ -181,7 +208,11 @@ mod tests {
         );
         assert!(matches!(
             plan("0 0\n1000 1e9\n", 16_384),
-            Err(TrajectoryError::Travel { line: 2, axis: 0, .. } | TrajectoryError::Step { .. })
+            Err(TrajectoryError::Travel {
+                line: 2,
+                axis: 0,
+                ..
+            } | TrajectoryError::Step { .. })
         ));
     }
 
@@ -189,8 +220,15 @@ mod tests {
     fn time_must_go_on() {
         assert_eq!(
             plan("0 0\n1 1\n1 2\n", 100).unwrap_err(),
-            TrajectoryError::TimeOrder { line: 3, before_s: 1.0, actual_s: 1.0 }
+            TrajectoryError::TimeOrder {
+                line: 3,
+                before_s: 1.0,
+                actual_s: 1.0
+            }
         );
-        assert_eq!(plan("0 0\n", 100).unwrap_err(), TrajectoryError::SinglePoint { line: 1 });
+        assert_eq!(
+            plan("0 0\n", 100).unwrap_err(),
+            TrajectoryError::SinglePoint { line: 1 }
+        );
     }
 }

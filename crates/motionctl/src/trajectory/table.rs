@@ -33,7 +33,10 @@ impl Table {
             .comment(Some(b'#'))
             .trim(Trim::All)
             .from_reader(text.as_bytes());
-        let mut table = Self { names: Vec::new(), rows: Vec::new() };
+        let mut table = Self {
+            names: Vec::new(),
+            rows: Vec::new(),
+        };
         for record in reader.records() {
             let record = record.map_err(|error| TrajectoryError::Unreadable {
                 line: error.position().map_or(0, csv::Position::line),
@@ -68,9 +71,17 @@ impl Table {
             .enumerate()
             .map(|(index, field)| parse_number(field, line, index + 1))
             .collect::<Result<Vec<f64>, _>>()?;
-        let expected = if self.names.is_empty() { self.width() } else { self.names.len() };
+        let expected = if self.names.is_empty() {
+            self.width()
+        } else {
+            self.names.len()
+        };
         if expected != 0 && values.len() != expected {
-            return Err(TrajectoryError::FieldCount { line, expected, actual: values.len() });
+            return Err(TrajectoryError::FieldCount {
+                line,
+                expected,
+                actual: values.len(),
+            });
         }
         self.rows.push(Row { line, values });
         Ok(())
@@ -79,9 +90,14 @@ impl Table {
 
 /// The separator of the first line that is not a comment.
 fn delimiter_of(text: &str) -> u8 {
-    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let first = text
+        .lines()
+        .find(|line| !line.trim().is_empty() && !line.starts_with('#'));
     let first = first.unwrap_or_default();
-    [b',', b';', b'\t'].into_iter().find(|&byte| first.contains(char::from(byte))).unwrap_or(b' ')
+    [b',', b';', b'\t']
+        .into_iter()
+        .find(|&byte| first.contains(char::from(byte)))
+        .unwrap_or(b' ')
 }
 
 fn is_number(field: &str) -> bool {
@@ -90,11 +106,17 @@ fn is_number(field: &str) -> bool {
 
 fn parse_number(field: &str, line: u64, column: usize) -> Result<f64, TrajectoryError> {
     let actual = || field.to_owned();
-    let value: f64 = field
-        .parse()
-        .map_err(|_| TrajectoryError::NotANumber { line, column, actual: actual() })?;
+    let value: f64 = field.parse().map_err(|_| TrajectoryError::NotANumber {
+        line,
+        column,
+        actual: actual(),
+    })?;
     if !value.is_finite() {
-        return Err(TrajectoryError::NotFinite { line, column, actual: actual() });
+        return Err(TrajectoryError::NotFinite {
+            line,
+            column,
+            actual: actual(),
+        });
     }
     Ok(value)
 }
@@ -105,9 +127,12 @@ mod tests {
 
     #[test]
     fn reads_what_people_write() {
-        for text in
-            ["t,a\n0,1\n1,2\n", "# note\nt;a\n0;1\n1;2\n", "0 1 \n1  2 \n", "\n0\t1\n\n1\t2"]
-        {
+        for text in [
+            "t,a\n0,1\n1,2\n",
+            "# note\nt;a\n0;1\n1;2\n",
+            "0 1 \n1  2 \n",
+            "\n0\t1\n\n1\t2",
+        ] {
             let table = Table::parse(text).unwrap();
             let values: Vec<_> = table.rows.iter().map(|row| row.values.clone()).collect();
             assert_eq!(values, [[0.0, 1.0], [1.0, 2.0]], "{text:?}");
@@ -119,15 +144,27 @@ mod tests {
     fn errors_name_line_and_column() {
         assert_eq!(
             Table::parse("t,a\n0,1\n1,fast\n"),
-            Err(TrajectoryError::NotANumber { line: 3, column: 2, actual: "fast".into() })
+            Err(TrajectoryError::NotANumber {
+                line: 3,
+                column: 2,
+                actual: "fast".into()
+            })
         );
         assert_eq!(
             Table::parse("0 1\n1 nan\n"),
-            Err(TrajectoryError::NotFinite { line: 2, column: 2, actual: "nan".into() })
+            Err(TrajectoryError::NotFinite {
+                line: 2,
+                column: 2,
+                actual: "nan".into()
+            })
         );
         assert_eq!(
             Table::parse("# c\n0,1\n1\n"),
-            Err(TrajectoryError::FieldCount { line: 3, expected: 2, actual: 1 })
+            Err(TrajectoryError::FieldCount {
+                line: 3,
+                expected: 2,
+                actual: 1
+            })
         );
         assert_eq!(Table::parse("# nothing\n"), Err(TrajectoryError::Empty));
         assert_eq!(Table::parse("t,a\n"), Err(TrajectoryError::Empty));

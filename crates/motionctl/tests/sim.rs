@@ -1,0 +1,178 @@
+//! `motionctl sim` as a user runs it: exit status, messages, files.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// A file of its own for each test, removed afterwards.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str, text: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
+        std::fs::write(&path, text).expect("a temporary file");
+        Self(path)
+    }
+
+    fn as_str(&self) -> &str {
+        self.0.to_str().expect("a path of plain text")
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Nothing depends on it: the folder is temporary.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+fn sim(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
+    command
+        .arg("sim")
+        .args(arguments)
+        .output()
+        .expect("motionctl runs")
+}
+
+fn refusal(arguments: &[&str]) -> String {
+    let output = sim(arguments);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(output.stdout.is_empty(), "nothing may run: {output:?}");
+    String::from_utf8(output.stderr).expect("plain text")
+}
+
+fn summary(arguments: &[&str]) -> (i32, serde_json::Value) {
+    let output = sim(&[arguments, &["--json"]].concat());
+    let json = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"));
+    (output.status.code().expect("an exit status"), json)
+}
+
+/// Two axes, one turn and half a turn back, in 0.2 s.
+const SHORT: &str = "time_s,a,b\n0,0,0\n0.1,180,-90\n0.2,360,-180\n";
+
+#[test]
+fn every_axis_receives_exactly_its_target() {
+    let file = Scratch::new("short.csv", SHORT);
+    let (status, json) = summary(&["--trajectory", file.as_str()]);
+    assert_eq!(status, 0, "{json}");
+    assert_eq!(json["promises_kept"], true);
+    assert_eq!(json["late_cycles"], 0);
+    let column = |name: &str| [&json["axes"][0][name], &json["axes"][1][name]].map(|v| v.as_i64());
+    assert_eq!(column("target_counts"), [Some(16_384), Some(-8_192)]);
+    assert_eq!(column("received_counts"), [Some(16_384), Some(-8_192)]);
+    assert_eq!(column("position_error_counts"), [Some(0), Some(0)]);
+}
+
+#[test]
+fn drives_may_be_in_any_order_and_of_either_revision() {
+    let file = Scratch::new("order.csv", SHORT);
+    let arguments = [
+        "--trajectory",
+        file.as_str(),
+        "--drives",
+        "9,4",
+        "--revision",
+        "1.2A",
+        "--gear-ratio",
+        "2,-1",
+    ];
+    let (status, json) = summary(&arguments);
+    assert_eq!(status, 0, "{json}");
+    assert_eq!(json["axes"][0]["drive"], 9);
+    assert_eq!(json["axes"][0]["received_counts"], 32_768);
+    assert_eq!(json["axes"][1]["received_counts"], 8_192);
+}
+
+#[test]
+fn a_bus_that_cannot_carry_the_axes_breaks_the_promise() {
+    let file = Scratch::new("slow.csv", SHORT);
+    let (status, json) = summary(&["--trajectory", file.as_str(), "--bit-rate", "125"]);
+    assert_eq!(status, 1, "{json}");
+    assert!(json["late_cycles"].as_u64() > Some(0));
+}
+
+#[test]
+fn the_candump_log_has_one_line_a_frame_in_order() {
+    let file = Scratch::new("dump.csv", SHORT);
+    let log = Scratch::new("dump.log", "");
+    let (status, _) = summary(&["--trajectory", file.as_str(), "--candump", log.as_str()]);
+    assert_eq!(status, 0);
+    let text = std::fs::read_to_string(&log.0).expect("the log");
+    // The first frame is the echo request to drive 1 in the first cycle after the power-on wait.
+    assert!(
+        text.starts_with("(0.150"),
+        "{}",
+        text.lines().next().unwrap_or_default()
+    );
+    assert!(text.contains(" can0 03C#"), "set-points of drive 1");
+    let times: Vec<f64> = text
+        .lines()
+        .map(|line| {
+            line[1..line.find(')').expect("a time")]
+                .parse()
+                .expect("a number")
+        })
+        .collect();
+    assert!(times.len() > 800 && times.is_sorted());
+}
+
+#[test]
+fn a_broken_file_is_refused_with_its_line() {
+    for (name, text, expected) in [
+        (
+            "text",
+            "0,0\n1,fast\n",
+            "line 2, column 2: expected a number, got \"fast\"",
+        ),
+        (
+            "nan",
+            "0,0\n1,1\n2,NaN\n",
+            "line 3, column 2: expected a finite number, got NaN",
+        ),
+        (
+            "back",
+            "0,0\n2,1\n1,2\n",
+            "line 3: time must increase, got 1 s after 2 s",
+        ),
+        (
+            "short",
+            "0,0\n1\n",
+            "line 2: expected 2 columns as in the first line, got 1",
+        ),
+        (
+            "fast",
+            "0,0\n0.01,900\n",
+            "line 2: axis 0 would have to move",
+        ),
+        ("empty", "# nothing\n", "no line with numbers"),
+    ] {
+        let file = Scratch::new(name, text);
+        let message = refusal(&["--trajectory", file.as_str(), "--max-step", "400"]);
+        assert!(message.contains(expected), "{name}: {message}");
+        assert!(
+            message.contains(file.as_str()),
+            "the file is named: {message}"
+        );
+    }
+}
+
+#[test]
+fn a_wrong_option_is_refused_and_says_what_is_right() {
+    let file = Scratch::new("options.csv", SHORT);
+    let with = |option: &str, value: &str| refusal(&["--trajectory", file.as_str(), option, value]);
+    assert!(
+        with("--columns", "elbow")
+            .contains("there is no column \"elbow\"; the file has time_s, a, b")
+    );
+    assert!(with("--axes", "3").contains("expected 3 axes, the file has 2 columns beside time"));
+    assert!(with("--drives", "1,64").contains("drive id must be 1..=63, got 64"));
+    assert!(with("--drives", "1").contains("expected 2 ids for 2 axes, got 1"));
+    assert!(with("--drives", "5,5").contains("drive 5"));
+    assert!(with("--gear-ratio", "nan").contains("expected a finite number other than 0"));
+    assert!(with("--response-spread", "101").contains("must be 0..=100 percent, got 101"));
+    assert!(with("--bit-rate", "333").contains("333"));
+    assert!(with("--cycle-us", "100").contains("250..=1000000"));
+    assert!(
+        refusal(&["--trajectory", "no-such-file.csv"]).contains("cannot read no-such-file.csv")
+    );
+}
