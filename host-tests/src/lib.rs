@@ -17,6 +17,7 @@ pub mod dyn_units;
 pub mod frame_fields;
 pub mod options;
 pub mod report;
+pub mod rig;
 pub mod vector_file;
 pub mod wire_bits;
 

@@ -50,7 +50,7 @@ pub enum Fault {
     /// The bus failed; which of the latest set-points arrived is unknown.
     Bus,
     /// The shaft did not stand still, or the drive did not confirm, in time.
-    EnableTimeout,
+    ConfirmTimeout,
     /// The position read back leaves the travel or 28 bit.
     PositionRange {
         /// The position as read, in read-back counts.
@@ -139,7 +139,7 @@ impl fmt::Display for Fault {
             Self::Bus => {
                 f.write_str("the bus failed, the fate of the latest set-points is unknown")
             }
-            Self::EnableTimeout => {
+            Self::ConfirmTimeout => {
                 f.write_str("the drive did not confirm in time, or its shaft turns")
             }
             Self::PositionRange { read_back } => {
@@ -205,7 +205,7 @@ impl Reactions {
             | Fault::Reboot { .. }
             | Fault::PositionRange { .. }
             | Fault::DisabledWhileStreaming => self.position,
-            Fault::Config(_) | Fault::EnableTimeout | Fault::Group => Reaction::Halt,
+            Fault::Config(_) | Fault::ConfirmTimeout | Fault::Group => Reaction::Halt,
         }
     }
 }

@@ -124,7 +124,7 @@ impl AxisState {
     pub(crate) const fn may_poll(self) -> bool {
         matches!(
             self,
-            Self::Ready | Self::Streaming | Self::RampingDown | Self::Holding
+            Self::Ready | Self::Streaming | Self::RampingDown | Self::Holding | Self::Faulted
         )
     }
 }

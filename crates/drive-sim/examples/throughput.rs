@@ -64,7 +64,7 @@ fn send_cycle(
         send(bench, master, frame.to_can())?;
     }
     let polled = DriveId::new((cycle % DRIVES as u64) as i32 + 1)?;
-    let poll = if cycle / DRIVES as u64 % 2 == 0 {
+    let poll = if (cycle / DRIVES as u64).is_multiple_of(2) {
         Request::ReadDriveStatus
     } else {
         Request::GeneralRead(ReadSelector::Position)

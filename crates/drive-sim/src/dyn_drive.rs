@@ -26,28 +26,28 @@ mod config;
 mod faults;
 mod motion;
 mod power;
+mod reads;
 mod reference;
 mod registers;
 mod replies;
 mod requests;
 mod servo;
+mod settings;
+mod state;
 
 use dyn_can::units;
-use dyn_can::{
-    Address, Alarm, ConfigByte, DataFrame, Dialect, DriveError, DriveId, DriveStatus, ParamGroup1,
-    ParamGroup2, ParamGroup3, Reply, ZeroAddress,
-};
+use dyn_can::{Address, Alarm, DataFrame, Dialect, DriveError, Reply, ZeroAddress};
 use embedded_can::{Frame as _, Id};
 
 pub use books::Books;
-pub use config::{
-    CoastDeceleration, DynConfigError, DynDriveConfig, LOST_PHASE_STEPS, POWER_ON_DELAY_NS,
-    PositionAfterPower, PositionOverflow, Reaction, ReadBackScale, ResponseDelay, ServoDynamics,
-    ServoLimits,
-};
+pub use config::{DynDriveConfig, LOST_PHASE_STEPS, POWER_ON_DELAY_NS};
 pub use faults::DriveFaults;
 pub use registers::{EepromWrites, STORED_GROUP2_WRITES};
 pub use servo::TICK_NS;
+pub use settings::{
+    CoastDeceleration, DynConfigError, PositionAfterPower, PositionOverflow, Reaction,
+    ReadBackScale, ResponseDelay, ServoDynamics, ServoLimits,
+};
 
 use crate::bench::{Bench, DeviceId};
 use crate::bit_rate::BitRate;
@@ -117,114 +117,6 @@ impl DynDrive {
         drive.first_power_on();
         drive.end_event();
         drive
-    }
-
-    /// Its configuration.
-    pub fn config(&self) -> &DynDriveConfig {
-        &self.config
-    }
-
-    /// The id it listens to; `None` for a fresh drive.
-    pub fn id(&self) -> Option<DriveId> {
-        self.registers.ram.id.drive_id()
-    }
-
-    /// What it accepted, refused and sent since it was made.
-    pub fn books(&self) -> &Books {
-        &self.books
-    }
-
-    /// Sum of all Go_Relative_Pos_PD steps accepted since it was made, in command counts.
-    pub fn commanded_counts(&self) -> i64 {
-        self.books.commanded_counts
-    }
-
-    /// Requests that wrote its EEPROM since it was made.
-    pub fn eeprom_writes(&self) -> &EepromWrites {
-        &self.registers.writes
-    }
-
-    /// Faults in force.
-    pub fn faults(&self) -> &DriveFaults {
-        &self.faults
-    }
-
-    /// Faults, to command some.
-    pub fn faults_mut(&mut self) -> &mut DriveFaults {
-        // Whatever is commanded takes effect at the present instant, and the drive looks for it when it runs.
-        self.next_event_ns = Some(0);
-        &mut self.faults
-    }
-
-    /// Position of the shaft in the drive's coordinates, in command counts without overflow.
-    pub fn position_counts(&self, at_ns: u64) -> i64 {
-        self.motion.at(at_ns).position() - self.origin_counts
-    }
-
-    /// Distance of the shaft from where it stood at 0 ns, in command counts; no origin and no power cycle changes it.
-    pub fn travel_counts(&self, at_ns: u64) -> i64 {
-        self.motion.at(at_ns).position()
-    }
-
-    /// Where the commanded motion ends, in the drive's coordinates and command counts; the position when the servo is off.
-    pub fn target_counts(&self, at_ns: u64) -> i64 {
-        self.motion.at(at_ns).target() - self.origin_counts
-    }
-
-    /// What General_Read reports: the position in the read-back unit, with its overflow.
-    pub fn read_back(&self, at_ns: u64) -> i32 {
-        let position = self.config.read_back.apply(self.position_counts(at_ns));
-        self.config.overflow.apply(position)
-    }
-
-    /// Commanded minus actual position, in command counts.
-    pub fn following_error_counts(&self, at_ns: u64) -> f64 {
-        self.motion.at(at_ns).error()
-    }
-
-    /// Speed of the motor in rpm.
-    pub fn speed_rpm(&self, at_ns: u64) -> f64 {
-        self.motion.at(at_ns).velocity() / self.counts_per_s_of_rpm()
-    }
-
-    /// The status byte.
-    pub fn status(&self, at_ns: u64) -> DriveStatus {
-        self.status_of(&self.motion.at(at_ns))
-    }
-
-    /// The latched alarm.
-    pub fn alarm(&self) -> Alarm {
-        self.alarm
-    }
-
-    /// Whether the servo is on.
-    pub fn is_enabled(&self) -> bool {
-        !self.motion.is_free()
-    }
-
-    /// Whether it has power and the power-on delay is over.
-    pub fn is_ready(&self) -> bool {
-        self.is_up()
-    }
-
-    /// The configuration byte in use.
-    pub fn config_byte(&self) -> ConfigByte {
-        self.registers.ram.config
-    }
-
-    /// Parameter group 1 in use.
-    pub fn group1(&self) -> ParamGroup1 {
-        self.registers.ram.group1
-    }
-
-    /// Parameter group 2 in use.
-    pub fn group2(&self) -> ParamGroup2 {
-        self.registers.ram.group2
-    }
-
-    /// Parameter group 3 in use.
-    pub fn group3(&self) -> ParamGroup3 {
-        self.registers.ram.group3
     }
 
     fn counts_per_s_of_rpm(&self) -> f64 {
@@ -348,7 +240,10 @@ impl Device for DynDrive {
     fn run(&mut self, now_ns: u64, transmit: &mut dyn FnMut(Frame)) {
         self.begin_event(now_ns);
         self.sync(now_ns);
-        if self.next_alarm_frame_ns().is_some_and(|due_ns| due_ns <= now_ns) {
+        if self
+            .next_alarm_frame_ns()
+            .is_some_and(|due_ns| due_ns <= now_ns)
+        {
             self.send_alarm(now_ns);
         }
         while let Some(frame) = self.outbox.pop_due(now_ns) {

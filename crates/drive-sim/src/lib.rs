@@ -4,8 +4,8 @@
 //!
 //! A simulator proves something only when it cannot share the opinions of what it tests. Therefore:
 //!
-//! - this crate never imports the master; of the product it knows the codec alone, for simulated drives. It meets the master at `embedded_can::nb::Can` alone, the border at which the master meets real
-//!   controllers, and the master runs on it unmodified;
+//! - this crate never imports the master; of the product it knows the codec alone, for simulated drives. It meets the master at
+//!   `embedded_can::nb::Can`, the border at which the master meets real controllers, and the master runs on it unmodified;
 //! - the bus enforces the law of the wire and of the controller (CAN 2.0, bxCAN reference manual), not what a master would like:
 //!   mailboxes fill up, frames are displaced, FIFOs overrun, equal identifiers collide, nobody acknowledges on an empty bus;
 //! - the length of every frame is computed from its bits and checked against vectors made by an independent reference;

@@ -165,12 +165,13 @@ impl Axis {
                 None
             }
             AxisState::AwaitingStandstill if over(timeouts.standstill_limit_us) => {
-                Some(Fault::EnableTimeout)
+                Some(Fault::ConfirmTimeout)
             }
-            AxisState::ConfirmingEnable | AxisState::ConfirmingDisable
-                if over(timeouts.confirm_us) =>
-            {
-                Some(Fault::EnableTimeout)
+            AxisState::ConfirmingEnable if over(timeouts.confirm_us) => Some(Fault::ConfirmTimeout),
+            AxisState::ConfirmingDisable if over(timeouts.confirm_us) => {
+                // The command went out; a drive that does not say so is not asked for ever.
+                self.enter(AxisState::Faulted, Reason::Elapsed, log);
+                Some(Fault::ConfirmTimeout)
             }
             state if state.sends_set_points() => self.backlog_fault(),
             _ => None,

@@ -105,7 +105,11 @@ impl Motion {
         };
         let margin = (limit - self.error().abs()).max(0.0);
         let safe_ticks = margin / ((speed_bound + reference_bound) * TICK_S);
-        Some((self.ticks + 1).saturating_add(safe_ticks as u64).saturating_mul(TICK_NS))
+        Some(
+            (self.ticks + 1)
+                .saturating_add(safe_ticks as u64)
+                .saturating_mul(TICK_NS),
+        )
     }
 
     /// Whether the following error went beyond its limit since the last call.
@@ -302,16 +306,13 @@ mod tests {
     #[test]
     fn no_trip_comes_before_its_announcement() {
         let mut motion = held();
-        // A stream at 100000 rpm-like steps that stops dead: the motor overshoots by more than the limit some milliseconds later.
+        // 790 counts a millisecond at once are more than the acceleration allows, so the error grows until it trips, between two commands.
         for cycle in 0..100_u64 {
             motion.advance_to(cycle * 1_000_000);
             motion.step(790);
         }
         let mut looked = 0;
-        loop {
-            let Some(due_ns) = motion.check_due_ns() else {
-                break;
-            };
+        while let Some(due_ns) = motion.check_due_ns() {
             motion.advance_to(due_ns - 1);
             assert!(!motion.tripped, "tripped before {due_ns}");
             motion.advance_to(due_ns);

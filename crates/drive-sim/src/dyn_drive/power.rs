@@ -7,7 +7,7 @@
 use dyn_can::Alarm;
 
 use super::DynDrive;
-use super::config::PositionAfterPower;
+use super::settings::PositionAfterPower;
 
 /// Whether the drive works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

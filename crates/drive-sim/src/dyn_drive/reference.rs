@@ -70,12 +70,7 @@ impl Generator {
 }
 
 /// One tick of a trapezoid; returns whether it has arrived.
-fn advance_profile(
-    position: &mut f64,
-    velocity: &mut f64,
-    target: f64,
-    limits: &Limits,
-) -> bool {
+fn advance_profile(position: &mut f64, velocity: &mut f64, target: f64, limits: &Limits) -> bool {
     let most = limits.profile_acceleration * TICK_S;
     let left = target - *position;
     if left.abs() <= most * TICK_S && velocity.abs() <= 2.0 * most {

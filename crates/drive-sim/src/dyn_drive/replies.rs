@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 
 use dyn_can::DataFrame;
 
-use super::config::ResponseDelay;
 use super::faults::{ReplyFault, Resize};
+use super::settings::ResponseDelay;
 use crate::frame::Frame;
 use crate::split_mix::SplitMix64;
 
@@ -181,7 +181,10 @@ mod tests {
             };
             outbox.reply(0, frame(3), fault);
         }
-        let sent: Vec<String> = drain(&mut outbox).into_iter().map(|(_, text)| text).collect();
+        let sent: Vec<String> = drain(&mut outbox)
+            .into_iter()
+            .map(|(_, text)| text)
+            .collect();
         assert_eq!(sent, ["029#02", "029#02", "029#", "029#0300"]);
     }
 

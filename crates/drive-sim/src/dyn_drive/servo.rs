@@ -152,9 +152,9 @@ mod tests {
             motor.follow(reference, &LIMITS);
         }
         let late = &lags[500..];
-        let (least, most) = late
-            .iter()
-            .fold((f64::MAX, f64::MIN), |(a, b), lag| (a.min(*lag), b.max(*lag)));
+        let (least, most) = late.iter().fold((f64::MAX, f64::MIN), |(a, b), lag| {
+            (a.min(*lag), b.max(*lag))
+        });
         assert!(most - least < 1.0, "lag wanders from {least} to {most}");
         assert!((400.0..1_200.0).contains(&most), "lag {most}");
     }
@@ -168,6 +168,10 @@ mod tests {
         (0..400).for_each(|_| motor.coast(LIMITS.coast_deceleration));
         assert_eq!(motor.velocity, 0.0);
         // v^2 / 2a = 5000 counts, less half a tick.
-        assert!((motor.position - 5_000.0).abs() < 15.0, "{}", motor.position);
+        assert!(
+            (motor.position - 5_000.0).abs() < 15.0,
+            "{}",
+            motor.position
+        );
     }
 }

@@ -1,0 +1,5 @@
+//! plan
+pub mod wire;
+mod worst_case;
+#[cfg(test)]
+mod worst_case_search;

@@ -1,0 +1,201 @@
+//! The unmodified master on the virtual bus with simulated drives, cycle by cycle.
+
+use can_motion::{
+    AxisConfig, AxisSnapshot, AxisState, Event, EventKind, GroupId, Instant, Master, MasterConfig,
+};
+use drive_sim::{
+    Bench, BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, LogMode, NodeId,
+    Record, ScriptedFaults, TxOrder,
+};
+use dyn_can::DriveId;
+
+/// Room for the axes of any test.
+pub const ROOM: usize = 16;
+
+/// The group of every axis unless a test says otherwise.
+pub const GROUP: GroupId = GroupId(0);
+
+/// A master, a bus at 1 Mbit/s, and drives.
+pub struct Rig {
+    /// The bus with the drives.
+    pub bench: Bench<DynDrive, ScriptedFaults>,
+    /// The master's node.
+    pub node: NodeId,
+    /// The drives, in the order of the axes.
+    pub drives: Vec<DeviceId>,
+    /// The master.
+    pub master: Master<ROOM>,
+    /// Everything that the master has told so far.
+    pub events: Vec<Event>,
+    /// Everything that was on the wire so far.
+    pub traffic: Vec<Record>,
+    cycle_us: u64,
+    cycles: u64,
+}
+
+impl Rig {
+    /// Drives 1, 2, 3 ... with the usual settings.
+    pub fn with_axes(axes: usize) -> Self {
+        let drives: Vec<DynDriveConfig> =
+            DriveId::all().take(axes).map(DynDriveConfig::new).collect();
+        let configs: Vec<AxisConfig> = DriveId::all().take(axes).map(AxisConfig::new).collect();
+        Self::new(MasterConfig::DEFAULT, &configs, drives, TxOrder::Fifo)
+    }
+
+    /// Any master with any drives, in ascending order of drive id.
+    ///
+    /// # Panics
+    /// When the master refuses the configuration.
+    pub fn new(
+        config: MasterConfig,
+        axes: &[AxisConfig],
+        drives: Vec<DynDriveConfig>,
+        order: TxOrder,
+    ) -> Self {
+        let mut bus = Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new());
+        bus.set_log(LogMode::Full);
+        let mut bench = Bench::new(bus);
+        let node = bench.add_master(ControllerConfig::bxcan(order));
+        let connect = |drive| bench.add_device(DynDrive::new(drive), ControllerConfig::device());
+        let drives = drives.into_iter().map(connect).collect();
+        let master = Master::new(config, axes).expect("a configuration that works");
+        let cycle_us = u64::from(config.cycle_us);
+        let (events, traffic) = (Vec::new(), Vec::new());
+        Self {
+            bench,
+            node,
+            drives,
+            master,
+            events,
+            traffic,
+            cycle_us,
+            cycles: 0,
+        }
+    }
+
+    /// The present instant.
+    pub fn now(&self) -> Instant {
+        Instant::from_us(self.bench.now_ns() / 1_000)
+    }
+
+    /// One cycle of master and bus.
+    pub fn cycle(&mut self) {
+        let now = self.now();
+        self.master.begin_cycle(now);
+        self.serve_cycle();
+    }
+
+    /// One cycle of the bus in which the application forgot to begin one.
+    pub fn skip_cycle(&mut self) {
+        self.cycles += 1;
+        self.bench.advance_to(self.cycles * self.cycle_us * 1_000);
+        self.collect();
+    }
+
+    /// Many cycles.
+    pub fn cycles(&mut self, count: usize) {
+        (0..count).for_each(|_| self.cycle());
+    }
+
+    fn serve_cycle(&mut self) {
+        self.cycles += 1;
+        let end_ns = self.cycles * self.cycle_us * 1_000;
+        loop {
+            let now = self.now();
+            // Whether it is idle or blocked, the next event on the bus is the next chance.
+            let _ = can_motion::service(&mut self.master, &mut self.bench.port(self.node), now);
+            if !self.bench.step_to(end_ns) {
+                break;
+            }
+        }
+        self.collect();
+    }
+
+    fn collect(&mut self) {
+        self.traffic.extend(self.bench.bus_mut().log_mut().drain());
+        self.events
+            .extend(std::iter::from_fn(|| self.master.next_event()));
+    }
+
+    /// Cycles until every axis is in a state.
+    ///
+    /// # Panics
+    /// When that takes longer than five seconds; the message has the last events.
+    pub fn run_until(&mut self, state: AxisState) {
+        for _ in 0..5_000_000 / self.cycle_us {
+            if self.master.all_are(GROUP, state) {
+                return;
+            }
+            self.cycle();
+        }
+        let last: Vec<&Event> = self.events.iter().rev().take(8).collect();
+        panic!("the axes do not become {state}; the last events, newest first: {last:#?}");
+    }
+
+    /// From power-on to streaming.
+    ///
+    /// # Panics
+    /// When the axes do not get there.
+    pub fn stream(&mut self) {
+        self.run_until(AxisState::Ready);
+        let now = self.now();
+        self.master
+            .enable(now, GROUP)
+            .expect("ready axes can be enabled");
+        self.run_until(AxisState::Streaming);
+    }
+
+    /// Moves every axis at constant velocity for some cycles.
+    ///
+    /// # Panics
+    /// When an axis takes no targets.
+    pub fn move_all(&mut self, step_counts: &[i32], cycles: i32) {
+        let start: Vec<i32> = (0..step_counts.len())
+            .map(|axis| self.axis(axis).target_counts)
+            .collect();
+        for cycle in 1..=cycles {
+            for (axis, (start, step)) in start.iter().zip(step_counts).enumerate() {
+                self.master
+                    .set_target(axis, start + step * cycle)
+                    .expect("a streaming axis");
+            }
+            self.cycle();
+        }
+    }
+
+    /// A snapshot of an axis.
+    ///
+    /// # Panics
+    /// When there is no such axis.
+    pub fn axis(&self, axis: usize) -> AxisSnapshot {
+        self.master.snapshot(axis).expect("an axis of the rig")
+    }
+
+    /// A simulated drive.
+    pub fn drive(&self, axis: usize) -> &DynDrive {
+        self.bench.device(self.drives[axis])
+    }
+
+    /// A simulated drive, to command faults.
+    pub fn drive_mut(&mut self, axis: usize) -> &mut DynDrive {
+        self.bench.device_mut(self.drives[axis])
+    }
+
+    /// True when an event of this kind was told.
+    pub fn saw(&self, wanted: impl Fn(&EventKind) -> bool) -> bool {
+        self.events.iter().any(|event| wanted(&event.kind))
+    }
+
+    /// The states that an axis entered, in order.
+    pub fn path(&self, axis: u8) -> Vec<AxisState> {
+        let states = self
+            .events
+            .iter()
+            .filter(|event| event.axis == Some(axis))
+            .filter_map(|event| match event.kind {
+                EventKind::State { to, .. } => Some(to),
+                _ => None,
+            });
+        states.collect()
+    }
+}

@@ -1,0 +1,346 @@
+//! Life of an axis on the virtual bus: from power-on to streaming and back, and what stops it.
+
+use can_motion::{
+    AxisConfig, AxisState, CommandError, EventKind, Fault, GroupId, MasterConfig, Reaction,
+    Reactions, TargetError,
+};
+use drive_sim::{DynDriveConfig, FrameMatch, TxOrder};
+use dyn_can::{Alarm, ConfigByte, DriveId, FunctionCode, Revision, StepLimit};
+use host_tests::rig::{GROUP, Rig};
+
+fn set_points_of(rig: &Rig, drive: u16) -> usize {
+    let id = drive << 5 | FunctionCode::GoRelativePosPd as u16;
+    let is_it = |raw: embedded_can::Id| matches!(raw, embedded_can::Id::Standard(standard) if standard.as_raw() == id);
+    rig.traffic
+        .iter()
+        .filter(|record| is_it(embedded_can::Frame::id(&record.frame)))
+        .count()
+}
+
+#[test]
+fn from_power_on_to_streaming_every_step_is_told() {
+    use AxisState::{
+        Anchoring, AwaitingStandstill, CheckingConfig, CheckingStatus, ConfirmingEnable, Enabling,
+        Identifying, Probing, Ready, Reanchoring, Streaming,
+    };
+    let mut rig = Rig::with_axes(1);
+    rig.stream();
+    assert_eq!(
+        rig.path(0),
+        [
+            Probing,
+            Identifying,
+            CheckingConfig,
+            CheckingStatus,
+            Anchoring,
+            Ready,
+            AwaitingStandstill,
+            Reanchoring,
+            Enabling,
+            ConfirmingEnable,
+            Streaming
+        ]
+    );
+    // Nothing is sent before the drive can listen (D58), and nothing moves before the application has its say.
+    assert!(rig.traffic[0].start_ns >= 150_000_000);
+    assert_eq!(rig.drive(0).books().pd_frames_ignored, 0);
+    assert_eq!(rig.drive(0).travel_counts(rig.bench.now_ns()), 0);
+}
+
+#[test]
+fn the_revision_is_recognised_by_itself() {
+    let drives = [(1, Revision::V1_2A), (2, Revision::V1_6A)].map(|(id, revision)| {
+        DynDriveConfig::new(DriveId::new(id).unwrap()).with_revision(revision)
+    });
+    let axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
+    rig.run_until(AxisState::Ready);
+    let revisions = [0, 1].map(|axis| rig.axis(axis).feedback.revision);
+    assert_eq!(revisions, [Some(Revision::V1_2A), Some(Revision::V1_6A)]);
+}
+
+#[test]
+fn enabling_is_bumpless_wherever_the_axis_stands() {
+    let drive = DynDriveConfig {
+        start_position_counts: -54_321,
+        ..DynDriveConfig::new(DriveId::MIN)
+    };
+    let axes = [AxisConfig::new(DriveId::MIN)];
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![drive], TxOrder::Fifo);
+    rig.stream();
+    rig.cycles(100);
+    let axis = rig.axis(0);
+    assert_eq!((axis.target_counts, axis.sent_counts), (-54_321, -54_321));
+    assert_eq!(rig.drive(0).commanded_counts(), 0);
+}
+
+#[test]
+fn a_wrong_configuration_never_streams() {
+    let mut drive = DynDriveConfig::new(DriveId::MIN);
+    drive.config_byte = ConfigByte::from_byte(0x08);
+    let axes = [AxisConfig::new(DriveId::MIN)];
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![drive], TxOrder::Fifo);
+    rig.cycles(400);
+    let fault = Fault::Config(ConfigByte::from_byte(0x08));
+    assert_eq!(
+        (rig.axis(0).state, rig.axis(0).fault),
+        (AxisState::Faulted, Some(fault))
+    );
+    let now = rig.now();
+    assert_eq!(
+        rig.master.enable(now, GROUP),
+        Err(CommandError::Faulted { axis: 0, fault })
+    );
+    assert_eq!(
+        rig.master.set_target(0, 1),
+        Err(TargetError::NotStreaming {
+            state: AxisState::Faulted
+        })
+    );
+}
+
+#[test]
+fn an_alarm_stops_the_whole_group_in_the_same_cycle() {
+    let mut rig = Rig::with_axes(4);
+    rig.stream();
+    rig.move_all(&[30, 20, 10, 5], 100);
+    rig.drive_mut(2)
+        .faults_mut()
+        .raise_alarm(Alarm::OverCurrent);
+    rig.cycle();
+    let sent: Vec<i32> = (0..4).map(|axis| rig.axis(axis).sent_counts).collect();
+    let frames: Vec<usize> = (1..=4).map(|drive| set_points_of(&rig, drive)).collect();
+    rig.cycles(50);
+    assert_eq!(rig.axis(2).fault, Some(Fault::AlarmFrame));
+    for axis in [0, 1, 3] {
+        assert_eq!(rig.axis(axis).fault, Some(Fault::Group));
+    }
+    for (axis, (sent, frames)) in sent.iter().zip(&frames).enumerate() {
+        assert_eq!(rig.axis(axis).sent_counts, *sent, "axis {axis}");
+        assert_eq!(set_points_of(&rig, axis as u16 + 1), *frames, "axis {axis}");
+    }
+}
+
+#[test]
+fn after_a_group_fault_nothing_moves_until_clear_and_resume() {
+    let mut rig = Rig::with_axes(2);
+    rig.stream();
+    rig.move_all(&[10, 10], 20);
+    rig.drive_mut(0).faults_mut().raise_alarm(Alarm::LostPhase);
+    rig.cycles(20);
+    let now = rig.now();
+    assert!(matches!(
+        rig.master.resume(now, GROUP),
+        Err(CommandError::Faulted { .. })
+    ));
+    // A power cycle takes the alarm away; the master must not take that for permission.
+    rig.drive_mut(0).faults_mut().power_cycle(50_000_000);
+    let frames = set_points_of(&rig, 2);
+    rig.cycles(500);
+    assert_eq!(set_points_of(&rig, 2), frames);
+    let now = rig.now();
+    rig.master.clear(now, GROUP).unwrap();
+    rig.cycles(200);
+    assert_eq!(
+        (rig.axis(0).state, rig.axis(1).state),
+        (AxisState::Ready, AxisState::Holding)
+    );
+    assert_eq!(set_points_of(&rig, 2), frames);
+}
+
+#[test]
+fn axes_of_another_group_go_on() {
+    let mut axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
+    axes[1].group = GroupId(1);
+    let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
+    rig.cycles(300);
+    for group in [GROUP, GroupId(1)] {
+        let now = rig.now();
+        rig.master.enable(now, group).unwrap();
+    }
+    rig.cycles(400);
+    rig.drive_mut(0)
+        .faults_mut()
+        .raise_alarm(Alarm::OverCurrent);
+    rig.cycles(10);
+    assert_eq!(
+        (rig.axis(0).state, rig.axis(1).state),
+        (AxisState::Faulted, AxisState::Streaming)
+    );
+}
+
+#[test]
+fn a_group_ramps_down_in_proportion_and_within_its_limit() {
+    let mut axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
+    axes.iter_mut().for_each(|axis| axis.limits.ramp_change = 4);
+    let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
+    rig.stream();
+    rig.move_all(&[100, -50], 100);
+    let now = rig.now();
+    rig.master.stop(now, GROUP);
+    let mut before = [0, 1].map(|axis| rig.axis(axis).sent_counts);
+    let mut velocity = [100, -50];
+    for _ in 0..25 {
+        rig.cycle();
+        let sent = [0, 1].map(|axis| rig.axis(axis).sent_counts);
+        for axis in 0..2 {
+            let step = sent[axis] - before[axis];
+            assert!(
+                (step - velocity[axis]).abs() <= 5,
+                "axis {axis}: {} to {step}",
+                velocity[axis]
+            );
+            velocity[axis] = step;
+        }
+        assert!(
+            (velocity[0] + 2 * velocity[1]).abs() <= 2,
+            "not in proportion: {velocity:?}"
+        );
+        before = sent;
+    }
+    rig.cycles(3);
+    assert_eq!(
+        [0, 1].map(|axis| rig.axis(axis).state),
+        [AxisState::Holding; 2]
+    );
+    assert_eq!(velocity, [0, 0]);
+}
+
+#[test]
+fn disable_ramps_down_first() {
+    let mut rig = Rig::with_axes(2);
+    rig.stream();
+    rig.move_all(&[200, 100], 50);
+    let now = rig.now();
+    rig.master.disable(now, GROUP);
+    rig.run_until(AxisState::Ready);
+    assert!(!rig.drive(0).is_enabled() && !rig.drive(1).is_enabled());
+    assert_eq!(rig.drive(0).books().pd_frames_ignored, 0);
+}
+
+#[test]
+fn a_silent_drive_is_lost_and_its_group_ramps_down() {
+    let mut rig = Rig::with_axes(3);
+    rig.stream();
+    rig.move_all(&[50, 50, 50], 50);
+    rig.drive_mut(1).faults_mut().fall_silent();
+    rig.cycles(300);
+    assert_eq!(rig.axis(1).fault, Some(Fault::Lost));
+    assert_eq!(rig.axis(0).fault, Some(Fault::Group));
+    assert!(rig.path(0).contains(&AxisState::RampingDown));
+    assert_eq!(rig.master.cycle_counters().late, 0);
+}
+
+#[test]
+fn each_fault_does_what_its_reaction_says() {
+    let reactions = Reactions {
+        alarm: Reaction::Disable,
+        ..Reactions::DEFAULT
+    };
+    let axes = [1, 2].map(|id| AxisConfig {
+        reactions,
+        ..AxisConfig::new(DriveId::new(id).unwrap())
+    });
+    let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
+    rig.stream();
+    rig.drive_mut(0)
+        .faults_mut()
+        .raise_alarm(Alarm::OverCurrent);
+    rig.cycles(50);
+    assert!(
+        !rig.drive(1).is_enabled(),
+        "the other axis was disabled too"
+    );
+    assert_eq!(rig.axis(1).state, AxisState::Faulted);
+}
+
+#[test]
+fn a_target_that_runs_away_is_a_fault_before_it_is_a_motion() {
+    let mut axis = AxisConfig::new(DriveId::MIN);
+    axis.limits.max_step = StepLimit::new(100).unwrap();
+    axis.limits.backlog = 1_000;
+    let drive = DynDriveConfig::new(DriveId::MIN);
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &[axis], vec![drive], TxOrder::Fifo);
+    rig.stream();
+    rig.master.set_target(0, 1_001).unwrap();
+    rig.cycles(5);
+    assert_eq!(rig.axis(0).fault, Some(Fault::Backlog { counts: 1_001 }));
+    assert_eq!(rig.drive(0).commanded_counts(), 0);
+    assert_eq!(
+        rig.master.set_target(0, 1 << 27),
+        Err(TargetError::NotStreaming {
+            state: AxisState::Faulted
+        })
+    );
+}
+
+#[test]
+fn a_doubled_set_point_is_reported_as_one_repeated_step() {
+    let mut rig = Rig::with_axes(1);
+    rig.stream();
+    rig.move_all(&[40], 50);
+    let set_point = FrameMatch::with_id(embedded_can::StandardId::new(0x03C).unwrap());
+    rig.bench
+        .bus_mut()
+        .faults_mut()
+        .duplicate_next(set_point, 1);
+    rig.move_all(&[40], 10);
+    rig.cycles(400);
+    assert_eq!(rig.drive(0).commanded_counts(), 60 * 40 + 40);
+    let drift = rig.saw(|kind| {
+        matches!(kind, EventKind::Fault(Fault::Drift { counts: 40, cause }) if *cause == can_motion::DriftCause::OneStepRepeated)
+    });
+    assert!(drift, "{:?}", rig.axis(0).fault);
+}
+
+#[test]
+fn a_set_point_that_the_drive_missed_is_reported_as_one_lost_step() {
+    let mut rig = Rig::with_axes(1);
+    rig.stream();
+    rig.move_all(&[40], 50);
+    let node = rig.bench.node_of(rig.drives[0]);
+    let set_point = FrameMatch::with_id(embedded_can::StandardId::new(0x03C).unwrap());
+    rig.bench
+        .bus_mut()
+        .faults_mut()
+        .drop_next(node, set_point, 1);
+    rig.move_all(&[40], 10);
+    rig.cycles(400);
+    assert_eq!(rig.drive(0).commanded_counts(), 60 * 40 - 40);
+    let cause = can_motion::DriftCause::OneStepLost;
+    assert_eq!(rig.axis(0).fault, Some(Fault::Drift { counts: -40, cause }));
+}
+
+#[test]
+fn a_restarted_drive_is_noticed_by_its_counter() {
+    let mut axis = AxisConfig::new(DriveId::MIN);
+    axis.polls.counter_us = Some(20_000);
+    let mut drive = DynDriveConfig::new(DriveId::MIN);
+    drive.power_on_delay_ns = 0;
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &[axis], vec![drive], TxOrder::Fifo);
+    rig.stream();
+    rig.cycles(1_000);
+    rig.drive_mut(0).faults_mut().reboot();
+    rig.cycles(100);
+    let reboot = |kind: &EventKind| matches!(kind, EventKind::Fault(Fault::Reboot { .. }));
+    assert!(rig.saw(reboot), "{:?}", rig.axis(0).fault);
+}
+
+#[test]
+fn skipped_cycles_merge_into_the_next_frames() {
+    let mut rig = Rig::with_axes(2);
+    rig.stream();
+    rig.move_all(&[10, -10], 20);
+    (0..5).for_each(|_| rig.skip_cycle());
+    let before = rig.drive(0).books().pd_frames;
+    let target = rig.axis(0).target_counts + 60;
+    rig.master.set_target(0, target).unwrap();
+    rig.cycle();
+    assert_eq!(rig.drive(0).books().pd_frames, before + 1);
+    assert_eq!(rig.axis(0).sent_counts, target);
+    assert!(rig.saw(|kind| *kind == EventKind::CyclesMissed(5)));
+    assert_eq!(rig.master.cycle_counters().missed, 5);
+}

@@ -1,0 +1,298 @@
+//! Procedures beside the cycle, and commissioning before it, on simulated drives.
+
+use can_motion::commission::{
+    AssignId, AssignResult, ByteOrderProbe, ByteOrderResult, Commissioner, Scan, Script,
+};
+use can_motion::{
+    AxisConfig, AxisState, Confirmation, EventKind, GroupId, Instant, MasterConfig, Procedure,
+    ProcedureEnd, ProcedureError, service,
+};
+use drive_sim::{Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, NodeId, TxOrder};
+use dyn_can::{
+    Alarm, ByteOrder, Dialect, DriveId, MaxSpeed, OnPosRange, Reply, Revision, SetParamGroup2,
+    SetParamGroup3,
+};
+use host_tests::rig::{GROUP, Rig};
+
+fn max_speed(value: i32) -> Procedure {
+    Procedure::WriteGroup2(SetParamGroup2 {
+        max_speed: MaxSpeed::new(value).ok(),
+        max_acceleration: None,
+    })
+}
+
+/// Starts a procedure on axis 0 and runs it to its end.
+fn run(rig: &mut Rig, procedure: Procedure, confirmation: Confirmation) -> ProcedureEnd {
+    let now = rig.now();
+    rig.master.start(now, 0, procedure, confirmation).unwrap();
+    let told = rig.events.len();
+    for _ in 0..200 {
+        rig.cycle();
+        for event in &rig.events[told..] {
+            if let EventKind::Procedure(end) = event.kind {
+                return end;
+            }
+        }
+    }
+    panic!("the procedure does not end: {:#?}", &rig.events[told..]);
+}
+
+fn ready() -> Rig {
+    let mut rig = Rig::with_axes(1);
+    rig.run_until(AxisState::Ready);
+    rig
+}
+
+#[test]
+fn a_write_wears_the_drive_only_when_it_changes_something() {
+    let mut rig = ready();
+    let present = rig.drive(0).config().group2.max_speed.get();
+    let end = run(&mut rig, max_speed(i32::from(present)), Confirmation::None);
+    assert_eq!(
+        (end, rig.axis(0).counters.eeprom_writes),
+        (ProcedureEnd::Unchanged, 0)
+    );
+    assert_eq!(
+        run(&mut rig, max_speed(17), Confirmation::None),
+        ProcedureEnd::Written
+    );
+    assert_eq!(rig.axis(0).counters.eeprom_writes, 1);
+    let end = run(&mut rig, Procedure::ReadGroup2, Confirmation::None);
+    assert!(
+        matches!(end, ProcedureEnd::Read(Reply::ParamGroup2(group)) if group.max_speed.get() == 17)
+    );
+}
+
+#[test]
+fn writes_keep_their_distance_and_their_budget() {
+    let mut axis = AxisConfig::new(DriveId::MIN);
+    axis.wear.budget = 2;
+    let drive = DynDriveConfig::new(DriveId::MIN);
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &[axis], vec![drive], TxOrder::Fifo);
+    rig.run_until(AxisState::Ready);
+    assert_eq!(
+        run(&mut rig, max_speed(17), Confirmation::None),
+        ProcedureEnd::Written
+    );
+    let now = rig.now();
+    let refused = rig.master.start(now, 0, max_speed(18), Confirmation::None);
+    assert!(matches!(refused, Err(ProcedureError::WearInterval { wait_us }) if wait_us > 900_000));
+    rig.cycles(1_000);
+    assert_eq!(
+        run(&mut rig, max_speed(18), Confirmation::None),
+        ProcedureEnd::Written
+    );
+    rig.cycles(1_000);
+    let now = rig.now();
+    let refused = rig.master.start(now, 0, max_speed(19), Confirmation::None);
+    assert_eq!(refused, Err(ProcedureError::WearBudget { budget: 2 }));
+}
+
+#[test]
+fn what_is_hard_to_undo_needs_a_confirmation() {
+    let mut rig = ready();
+    let brake = Procedure::WriteGroup3(SetParamGroup3 {
+        on_pos_range: OnPosRange::new(127).ok(),
+        ..SetParamGroup3::default()
+    });
+    for procedure in [brake, Procedure::SetOrigin, Procedure::DriveReset] {
+        let now = rig.now();
+        let refused = rig.master.start(now, 0, procedure, Confirmation::None);
+        assert_eq!(refused, Err(ProcedureError::Unconfirmed), "{procedure:?}");
+    }
+    assert_eq!(
+        run(&mut rig, brake, Confirmation::Given),
+        ProcedureEnd::Written
+    );
+}
+
+#[test]
+fn a_new_origin_makes_the_axis_anchor_anew() {
+    let start_position_counts = 5_000;
+    let drive = DynDriveConfig {
+        start_position_counts,
+        ..DynDriveConfig::new(DriveId::MIN)
+    };
+    let axes = [AxisConfig::new(DriveId::MIN)];
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![drive], TxOrder::Fifo);
+    rig.run_until(AxisState::Ready);
+    assert_eq!(rig.axis(0).sent_counts, 5_000);
+    assert_eq!(
+        run(&mut rig, Procedure::SetOrigin, Confirmation::Given),
+        ProcedureEnd::Sent
+    );
+    assert!(!rig.axis(0).referenced);
+    rig.run_until(AxisState::Ready);
+    assert_eq!((rig.axis(0).sent_counts, rig.axis(0).referenced), (0, true));
+}
+
+#[test]
+fn writing_is_refused_while_the_axis_is_enabled_and_reading_is_not() {
+    let mut rig = Rig::with_axes(2);
+    rig.stream();
+    rig.move_all(&[20, 20], 20);
+    let now = rig.now();
+    assert_eq!(
+        rig.master.start(now, 0, max_speed(9), Confirmation::None),
+        Err(ProcedureError::State {
+            actual: AxisState::Streaming
+        })
+    );
+    let end = run(&mut rig, Procedure::ReadGroup1, Confirmation::None);
+    assert!(matches!(end, ProcedureEnd::Read(Reply::ParamGroup1(_))));
+    assert_eq!(rig.master.cycle_counters().late, 0);
+}
+
+#[test]
+fn writing_beside_a_streaming_axis_costs_it_nothing() {
+    let mut axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
+    axes[1].group = GroupId(1);
+    let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
+    rig.cycles(300);
+    let now = rig.now();
+    rig.master.enable(now, GroupId(1)).unwrap();
+    rig.cycles(400);
+    assert_eq!(rig.axis(1).state, AxisState::Streaming);
+    let frames = rig.drive(1).books().pd_frames;
+    let start = rig.now();
+    assert_eq!(
+        run(&mut rig, max_speed(33), Confirmation::None),
+        ProcedureEnd::Written
+    );
+    let cycles = rig.now().us_since(start) / 1_000;
+    assert_eq!(rig.drive(1).books().pd_frames - frames, cycles);
+}
+
+#[test]
+fn a_reset_brings_an_alarmed_drive_back_in_1_6a_and_is_refused_in_1_2a() {
+    let mut rig = ready();
+    rig.drive_mut(0)
+        .faults_mut()
+        .raise_alarm(Alarm::OverCurrent);
+    rig.cycles(50);
+    assert_eq!(
+        run(&mut rig, Procedure::DriveReset, Confirmation::Given),
+        ProcedureEnd::Sent
+    );
+    assert_eq!(rig.drive(0).alarm(), Alarm::None);
+    let now = rig.now();
+    rig.master.clear(now, GROUP).unwrap();
+    rig.run_until(AxisState::Ready);
+
+    let old = DynDriveConfig::new(DriveId::MIN).with_revision(Revision::V1_2A);
+    let axes = [AxisConfig::new(DriveId::MIN)];
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![old], TxOrder::Fifo);
+    rig.run_until(AxisState::Ready);
+    let now = rig.now();
+    let refused = rig
+        .master
+        .start(now, 0, Procedure::DriveReset, Confirmation::Given);
+    assert!(matches!(refused, Err(ProcedureError::Refused(_))));
+}
+
+/// A bus with drives and nobody who streams.
+struct Workbench {
+    bench: Bench<DynDrive>,
+    node: NodeId,
+}
+
+impl Workbench {
+    fn new(drives: Vec<DynDriveConfig>) -> Self {
+        let mut bench = Bench::new(Bus::new(BitRate::Kbit1000));
+        let node = bench.add_master(ControllerConfig::bxcan(TxOrder::Fifo));
+        for drive in drives {
+            bench.add_device(DynDrive::new(drive), ControllerConfig::device());
+        }
+        bench.advance_to(200_000_000);
+        Self { bench, node }
+    }
+
+    fn run<S: Script>(&mut self, script: S) -> S::Result
+    where
+        S::Result: Clone,
+    {
+        let mut task = Commissioner::new(script);
+        for _ in 0..20_000 {
+            let now = Instant::from_us(self.bench.now_ns() / 1_000);
+            task.tick(now);
+            let _ = service(&mut task, &mut self.bench.port(self.node), now);
+            if let Some(result) = task.result() {
+                return result.clone();
+            }
+            self.bench.advance_to(self.bench.now_ns() + 250_000);
+        }
+        panic!("the task does not end");
+    }
+}
+
+fn drive(id: i32, revision: Revision) -> DynDriveConfig {
+    DynDriveConfig::new(DriveId::new(id).unwrap()).with_revision(revision)
+}
+
+#[test]
+fn a_scan_finds_every_drive_and_its_revision() {
+    let drives = vec![
+        drive(7, Revision::V1_6A),
+        drive(2, Revision::V1_2A),
+        drive(63, Revision::V1_6A),
+    ];
+    let found = Workbench::new(drives).run(Scan::default());
+    let found: Vec<_> = found
+        .iter()
+        .map(|found| (found.drive.get(), found.revision))
+        .collect();
+    assert_eq!(
+        found,
+        [
+            (2, Some(Revision::V1_2A)),
+            (7, Some(Revision::V1_6A)),
+            (63, Some(Revision::V1_6A))
+        ]
+    );
+}
+
+#[test]
+fn an_id_is_given_as_the_revision_allows() {
+    let id = |id| DriveId::new(id).unwrap();
+    let mut old = Workbench::new(vec![drive(5, Revision::V1_2A), drive(6, Revision::V1_2A)]);
+    let rename = |to| AssignId::rename(id(5), id(to), Revision::V1_2A);
+    assert_eq!(old.run(rename(6)), AssignResult::IdTaken);
+    assert_eq!(old.run(rename(9)), AssignResult::Active);
+    assert_eq!(old.run(rename(9)), AssignResult::NoDrive);
+    let mut new = Workbench::new(vec![drive(5, Revision::V1_6A)]);
+    let result = new.run(AssignId::rename(id(5), id(9), Revision::V1_6A));
+    assert_eq!(result, AssignResult::AfterPowerCycle);
+}
+
+#[test]
+fn a_fresh_drive_alone_on_the_bus_gets_its_first_id() {
+    let fresh = DynDriveConfig::fresh().with_revision(Revision::V1_2A);
+    let mut bench = Workbench::new(vec![fresh]);
+    let id = DriveId::new(3).unwrap();
+    let result = bench.run(AssignId::first_id_of_the_only_drive(id, Revision::V1_2A));
+    assert_eq!(result, AssignResult::Active);
+}
+
+#[test]
+fn the_byte_order_is_found_out_without_moving() {
+    for order in [ByteOrder::MsbFirst, ByteOrder::LsbFirst] {
+        let dialect = Dialect {
+            number_order: order,
+            ..Dialect::V1_6A
+        };
+        let config = DynDriveConfig {
+            dialect,
+            ..DynDriveConfig::new(DriveId::MIN)
+        };
+        let mut bench = Workbench::new(vec![config]);
+        let result = bench.run(ByteOrderProbe::with_free_shaft(
+            DriveId::MIN,
+            Revision::V1_6A,
+        ));
+        assert_eq!(result, ByteOrderResult::Order(order));
+        let now_ns = bench.bench.now_ns();
+        let drive = bench.bench.devices().next().expect("one drive");
+        assert_eq!(drive.travel_counts(now_ns), 0);
+    }
+}
