@@ -8,6 +8,8 @@
 use core::convert::Infallible;
 use core::fmt;
 
+use can_motion::Progress;
+use embassy_futures::select::select;
 use embassy_stm32::can::enums::{BusError as LineError, TryReadError};
 use embassy_stm32::can::filter::{Mask16, Mask32};
 use embassy_stm32::can::frame::Header;
@@ -176,9 +178,16 @@ impl Bus {
         }
     }
 
-    /// Waits until a received frame can be read. Cancelling it loses nothing.
-    pub(crate) async fn frame_arrived(&mut self) {
-        self.receiver.wait_not_empty().await;
+    /// Waits until servicing the bus again has a purpose: until a received frame can be read or, when a frame waits for
+    /// room, until a mailbox is free. Cancelling it loses nothing.
+    pub(crate) async fn serviceable(&mut self, progress: Progress) {
+        let arrived = self.receiver.wait_not_empty();
+        match progress {
+            Progress::Idle => arrived.await,
+            Progress::Blocked => {
+                select(arrived, self.transmitter.flush_any()).await;
+            }
+        }
     }
 
     /// The fault confinement state now.

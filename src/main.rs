@@ -8,9 +8,19 @@
 #[cfg(target_os = "none")]
 mod app;
 #[cfg(target_os = "none")]
+mod automatic_enable;
+#[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
 mod bus;
+#[cfg(target_os = "none")]
+mod config;
+#[cfg(target_os = "none")]
+mod cycle_clock;
+#[cfg(target_os = "none")]
+mod playback;
+#[cfg(target_os = "none")]
+mod telemetry;
 
 #[cfg(target_os = "none")]
 use {defmt_rtt as _, panic_probe as _};

@@ -1,4 +1,4 @@
-//! The boards. Each is one file with its clocks, pins, bit rate and interrupts; the application sees what `init` returns.
+//! The boards. Each is one file with its clocks, pins, bit timing and interrupts; the application sees what `init` returns.
 
 mod stm32f405;
 

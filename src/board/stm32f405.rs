@@ -1,4 +1,4 @@
-//! STM32F405RG: 8 MHz crystal, 168 MHz core, CAN1 at 1 Mbit/s on PA11 (receive) and PA12 (transmit), status LED on PC12.
+//! STM32F405RG: 8 MHz crystal, 168 MHz core, CAN1 on PA11 (receive) and PA12 (transmit), status LED on PC12.
 
 use core::num::{NonZeroU8, NonZeroU16};
 
@@ -14,14 +14,13 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, bind_interrupts, pac, rcc};
 
 use crate::bus::Bus;
+use crate::config::BIT_RATE;
 
 /// Crystal at the HSE pins.
 const HSE_HZ: u32 = 8_000_000;
 /// APB1, which clocks CAN1: 168 MHz / 4, the most that bus allows (RM0090, section 7.2).
 const PCLK1_HZ: u32 = 42_000_000;
 
-/// Bit rate of the drives' bus in bit/s.
-const BIT_RATE: u32 = 1_000_000;
 /// Time quanta of one bit: synchronisation, segment 1 (propagation and phase 1), segment 2. The sample point is at 12/14 = 85.7 %.
 const SEGMENT_1_QUANTA: u8 = 11;
 const SEGMENT_2_QUANTA: u8 = 2;

@@ -37,6 +37,18 @@ pub(crate) enum Error {
         /// Each way that was tried and what it lacks.
         tried: Vec<String>,
     },
+    /// An image linked although it can panic.
+    Linked {
+        /// The image.
+        image: &'static str,
+    },
+    /// A package that shall have no dependency has some.
+    Dependencies {
+        /// The package.
+        package: &'static str,
+        /// What it depends on.
+        found: Vec<String>,
+    },
     /// The built image could not be read.
     Image {
         /// Where it should be.
@@ -53,6 +65,15 @@ impl fmt::Display for Error {
             Self::Failed { program, status } => write!(f, "{program} failed ({status})"),
             Self::Answer { program, expected } => write!(f, "{program} did not print {expected}"),
             Self::Image { path, reason } => write!(f, "{}: {reason}", path.display()),
+            Self::Linked { image } => write!(
+                f,
+                "{image} links although it can panic: the other images prove nothing, look at their panic handler"
+            ),
+            Self::Dependencies { package, found } => write!(
+                f,
+                "{package} must have no dependency without features, it has {}: make them optional",
+                found.join(", ")
+            ),
             Self::NoToolchain { target, tried } => {
                 writeln!(f, "this machine cannot compile for {target} yet. Tried:")?;
                 for way in tried {

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::size::Size;
-use crate::thumb::Build;
+use crate::thumb::Builder;
 use crate::toolchain::Preference;
 
 /// The root package, whose binary is the firmware.
@@ -30,12 +30,9 @@ pub(crate) struct Arguments {
 /// # Errors
 /// When the build fails or leaves no image that could run on the board.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let build = Build {
-        package: PACKAGE,
-        preference: arguments.toolchain,
-        arguments: &arguments.cargo,
-    };
-    let image = build.run()?.join(PACKAGE);
+    let builder = Builder::find(arguments.toolchain)?;
+    builder.build(PACKAGE, &arguments.cargo)?;
+    let image = builder.images().join(PACKAGE);
     let size = Size::of_image(&image)?;
     println!("{size}\nimage  {}", image.display());
     Ok(())

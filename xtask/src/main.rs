@@ -2,7 +2,9 @@
 
 mod error;
 mod firmware;
+mod proofs;
 mod size;
+mod symbols;
 mod thumb;
 mod toolchain;
 mod workspace;
@@ -23,11 +25,14 @@ struct Arguments {
 enum Task {
     /// Build the firmware for the board and print its size.
     Fw(firmware::Arguments),
+    /// Show that the libraries cannot panic, and how large they are on the target.
+    Proofs(proofs::Arguments),
 }
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fw(arguments) => firmware::run(&arguments),
+        Task::Proofs(arguments) => proofs::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -51,9 +56,10 @@ mod tests {
 
     #[test]
     fn what_follows_two_dashes_goes_to_cargo() {
-        let Task::Fw(arguments) = Arguments::try_parse_from(["xtask", "fw", "--", "--locked"])
-            .unwrap()
-            .task;
+        let parsed = Arguments::try_parse_from(["xtask", "fw", "--", "--locked"]).unwrap();
+        let Task::Fw(arguments) = parsed.task else {
+            panic!("another task");
+        };
         assert_eq!(arguments.cargo, ["--locked"]);
     }
 }

@@ -93,7 +93,7 @@ impl Size {
     }
 
     /// Bytes of flash.
-    fn flash(&self) -> u64 {
+    pub(crate) fn flash(&self) -> u64 {
         self.sum(|section| section.flash)
     }
 

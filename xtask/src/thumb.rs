@@ -1,7 +1,7 @@
 //! Builds packages for the Cortex-M4F of the boards.
 
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, ExitStatus};
 
 use crate::error::Error;
 use crate::toolchain::{Preference, Toolchain};
@@ -10,51 +10,102 @@ use crate::workspace::{Workspace, cargo};
 /// The target of every board: Cortex-M4 with its floating-point unit.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// A release build of one package for [`TARGET`].
-pub(crate) struct Build<'a> {
-    /// The package.
-    pub(crate) package: &'a str,
-    /// Which toolchain to take.
-    pub(crate) preference: Preference,
-    /// Further arguments for `cargo build`.
-    pub(crate) arguments: &'a [String],
+/// Release builds for [`TARGET`] with one toolchain.
+pub(crate) struct Builder {
+    workspace: Workspace,
+    toolchain: Toolchain,
+    folder: PathBuf,
 }
 
-impl Build<'_> {
-    /// Builds, with the messages of cargo on the standard error, and returns the folder of the images.
+impl Builder {
+    /// Looks for a toolchain and says which one it is.
     ///
     /// # Errors
-    /// When there is no toolchain for the target or the build fails.
-    pub(crate) fn run(&self) -> Result<PathBuf, Error> {
+    /// When there is no toolchain for the target.
+    pub(crate) fn find(preference: Preference) -> Result<Self, Error> {
         let workspace = Workspace::find()?;
-        let toolchain = Toolchain::find(TARGET, self.preference)?;
-        eprintln!(
-            "building {} for {TARGET}: {}",
-            self.package,
-            toolchain.describe()
-        );
+        let toolchain = Toolchain::find(TARGET, preference)?;
+        eprintln!("building for {TARGET}: {}", toolchain.describe());
         // Apart from the host builds: another compiler in the same folder would make both build everything anew each time.
         let folder = workspace.target.join("thumb");
+        Ok(Self {
+            workspace,
+            toolchain,
+            folder,
+        })
+    }
+
+    /// The folder of the images.
+    pub(crate) fn images(&self) -> PathBuf {
+        self.folder.join(TARGET).join("release")
+    }
+
+    /// Builds a package, with the messages of cargo on the standard error.
+    ///
+    /// # Errors
+    /// When the build fails.
+    pub(crate) fn build(&self, package: &str, arguments: &[String]) -> Result<(), Error> {
+        let mut build = self.command(package);
+        match build.args(arguments).status() {
+            Ok(status) if status.success() => Ok(()),
+            Ok(status) => Err(failed(package, status)),
+            Err(reason) => Err(not_started(package, reason)),
+        }
+    }
+
+    /// Builds an image that must not link because of an undefined symbol with this text in its name.
+    ///
+    /// # Errors
+    /// When it links, or fails for another reason.
+    pub(crate) fn refuse(
+        &self,
+        package: &str,
+        image: &'static str,
+        symbol: &str,
+    ) -> Result<(), Error> {
+        let mut build = self.command(package);
+        let output = build
+            .args(["--features", image, "--bin", image])
+            .output()
+            .map_err(|reason| not_started(package, reason))?;
+        let messages = String::from_utf8_lossy(&output.stderr);
+        if output.status.success() {
+            return Err(Error::Linked { image });
+        }
+        if messages.contains(symbol) {
+            return Ok(());
+        }
+        eprint!("{messages}");
+        Err(failed(package, output.status))
+    }
+
+    fn command(&self, package: &str) -> Command {
         let mut build = Command::new(cargo());
         build
-            .current_dir(&workspace.root)
-            .args([
-                "build",
-                "--release",
-                "--target",
-                TARGET,
-                "--package",
-                self.package,
-                "--target-dir",
-            ])
-            .arg(&folder)
-            .args(self.arguments);
-        toolchain.apply(&mut build);
-        let program = format!("cargo build --package {}", self.package);
-        match build.status() {
-            Ok(status) if status.success() => Ok(folder.join(TARGET).join("release")),
-            Ok(status) => Err(Error::Failed { program, status }),
-            Err(reason) => Err(Error::Start { program, reason }),
-        }
+            .current_dir(&self.workspace.root)
+            .args(["build", "--release", "--target", TARGET, "--package"])
+            .arg(package)
+            .arg("--target-dir")
+            .arg(&self.folder);
+        self.toolchain.apply(&mut build);
+        build
+    }
+}
+
+fn program(package: &str) -> String {
+    format!("cargo build --package {package}")
+}
+
+fn failed(package: &str, status: ExitStatus) -> Error {
+    Error::Failed {
+        program: program(package),
+        status,
+    }
+}
+
+fn not_started(package: &str, reason: std::io::Error) -> Error {
+    Error::Start {
+        program: program(package),
+        reason,
     }
 }

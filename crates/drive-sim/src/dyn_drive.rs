@@ -181,12 +181,11 @@ impl DynDrive {
 
     /// What must be done first at every event: faults commanded meanwhile, the end of a power-on delay, a new id.
     fn begin_event(&mut self, now_ns: u64) {
-        let was_up = self.is_up();
+        // Both leave the announced event in the past, so that the drive runs next and announces another.
         self.start_if_ready(now_ns);
-        if !was_up || self.faults.has_actions() {
+        if self.faults.has_actions() {
             self.apply_faults(now_ns);
             self.start_if_ready(now_ns);
-            self.end_event();
         }
         self.registers.settle_id(now_ns);
     }

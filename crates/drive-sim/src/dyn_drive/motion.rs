@@ -302,27 +302,31 @@ mod tests {
         assert!(motion.take_trip() && !motion.take_trip());
     }
 
-    /// Every trip must be foreseen by the instant at which somebody is asked to look.
-    #[test]
-    fn no_trip_comes_before_its_announcement() {
+    /// A stream that stops dead: the motor overshoots by more than the limit some milliseconds later.
+    fn about_to_overshoot() -> Motion {
         let mut motion = held();
-        // 790 counts a millisecond at once are more than the acceleration allows, so the error grows until it trips, between two commands.
-        for cycle in 0..100_u64 {
-            motion.advance_to(cycle * 1_000_000);
-            motion.step(790);
+        for cycle in 0..100_i16 {
+            motion.advance_to(cycle as u64 * 1_000_000);
+            motion.step(cycle * 8);
         }
-        let mut looked = 0;
-        while let Some(due_ns) = motion.check_due_ns() {
-            motion.advance_to(due_ns - 1);
-            assert!(!motion.tripped, "tripped before {due_ns}");
-            motion.advance_to(due_ns);
-            looked += 1;
-            if motion.take_trip() {
-                break;
-            }
+        assert!(!motion.tripped);
+        motion
+    }
+
+    #[test]
+    fn trip_is_announced_to_the_tick_with_few_looks() {
+        let mut watched = about_to_overshoot();
+        let mut patient = watched;
+        while !watched.tripped {
+            watched.advance_to((watched.ticks + 1) * TICK_NS);
         }
-        assert!(motion.is_free(), "overshoot did not trip");
-        assert!(looked < 60, "{looked} looks");
+        let mut looks = 0;
+        while !patient.tripped {
+            patient.advance_to(patient.check_due_ns().unwrap());
+            looks += 1;
+        }
+        assert_eq!(patient.ticks, watched.ticks);
+        assert!(looks < 10, "{looks} looks");
     }
 
     #[test]

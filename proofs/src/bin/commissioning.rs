@@ -1,0 +1,18 @@
+//! The commissioning scripts with their codec: links only if nothing on the bus makes them panic.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+use panic_never as _;
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    loop {
+        proofs::commissioning::exercise();
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("{}", proofs::HOST_MESSAGE);
+}

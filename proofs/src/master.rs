@@ -1,0 +1,207 @@
+//! The master: any configuration, then any calls in any order, on a driver that does anything.
+
+use can_motion::motion::{Keyframe, KeyframeMotion};
+use can_motion::{
+    AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, GroupId, Instant,
+    Limits, Master, MasterConfig, PollPeriods, Procedure, Reaction, Reactions, ReadBackScale,
+    Timeouts, WearLimits, service,
+};
+use dyn_can::{Request, StepLimit};
+
+use crate::codec::{dialect, drive, frame, request};
+use crate::fake_can::FakeCan;
+use crate::opaque::{self, consume, word};
+
+/// Axes of the master that is exercised.
+pub(crate) const AXES: usize = 8;
+
+/// A motion, and a master with any number of calls.
+pub fn exercise() {
+    motion();
+    run(look);
+}
+
+/// Any calls on any master in any order; `look` is one of them.
+pub(crate) fn run(look: fn(&mut Master<AXES>)) {
+    let axes = [(); AXES].map(|()| axis());
+    let given = axes.get(..word() as usize).unwrap_or(&axes);
+    let mut master = match Master::<AXES>::new(config(), given) {
+        Ok(master) => master,
+        Err(error) => return consume(error),
+    };
+    while opaque::flag() {
+        match opaque::byte() {
+            0..16 => cycle(&mut master),
+            16..32 => bus(&mut master),
+            32..48 => by_hand(&mut master),
+            48..64 => commands(&mut master),
+            _ => look(&mut master),
+        }
+    }
+}
+
+/// Any moment.
+pub(crate) fn now() -> Instant {
+    Instant::from_us(opaque::bits())
+}
+
+/// Any group.
+pub(crate) fn group() -> GroupId {
+    GroupId(opaque::byte())
+}
+
+/// Any settings, also such that cannot work.
+pub(crate) fn config() -> MasterConfig {
+    MasterConfig {
+        cycle_us: word(),
+        requests_per_cycle: opaque::byte(),
+        timeouts: Timeouts {
+            power_on_us: word(),
+            reply_us: word(),
+            settle_us: word(),
+            alarm_quiet_us: word(),
+            arrival_us: word(),
+            standstill_us: word(),
+            standstill_limit_us: word(),
+            confirm_us: word(),
+            lost_after: opaque::byte(),
+        },
+    }
+}
+
+/// Any axis, also one that cannot work.
+pub(crate) fn axis() -> AxisConfig {
+    let period = || opaque::maybe(word());
+    let reaction = || opaque::pick([Reaction::Halt, Reaction::RampDown, Reaction::Disable]);
+    AxisConfig {
+        dialect: opaque::pick([DialectChoice::Detect, DialectChoice::Fixed(dialect())]),
+        group: group(),
+        limits: Limits {
+            max_step: StepLimit::new(opaque::number()).unwrap_or(StepLimit::MAX),
+            ramp_change: word() as u16,
+            travel_min: opaque::number(),
+            travel_max: opaque::number(),
+            backlog: word(),
+            following_error: word(),
+            drift_tolerance: word(),
+        },
+        polls: PollPeriods {
+            status_us: period(),
+            position_us: period(),
+            torque_us: period(),
+            speed_us: period(),
+            counter_us: period(),
+        },
+        read_back: ReadBackScale {
+            read_back_counts: word(),
+            command_counts: word(),
+        },
+        reactions: Reactions {
+            alarm: reaction(),
+            data_error: reaction(),
+            lost: reaction(),
+            backlog: reaction(),
+            position: reaction(),
+            bus: reaction(),
+        },
+        wear: WearLimits {
+            budget: word() as u16,
+            interval_us: word(),
+        },
+        ..AxisConfig::new(drive())
+    }
+}
+
+fn cycle(master: &mut Master<AXES>) {
+    consume(master.set_target(word() as usize, opaque::number()));
+    master.begin_cycle(now());
+    consume(service(master, &mut FakeCan, now()));
+}
+
+fn bus(master: &mut Master<AXES>) {
+    match opaque::byte() {
+        0 => master.on_bus_off(now()),
+        1 => master.on_bus_recovered(now()),
+        _ => consume(service(master, &mut FakeCan, now())),
+    }
+}
+
+/// What `service` does, in an order that no driver would cause.
+fn by_hand(master: &mut Master<AXES>) {
+    if let Some(frame) = frame() {
+        match opaque::flag() {
+            true => master.on_frame(now(), &frame),
+            false => master.on_displaced(now(), &frame),
+        }
+    }
+    let kind = opaque::pick([BusErrorKind::Overrun, BusErrorKind::Other]);
+    if let Some(outgoing) = master.next_frame() {
+        match opaque::flag() {
+            true => master.on_accepted(now(), &outgoing),
+            false => master.on_transmit_error(now(), &outgoing, kind),
+        }
+    }
+    master.on_receive_error(now(), kind);
+}
+
+fn commands(master: &mut Master<AXES>) {
+    match opaque::byte() {
+        0 => consume(master.enable(now(), group())),
+        1 => consume(master.resume(now(), group())),
+        2 => master.stop(now(), group()),
+        3 => master.halt(now(), group()),
+        4 => master.disable(now(), group()),
+        5 => consume(master.clear(now(), group())),
+        _ => {
+            let confirmation = opaque::pick([Confirmation::None, Confirmation::Given]);
+            let Some(procedure) = procedure() else { return };
+            consume(master.start(now(), word() as usize, procedure, confirmation));
+        }
+    }
+}
+
+/// Any procedure.
+pub(crate) fn procedure() -> Option<Procedure> {
+    Some(match request()? {
+        Request::ReadDriveId => Procedure::ReadDriveId,
+        Request::ReadDriveConfig => Procedure::ReadConfig,
+        Request::ReadParamGroup1 => Procedure::ReadGroup1,
+        Request::ReadParamGroup2 => Procedure::ReadGroup2,
+        Request::ReadParamGroup3 => Procedure::ReadGroup3,
+        Request::SetDriveConfig(config) => Procedure::WriteConfig(config),
+        Request::SetParamGroup1(group) => Procedure::WriteGroup1(group),
+        Request::SetParamGroup2(group) => Procedure::WriteGroup2(group),
+        Request::SetParamGroup3(group) => Procedure::WriteGroup3(group),
+        Request::SetOrigin => Procedure::SetOrigin,
+        Request::DriveReset => Procedure::DriveReset,
+        _ => return None,
+    })
+}
+
+fn look(master: &mut Master<AXES>) {
+    consume(master.snapshot(word() as usize));
+    consume(master.cycle_counters());
+    consume(master.next_event());
+    consume(master.poll_at());
+    consume(master.all_are(group(), AxisState::Streaming));
+}
+
+/// Any keyframes.
+pub(crate) fn keyframes() -> [Keyframe<2>; 4] {
+    [(); 4].map(|()| Keyframe {
+        at_ms: word(),
+        positions_counts: [opaque::number(), opaque::number()],
+    })
+}
+
+fn motion() {
+    let keyframes = keyframes();
+    let given = keyframes.get(..word() as usize).unwrap_or(&keyframes);
+    let motion = match KeyframeMotion::new(given) {
+        Ok(motion) => motion,
+        Err(error) => return consume(error),
+    };
+    consume(motion.position(opaque::bits()));
+    consume(motion.duration_us());
+    consume(motion.peak_step_counts(word()));
+}

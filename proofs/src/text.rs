@@ -1,0 +1,92 @@
+//! Every error, state and fault as the text that a person reads.
+
+use core::fmt::{self, Display, Write};
+
+use can_motion::motion::KeyframeMotion;
+use can_motion::{Confirmation, EventKind, Master, PollKind};
+use dyn_can::{
+    DataFrame, DriveError, DriveId, DriveStatus, FunctionCode, Quantity, Reply, Request,
+};
+
+use crate::codec::{address, dialect, drive, frame, request};
+use crate::master::{AXES, axis, config, group, keyframes, now, procedure, run};
+use crate::opaque::{self, consume, number, word};
+
+/// Says everything once.
+pub fn exercise() {
+    codec();
+    configuration();
+    run(tell);
+}
+
+/// Takes text byte by byte.
+struct Sink;
+
+impl Write for Sink {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        text.bytes().for_each(consume);
+        Ok(())
+    }
+}
+
+fn say(text: impl Display) {
+    consume(write!(Sink, "{text}"));
+}
+
+fn say_error<T>(result: Result<T, impl Display>) {
+    if let Err(error) = result {
+        say(error);
+    }
+}
+
+fn codec() {
+    say_error(DriveId::new(number()));
+    say_error(DataFrame::from_parts(
+        word(),
+        opaque::flag(),
+        opaque::flag(),
+        &[0; 9],
+    ));
+    if let Some(frame) = frame() {
+        say(frame);
+        say_error(Request::decode(&frame, &dialect()));
+        say_error(Reply::decode(&frame, None, &dialect()));
+    }
+    if let Some(request) = request() {
+        say_error(request.encode(address(), &dialect()));
+    }
+    say(address());
+    say(drive());
+    say(dialect().revision);
+    say(FunctionCode::from_can_id(opaque::bits() as u16));
+    say(DriveError::from_byte(opaque::byte()));
+    say(DriveStatus::from_byte(opaque::byte()).alarm());
+    say(opaque::pick([Quantity::PdStep, Quantity::Torque981]));
+}
+
+fn configuration() {
+    let axes = [(); AXES].map(|()| axis());
+    say_error(Master::<AXES>::new(config(), &axes));
+    say_error(KeyframeMotion::new(&keyframes()));
+    say(opaque::pick(PollKind::ALL));
+    say(now());
+}
+
+fn tell(master: &mut Master<AXES>) {
+    if let Some(snapshot) = master.snapshot(word() as usize) {
+        say(snapshot.state);
+        snapshot.fault.into_iter().for_each(say);
+    }
+    say_error(master.set_target(word() as usize, number()));
+    say_error(master.enable(now(), group()));
+    say_error(master.clear(now(), group()));
+    if let Some(procedure) = procedure() {
+        say_error(master.start(now(), word() as usize, procedure, Confirmation::None));
+    }
+    match master.next_event().map(|event| event.kind) {
+        Some(EventKind::Fault(fault)) => say(fault),
+        Some(EventKind::BadReply(error)) => say(error),
+        Some(EventKind::NotOurs(error)) => say(error),
+        _ => {}
+    }
+}

@@ -1,0 +1,134 @@
+//! `cargo xtask proofs`: shows that the libraries cannot panic, what they take of the target, and that the codec stands alone.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::error::Error;
+use crate::size::Size;
+use crate::symbols::sizes_of_symbols;
+use crate::thumb::Builder;
+use crate::toolchain::Preference;
+use crate::workspace::cargo;
+
+/// The package with the images.
+const PACKAGE: &str = "proofs";
+/// What every image has; its size is taken off the others.
+const START_UP: &str = "start-up";
+/// The images that link only without a panic.
+const IMAGES: [&str; 4] = ["codec", "master", "commissioning", "text"];
+/// The image that must not link.
+const DELIBERATE_PANIC: &str = "deliberate-panic";
+/// Part of the name of the symbol that the crate panic-never leaves undefined.
+const UNDEFINED: &str = "error(panic-never)";
+/// The image with statics of the size of masters, and the beginning of their names.
+const MEMORY: &str = "memory";
+const MASTER_OF: &str = "MASTER_OF_";
+/// The crate that needs no other.
+const ALONE: &str = "dyn-can";
+
+/// Links the libraries for the target without a panic handler, so that a possible panic is an error, and prints their size.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cargo xtask proofs                      link, then print sizes\n  \
+    cargo xtask proofs --toolchain source   build core from source, as on a machine without rustup's server\n\n\
+    When an image does not link, a panic has become possible. `cargo xtask proofs` names the image; make the calls in\n\
+    proofs/src fewer until it links again, and the last one taken away is the one that can panic.")]
+pub(crate) struct Arguments {
+    /// Where the target's core library comes from
+    #[arg(long, value_enum, default_value = "auto")]
+    toolchain: Preference,
+}
+
+/// Runs the task.
+///
+/// # Errors
+/// When an image can panic, the one that does panic links, or the codec has got a dependency.
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let builder = Builder::find(arguments.toolchain)?;
+    builder.build(PACKAGE, &["--bins".into()])?;
+    builder.refuse(PACKAGE, DELIBERATE_PANIC, UNDEFINED)?;
+    print_flash(&builder.images())?;
+    print_masters(&builder.images().join(MEMORY))?;
+    println!("\n{DELIBERATE_PANIC} does not link, as it must: the images above cannot panic");
+    require_no_dependency()?;
+    println!("{ALONE} has no dependency");
+    Ok(())
+}
+
+fn print_flash(images: &Path) -> Result<(), Error> {
+    let start_up = Size::of_image(&images.join(START_UP))?.flash();
+    println!(
+        "{:<16} {:>9} {:>9}  bytes of flash",
+        "image", "all", "its own"
+    );
+    println!("{START_UP:<16} {start_up:>9}");
+    for image in IMAGES {
+        let all = Size::of_image(&images.join(image))?.flash();
+        println!("{image:<16} {all:>9} {:>9}", all.saturating_sub(start_up));
+    }
+    Ok(())
+}
+
+fn print_masters(image: &Path) -> Result<(), Error> {
+    println!("\n{:<16} {:>9}  bytes of RAM on the target", "type", "size");
+    for (axes, size) in sizes_of_symbols(image, MASTER_OF)? {
+        println!("{:<16} {size:>9}", format!("Master<{axes}>"));
+    }
+    Ok(())
+}
+
+/// Asks cargo for the dependencies of [`ALONE`] on every target: its own line must be the only one.
+fn require_no_dependency() -> Result<(), Error> {
+    let program = format!("cargo tree --package {ALONE}");
+    let output = Command::new(cargo())
+        .args([
+            "tree",
+            "--edges",
+            "no-dev",
+            "--target",
+            "all",
+            "--prefix",
+            "none",
+            "--package",
+            ALONE,
+        ])
+        .output()
+        .map_err(|reason| Error::Start {
+            program: program.clone(),
+            reason,
+        })?;
+    if !output.status.success() {
+        eprint!("{}", String::from_utf8_lossy(&output.stderr));
+        return Err(Error::Failed {
+            program,
+            status: output.status,
+        });
+    }
+    match dependencies(&String::from_utf8_lossy(&output.stdout)) {
+        none if none.is_empty() => Ok(()),
+        found => Err(Error::Dependencies {
+            package: ALONE,
+            found,
+        }),
+    }
+}
+
+/// All lines of the tree but the package itself.
+fn dependencies(tree: &str) -> Vec<String> {
+    let lines = tree.lines().skip(1).filter(|line| !line.is_empty());
+    lines.map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_but_the_first_is_a_dependency() {
+        assert!(dependencies("dyn-can v0.1.0 (/a/dyn-can)\n").is_empty());
+        assert_eq!(
+            dependencies("dyn-can v0.1.0 (/a/dyn-can)\nembedded-can v0.4.1\nnb v1.1.0\n"),
+            ["embedded-can v0.4.1", "nb v1.1.0"]
+        );
+    }
+}
