@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arguments;
+pub mod campaign;
 pub mod dyn_can_rejects;
 pub mod dyn_can_replies;
 pub mod dyn_can_requests;

@@ -344,3 +344,41 @@ fn skipped_cycles_merge_into_the_next_frames() {
     assert!(rig.saw(|kind| *kind == EventKind::CyclesMissed(5)));
     assert_eq!(rig.master.cycle_counters().missed, 5);
 }
+
+#[test]
+fn an_axis_outside_its_travel_is_not_anchored_and_a_target_outside_is_refused() {
+    let mut axis = AxisConfig::new(DriveId::MIN);
+    (axis.limits.travel_min, axis.limits.travel_max) = (-1_000, 1_000);
+    let drive_at = |start_position_counts| {
+        vec![DynDriveConfig {
+            start_position_counts,
+            ..DynDriveConfig::new(DriveId::MIN)
+        }]
+    };
+    let mut rig = Rig::new(
+        MasterConfig::DEFAULT,
+        &[axis],
+        drive_at(1_001),
+        TxOrder::Fifo,
+    );
+    rig.cycles(300);
+    assert_eq!(
+        rig.axis(0).fault,
+        Some(Fault::PositionRange { read_back: 1_001 })
+    );
+
+    let mut rig = Rig::new(
+        MasterConfig::DEFAULT,
+        &[axis],
+        drive_at(-1_000),
+        TxOrder::Fifo,
+    );
+    rig.stream();
+    let refused = TargetError::Travel {
+        min: -1_000,
+        max: 1_000,
+        actual: 1_001,
+    };
+    assert_eq!(rig.master.set_target(0, 1_001), Err(refused));
+    assert_eq!(rig.axis(0).target_counts, -1_000);
+}

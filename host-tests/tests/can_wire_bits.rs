@@ -1,5 +1,6 @@
 //! Golden vectors of `can_wire_bits.json`.
 
+use can_motion::plan::wire as plan;
 use drive_sim::wire;
 use drive_sim::{Frame, WireLength};
 use embedded_can::{Frame as _, StandardId};
@@ -19,6 +20,19 @@ fn simulated_bus(can_id: u16, data: &[u8]) -> WireBits {
         bits_worst_with_ifs: Some(wire::worst_bits_with_ifs(&frame)),
         sof_to_crc_stuffed: Some(wire::sof_to_crc_stuffed(&frame).to_string()),
     }
+}
+
+fn bus_plan(can_id: u16, data: &[u8]) -> WireBits {
+    WireBits {
+        bits_exact_with_ifs: Some(u32::from(plan::exact_bits(can_id, data))),
+        bits_worst_with_ifs: Some(u32::from(plan::bound_bits(data.len() as u8))),
+        ..WireBits::default()
+    }
+}
+
+#[test]
+fn the_bus_plan_counts_the_same_bits() {
+    wire_bits::check(&vectors_dir(), bus_plan).assert_passed();
 }
 
 #[test]

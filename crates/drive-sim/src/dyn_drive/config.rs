@@ -11,7 +11,7 @@ use super::settings::{
     ResponseDelay, ServoDynamics,
 };
 
-/// 150 ms from power-on to the first command (DYN2 manual A1.8 section 4; D58).
+/// 150 ms from power-on to the first command (DYN2 manual A1.8 section 3.2; D58).
 pub const POWER_ON_DELAY_NS: u64 = 150_000_000;
 
 /// Position error of the lost phase alarm in motor steps of 16384 a turn: 180 degrees (1.6A section 6, #9; D47).
@@ -62,7 +62,7 @@ pub struct DynDriveConfig {
     pub coast: CoastDeceleration,
     /// Position that the drive reports at 0 ns, in command counts.
     pub start_position_counts: i64,
-    /// Whether the servo is on after power-on (DYN2 manual A1.8 section 4: it is). Bit 5 of the configuration switches it off too.
+    /// Whether the servo is on after power-on (DYN2 manual A1.8 section 3.2: it is). Bit 5 of the configuration switches it off too.
     pub enabled_after_power_on: bool,
     /// Following error in motor steps (16384 a turn) beyond which the lost phase alarm comes; `None` for never.
     pub lost_phase_steps: Option<u32>,
