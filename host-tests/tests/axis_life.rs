@@ -1,5 +1,7 @@
 //! Life of an axis on the virtual bus: from power-on to streaming and back, and what stops it.
 
+use core::num::NonZeroU64;
+
 use can_motion::{
     AxisConfig, AxisState, CommandError, EventKind, Fault, GroupId, MasterConfig, Reaction,
     Reactions, TargetError,
@@ -148,8 +150,8 @@ fn after_a_group_fault_nothing_moves_until_clear_and_resume() {
     assert_eq!(set_points_of(&rig, 2), frames);
 }
 
-#[test]
-fn axes_of_another_group_go_on() {
+/// Two drives, each the only one of its group, and both streaming.
+fn two_groups() -> Rig {
     let mut axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
     axes[1].group = GroupId(1);
     let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
@@ -160,6 +162,12 @@ fn axes_of_another_group_go_on() {
         rig.master.enable(now, group).unwrap();
     }
     rig.cycles(400);
+    rig
+}
+
+#[test]
+fn axes_of_another_group_go_on() {
+    let mut rig = two_groups();
     rig.drive_mut(0)
         .faults_mut()
         .raise_alarm(Alarm::OverCurrent);
@@ -168,6 +176,25 @@ fn axes_of_another_group_go_on() {
         (rig.axis(0).state, rig.axis(1).state),
         (AxisState::Faulted, AxisState::Streaming)
     );
+}
+
+#[test]
+fn a_drive_that_alarms_for_ever_does_not_hide_that_another_is_lost() {
+    let mut rig = two_groups();
+    let faults = rig.drive_mut(0).faults_mut();
+    faults.repeat_alarm_frames(NonZeroU64::new(2_000_000));
+    faults.raise_alarm(Alarm::OverCurrent);
+    rig.cycles(15);
+    let asked = rig.axis(1).counters.requests;
+    rig.cycles(4);
+    assert_eq!(
+        rig.axis(1).counters.requests,
+        asked,
+        "polls rest after the alarm"
+    );
+    rig.drive_mut(1).faults_mut().fall_silent();
+    rig.cycles(200);
+    assert_eq!(rig.axis(1).fault, Some(Fault::Lost));
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub struct Timeouts {
     /// After a reply, before the next request to the same drive: a frame that CAN repeats follows at once, so one
     /// millisecond is enough to recognise it.
     pub settle_us: u32,
-    /// After an alarm frame, before the next request to any drive.
+    /// After the first alarm frame of a drive, before the next request to any drive. Repeated alarm frames do not prolong it.
     pub alarm_quiet_us: u32,
     /// Without a step for this long, an axis should have arrived: from then on the drift tolerance applies.
     pub arrival_us: u32,

@@ -90,7 +90,7 @@ impl<const N: usize> BusUser for Master<N> {
             return;
         };
         if let Some(fault) = axis.hear(frame, &config, &mut log) {
-            if fault == Fault::AlarmFrame {
+            if fault == Fault::AlarmFrame && axis.is_first_alarm() {
                 self.quiet_until = now + config.timeouts.alarm_quiet_us;
                 self.request = None;
             }

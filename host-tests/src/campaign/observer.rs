@@ -29,6 +29,8 @@ struct Watched {
     answers: u32,
     /// An injected fault may have changed what the drive received.
     disturbed: bool,
+    /// The drive was taken off the bus, so that nobody may hear its alarm.
+    muted: bool,
     enables_allowed: u32,
 }
 
@@ -126,6 +128,9 @@ impl Observer {
         if let Kind::Disturb { .. } = kind {
             self.axes.iter_mut().for_each(|axis| axis.disturbed = true);
         }
+        if let Kind::Silence { axis, .. } = kind {
+            self.axes[axis].muted = true;
+        }
         let shows = matches!(
             kind,
             Kind::Alarm { .. } | Kind::Silence { for_us: None, .. }
@@ -139,6 +144,7 @@ impl Observer {
 
     /// Somebody repaired the drive of an axis: what was wrong with it need not show any more.
     pub(super) fn repaired(&mut self, axis: usize) {
+        self.axes[axis].muted = false;
         self.unnoticed.retain(|(of, _)| *of != axis);
     }
 
@@ -359,10 +365,13 @@ impl Observer {
         self.faults += 1;
         let axis = usize::from(axis);
         self.groups[self.group_of[axis]].by_fault = true;
+        let muted = self.axes[axis].muted;
         self.unnoticed.retain(|(of, kind)| {
-            let shows = match kind {
-                Kind::Alarm { .. } => matches!(fault, Fault::AlarmFrame | Fault::AlarmStatus(_)),
-                _ => fault == Fault::Lost,
+            let shows = match (kind, fault) {
+                (Kind::Alarm { .. }, Fault::AlarmFrame | Fault::AlarmStatus(_)) => true,
+                // What is off the bus cannot tell of its alarm; that it is off must show instead.
+                (Kind::Alarm { .. }, Fault::Lost) => muted,
+                (_, fault) => fault == Fault::Lost,
             };
             *of != axis || !shows
         });

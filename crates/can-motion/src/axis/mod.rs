@@ -52,6 +52,8 @@ pub(crate) struct Axis {
     held: bool,
     ramp: Option<Ramp>,
     disable_after_ramp: bool,
+    /// An alarm frame came since the last `clear`.
+    alarm_heard: bool,
     feedback: Feedback,
     drift: DriftWatch,
     timeouts_in_row: u8,
@@ -79,6 +81,7 @@ impl Axis {
             held: false,
             ramp: None,
             disable_after_ramp: false,
+            alarm_heard: false,
             feedback: Feedback::default(),
             drift: DriftWatch::new(),
             timeouts_in_row: 0,
@@ -246,6 +249,12 @@ impl Axis {
         }
     }
 
+    /// An alarm frame came. False when it only repeats one that is not cleared: a drive that alarms for ever must not keep the
+    /// polls of the others quiet for ever.
+    pub(crate) fn is_first_alarm(&mut self) -> bool {
+        !core::mem::replace(&mut self.alarm_heard, true)
+    }
+
     /// The bus failed: a reply that is still awaited may come late, or never.
     pub(crate) fn abandon_request(&mut self, now: Instant, quarantine_us: u32) {
         self.slot.close(now, quarantine_us);
@@ -257,6 +266,7 @@ impl Axis {
             return;
         };
         self.timeouts_in_row = 0;
+        self.alarm_heard = false;
         let next = if fault != Fault::Group || !self.referenced {
             self.referenced = false;
             AxisState::Probing
