@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use dyn_can::{Dialect, DriveId, Revision, StepLimit};
+use dyn_can::{Counts28, Dialect, DriveId, Revision, StepLimit};
 
 use crate::fault::Reactions;
 use crate::polls::PollKind;
@@ -138,6 +138,13 @@ impl ReadBackScale {
         };
         i32::try_from(scaled.checked_add(half)?.checked_div(denominator)?).ok()
     }
+
+    /// Whether a position can be read back at all: within the 28 bit of the protocol (D16, D17).
+    fn reaches(self, command_counts: i32) -> bool {
+        let read_back = i64::from(command_counts) * i64::from(self.read_back_counts);
+        let range = |end: i32| i64::from(end) * i64::from(self.command_counts);
+        (range(Counts28::MIN.get())..=range(Counts28::MAX.get())).contains(&read_back)
+    }
 }
 
 /// Limits of one axis, in command counts.
@@ -166,8 +173,8 @@ impl Limits {
     pub const WIDEST: Self = Self {
         max_step: StepLimit::MAX,
         ramp_change: 64,
-        travel_min: dyn_can::Counts28::MIN.get(),
-        travel_max: dyn_can::Counts28::MAX.get(),
+        travel_min: Counts28::MIN.get(),
+        travel_max: Counts28::MAX.get(),
         backlog: 8 * 16_384,
         following_error: 8_192,
         drift_tolerance: 16,
@@ -315,6 +322,15 @@ pub enum ConfigError {
         /// The drive of the axis.
         drive: DriveId,
     },
+    /// Positions within the travel leave the 28 bit of the read-back, where what the drive reports is not stated (D17).
+    ReadBackRange {
+        /// The drive of the axis.
+        drive: DriveId,
+        /// The most read-back counts that the protocol carries in either direction.
+        most: i32,
+        /// The end of the travel, in command counts, that reads back as more.
+        actual: i32,
+    },
     /// A poll is due more than once a cycle.
     PollPeriod {
         /// The drive of the axis.
@@ -356,6 +372,14 @@ impl fmt::Display for ConfigError {
                     "both parts of read_back of drive {drive} must be at least 1"
                 )
             }
+            Self::ReadBackRange {
+                drive,
+                most,
+                actual,
+            } => write!(
+                f,
+                "position {actual} of drive {drive} reads back as more than {most} counts: narrow its travel, or correct read_back"
+            ),
             Self::PollPeriod {
                 drive,
                 kind,
@@ -434,6 +458,15 @@ impl MasterConfig {
         if axis.read_back.read_back_counts == 0 || axis.read_back.command_counts == 0 {
             return Err(ConfigError::ReadBack { drive });
         }
+        for end in [min, max] {
+            if !axis.read_back.reaches(end) {
+                return Err(ConfigError::ReadBackRange {
+                    drive,
+                    most: Counts28::MAX.get(),
+                    actual: end,
+                });
+            }
+        }
         for kind in PollKind::ALL {
             if let Some(actual_us) = axis.polls.of(kind)
                 && actual_us < self.cycle_us
@@ -490,6 +523,20 @@ mod tests {
             config.validate(&[wide], 4),
             Err(ConfigError::Travel { .. })
         ));
+        let mut fine = axis(1);
+        fine.read_back = ReadBackScale::ENCODER_COUNTS;
+        assert_eq!(
+            config.validate(&[fine], 4),
+            Err(ConfigError::ReadBackRange {
+                drive,
+                most: (1 << 27) - 1,
+                actual: -(1 << 27)
+            })
+        );
+        (fine.limits.travel_min, fine.limits.travel_max) = (-(1 << 25), (1 << 25) - 1);
+        assert_eq!(config.validate(&[fine], 4), Ok(()));
+        fine.limits.travel_max += 1;
+        assert!(config.validate(&[fine], 4).is_err());
         let fast = MasterConfig {
             cycle_us: 249,
             ..config
