@@ -4,17 +4,15 @@
 //! refused while its axis is enabled. Parameters live in an EEPROM of 1,000,000 writes (section 1 of both revisions), so
 //! a value that is already there is not written again, writes are counted, and they keep a distance.
 
-use core::fmt;
+mod error;
+mod run;
 
 use dyn_can::{
-    DriveConfig, Refusal, Reply, ReplyKind, Request, SetParamGroup1, SetParamGroup2, SetParamGroup3,
+    DriveConfig, Reply, ReplyKind, Request, SetParamGroup1, SetParamGroup2, SetParamGroup3,
 };
 
-use crate::life::AxisState;
-use crate::time::Instant;
-
-/// From a write to its read-back: the documents state 10 ms for a new drive id and nothing for parameters (D33).
-const WRITE_SETTLE_US: u32 = 20_000;
+pub use error::ProcedureError;
+pub(crate) use run::Run;
 
 /// Something that the application asks of one drive beside the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,77 +52,6 @@ pub enum Confirmation {
     /// A person who knows the machine has agreed.
     Given,
 }
-
-/// Why a procedure was not started; nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ProcedureError {
-    /// There is no such axis.
-    NoSuchAxis {
-        /// The axis asked for.
-        actual: usize,
-    },
-    /// The axis has a procedure under way: wait for its end.
-    Busy,
-    /// Writes need an axis that is [`AxisState::Ready`] or [`AxisState::Faulted`], readings one that may be polled.
-    State {
-        /// The state of the axis.
-        actual: AxisState,
-    },
-    /// The drive's revision does not know the command.
-    Refused(Refusal),
-    /// The procedure needs [`Confirmation::Given`].
-    Unconfirmed,
-    /// The axis has used up its writes: see `WearLimits`.
-    WearBudget {
-        /// The writes that it may make.
-        budget: u16,
-    },
-    /// The latest write was too short ago.
-    WearInterval {
-        /// How long to wait, in microseconds.
-        wait_us: u64,
-    },
-}
-
-impl From<Refusal> for ProcedureError {
-    fn from(refusal: Refusal) -> Self {
-        Self::Refused(refusal)
-    }
-}
-
-impl fmt::Display for ProcedureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoSuchAxis { actual } => write!(f, "there is no axis {actual}"),
-            Self::Busy => {
-                f.write_str("another procedure of this axis is under way: wait for its end")
-            }
-            Self::State { actual } => {
-                write!(
-                    f,
-                    "the axis is {actual}: writing needs it ready and not enabled, reading needs it known"
-                )
-            }
-            Self::Refused(refusal) => refusal.fmt(f),
-            Self::Unconfirmed => {
-                f.write_str("this changes the machine for good: it needs a confirmation")
-            }
-            Self::WearBudget { budget } => {
-                write!(
-                    f,
-                    "all {budget} writes that this axis may make have been made"
-                )
-            }
-            Self::WearInterval { wait_us } => {
-                write!(f, "the latest write was too short ago: wait {wait_us} us")
-            }
-        }
-    }
-}
-
-impl core::error::Error for ProcedureError {}
 
 /// How a procedure ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -265,145 +192,16 @@ impl Procedure {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    Reading,
-    Writing,
-    Settling { until: Instant },
-    ReadingBack,
-}
-
-/// A procedure under way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Run {
-    procedure: Procedure,
-    phase: Phase,
-}
-
-impl Run {
-    pub(crate) const fn new(procedure: Procedure) -> Self {
-        let phase = if procedure.reading().is_some() {
-            Phase::Reading
-        } else {
-            Phase::Writing
-        };
-        Self { procedure, phase }
-    }
-
-    pub(crate) const fn procedure(&self) -> Procedure {
-        self.procedure
-    }
-
-    pub(crate) const fn wanted_reading(&self) -> Option<ReplyKind> {
-        match self.phase {
-            Phase::Reading | Phase::ReadingBack => self.procedure.reading(),
-            Phase::Writing | Phase::Settling { .. } => None,
-        }
-    }
-
-    pub(crate) const fn wanted_command(&self) -> Option<Request> {
-        match self.phase {
-            Phase::Writing => self.procedure.command(),
-            _ => None,
-        }
-    }
-
-    /// The controller accepted the command; the end of a procedure without a reading.
-    pub(crate) fn sent(&mut self, now: Instant) -> Option<ProcedureEnd> {
-        if self.procedure.reading().is_none() {
-            return Some(ProcedureEnd::Sent);
-        }
-        self.phase = Phase::Settling {
-            until: now + WRITE_SETTLE_US,
-        };
-        None
-    }
-
-    /// The controller gave the command back unsent.
-    pub(crate) fn returned(&mut self) {
-        self.phase = Phase::Writing;
-    }
-
-    pub(crate) fn tick(&mut self, now: Instant) {
-        if let Phase::Settling { until } = self.phase
-            && now >= until
-        {
-            self.phase = Phase::ReadingBack;
-        }
-    }
-
-    pub(crate) fn replied(&mut self, reply: Reply) -> Option<ProcedureEnd> {
-        match self.phase {
-            Phase::Reading if !self.procedure.writes() => Some(ProcedureEnd::Read(reply)),
-            Phase::Reading if self.procedure.is_in(&reply) => Some(ProcedureEnd::Unchanged),
-            Phase::Reading => {
-                self.phase = Phase::Writing;
-                None
-            }
-            Phase::ReadingBack if self.procedure.is_in(&reply) => Some(ProcedureEnd::Written),
-            Phase::ReadingBack => Some(ProcedureEnd::NotTaken(reply)),
-            Phase::Writing | Phase::Settling { .. } => None,
-        }
-    }
-
-    /// True while a data error can only mean the command of this procedure.
-    pub(crate) const fn explains_data_error(&self) -> bool {
-        matches!(self.phase, Phase::Settling { .. } | Phase::ReadingBack)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dyn_can::{MaxAcceleration, MaxSpeed, OnPosRange, ParamGroup2};
+    use dyn_can::{MaxAcceleration, MaxSpeed, OnPosRange};
 
     fn speed(value: i32) -> Procedure {
         Procedure::WriteGroup2(SetParamGroup2 {
             max_speed: MaxSpeed::new(value).ok(),
             max_acceleration: None,
         })
-    }
-
-    fn present(value: i32) -> Reply {
-        Reply::ParamGroup2(ParamGroup2 {
-            max_speed: MaxSpeed::new(value).unwrap(),
-            max_acceleration: MaxAcceleration::MAX,
-        })
-    }
-
-    #[test]
-    fn what_is_there_already_is_not_written() {
-        let mut run = Run::new(speed(40));
-        assert_eq!(run.wanted_reading(), Some(ReplyKind::ParamGroup2));
-        assert_eq!(run.wanted_command(), None);
-        assert_eq!(run.replied(present(40)), Some(ProcedureEnd::Unchanged));
-    }
-
-    #[test]
-    fn a_write_is_read_back() {
-        let at = Instant::from_us;
-        let mut run = Run::new(speed(40));
-        assert_eq!(run.replied(present(30)), None);
-        assert!(matches!(
-            run.wanted_command(),
-            Some(Request::SetParamGroup2(_))
-        ));
-        assert_eq!(run.sent(at(0)), None);
-        assert_eq!((run.wanted_command(), run.wanted_reading()), (None, None));
-        run.returned();
-        assert!(run.wanted_command().is_some());
-        assert_eq!(run.sent(at(1_000)), None);
-        assert!(run.explains_data_error());
-        run.tick(at(20_999));
-        assert_eq!(run.wanted_reading(), None);
-        run.tick(at(21_000));
-        assert_eq!(run.wanted_reading(), Some(ReplyKind::ParamGroup2));
-        let mut other = run;
-        assert_eq!(
-            other.replied(present(30)),
-            Some(ProcedureEnd::NotTaken(present(30)))
-        );
-        assert_eq!(run.replied(present(40)), Some(ProcedureEnd::Written));
     }
 
     #[test]

@@ -1,0 +1,78 @@
+//! Why a procedure is not started.
+
+use core::fmt;
+
+use dyn_can::Refusal;
+
+use crate::life::AxisState;
+
+/// Why a procedure was not started; nothing has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ProcedureError {
+    /// There is no such axis.
+    NoSuchAxis {
+        /// The axis asked for.
+        actual: usize,
+    },
+    /// The axis has a procedure under way: wait for its end.
+    Busy,
+    /// Writes need an axis that is [`AxisState::Ready`] or [`AxisState::Faulted`], readings one that may be polled.
+    State {
+        /// The state of the axis.
+        actual: AxisState,
+    },
+    /// The drive's revision does not know the command.
+    Refused(Refusal),
+    /// The procedure needs [`Confirmation::Given`].
+    Unconfirmed,
+    /// The axis has used up its writes: see `WearLimits`.
+    WearBudget {
+        /// The writes that it may make.
+        budget: u16,
+    },
+    /// The latest write was too short ago.
+    WearInterval {
+        /// How long to wait, in microseconds.
+        wait_us: u64,
+    },
+}
+
+impl From<Refusal> for ProcedureError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl fmt::Display for ProcedureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSuchAxis { actual } => write!(f, "there is no axis {actual}"),
+            Self::Busy => {
+                f.write_str("another procedure of this axis is under way: wait for its end")
+            }
+            Self::State { actual } => {
+                write!(
+                    f,
+                    "the axis is {actual}: writing needs it ready and not enabled, reading needs it known"
+                )
+            }
+            Self::Refused(refusal) => refusal.fmt(f),
+            Self::Unconfirmed => {
+                f.write_str("this changes the machine for good: it needs a confirmation")
+            }
+            Self::WearBudget { budget } => {
+                write!(
+                    f,
+                    "all {budget} writes that this axis may make have been made"
+                )
+            }
+            Self::WearInterval { wait_us } => {
+                write!(f, "the latest write was too short ago: wait {wait_us} us")
+            }
+        }
+    }
+}
+
+impl core::error::Error for ProcedureError {}
