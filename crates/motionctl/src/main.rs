@@ -5,7 +5,9 @@
 mod exit;
 mod sim;
 mod trajectory;
+mod virtual_drives;
 
+use std::error::Error;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -37,8 +39,8 @@ fn without_alias_dashes(arguments: impl Iterator<Item = OsString>) -> Vec<OsStri
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
-    let result = match &arguments.command {
-        Command::Sim(arguments) => sim::run(arguments),
+    let result: Result<ExitCode, Box<dyn Error>> = match &arguments.command {
+        Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");

@@ -7,16 +7,16 @@ use can_motion::{
     AxisConfig, AxisState, Event, GroupId, Instant, Limits, Master, MasterConfig, PollPeriods,
 };
 use drive_sim::{
-    BitRate, Bus, CandumpLine, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, LogMode,
-    NodeId, ResponseDelay, TxOrder,
+    BitRate, Bus, CandumpLine, ControllerConfig, DeviceId, DynDrive, LogMode, NodeId, TxOrder,
 };
-use dyn_can::{DriveId, Revision, StepLimit};
+use dyn_can::{DriveId, StepLimit};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::error::SimError;
 use super::summary::Summary;
 use super::watch::Watch;
 use crate::trajectory::Plan;
+use crate::virtual_drives::VirtualDriveOptions;
 
 /// Axes that a simulation can hold: the widest choice of a bus at any bit rate and cycle.
 pub(crate) const MOST_AXES: usize = 63;
@@ -38,10 +38,8 @@ pub(crate) struct Setup {
     pub(crate) bit_rate: BitRate,
     pub(crate) max_step: StepLimit,
     pub(crate) polls: PollPeriods,
-    pub(crate) response_delay: ResponseDelay,
-    pub(crate) revision: Revision,
+    pub(crate) drive_options: VirtualDriveOptions,
     pub(crate) tx_order: TxOrder,
-    pub(crate) seed: u64,
 }
 
 /// A bench that is ready to run.
@@ -68,7 +66,9 @@ impl Bench {
         let devices = setup
             .drives
             .iter()
-            .map(|&drive| bench.add_device(drive_of(&setup, drive), ControllerConfig::device()))
+            .map(|&drive| {
+                bench.add_device(setup.drive_options.drive(drive), ControllerConfig::device())
+            })
             .collect();
         let mut ascending = setup.drives.clone();
         ascending.sort_unstable();
@@ -238,14 +238,6 @@ impl Bench {
             &self.setup,
         )
     }
-}
-
-fn drive_of(setup: &Setup, drive: DriveId) -> DynDrive {
-    DynDrive::new(DynDriveConfig {
-        response_delay: setup.response_delay,
-        seed: setup.seed.wrapping_add(u64::from(drive.get())),
-        ..DynDriveConfig::new(drive).with_revision(setup.revision)
-    })
 }
 
 fn axis_of(setup: &Setup, drive: DriveId) -> AxisConfig {

@@ -1,0 +1,248 @@
+//! The options that say what to move: a motion file, its columns and units, and the drive of each axis.
+
+use core::fmt;
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use dyn_can::{DriveId, StepLimit};
+
+use super::{AxisScale, ColumnChoice, Columns, Interpolation, Plan, Table, TrajectoryError, Unit};
+
+/// The motion that runs when no file is given.
+const EXAMPLE: &str = include_str!("../../../../examples/pick-and-place.csv");
+const EXAMPLE_NAME: &str = "examples/pick-and-place.csv";
+
+/// What to move.
+#[derive(Debug, clap::Args)]
+pub(crate) struct MotionOptions {
+    /// Motion file: time and one position an axis in each line, separated by commas, semicolons, tabs or spaces. The
+    /// motion starts where the drives stand. Without it the built-in pick-and-place runs.
+    #[arg(long, value_name = "FILE")]
+    trajectory: Option<PathBuf>,
+    /// Position columns: names from the header line, numbers from 1, or ranges as in 2-7.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    columns: Vec<String>,
+    /// Number of axes, taken from the left. Default: every column but time, less columns that are velocities.
+    #[arg(long, value_name = "N")]
+    axes: Option<usize>,
+    /// Time column: a name or a number from 1. Default: the first.
+    #[arg(long, value_name = "COLUMN")]
+    time_column: Option<String>,
+    /// Unit of the time column.
+    #[arg(long, value_enum, default_value_t)]
+    time_unit: TimeUnit,
+    /// Unit of the positions.
+    #[arg(long, value_enum, default_value_t)]
+    unit: Unit,
+    /// Motor turns for one turn of the output, one for all axes or one each; negative reverses.
+    #[arg(
+        long,
+        value_name = "RATIO",
+        value_delimiter = ',',
+        default_value = "1",
+        value_parser = scale_factor,
+        allow_hyphen_values = true
+    )]
+    gear_ratio: Vec<f64>,
+    /// Command counts of one motor turn, one for all axes or one each: 4 times the drive's gear number.
+    #[arg(
+        long,
+        value_name = "COUNTS",
+        value_delimiter = ',',
+        default_value = "16384",
+        value_parser = scale_factor
+    )]
+    counts_per_turn: Vec<f64>,
+    /// How to go from point to point.
+    #[arg(long, value_enum, default_value_t)]
+    interpolation: Interpolation,
+    /// Drive ids in the order of the axes. Default: 1, 2, 3 ...
+    #[arg(long, value_name = "ID", value_delimiter = ',', value_parser = drive_id)]
+    drives: Vec<DriveId>,
+}
+
+/// Unit of the time column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum TimeUnit {
+    /// Seconds.
+    #[default]
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Microseconds.
+    Us,
+}
+
+impl TimeUnit {
+    /// One unit in seconds.
+    const fn seconds(self) -> f64 {
+        match self {
+            Self::S => 1.0,
+            Self::Ms => 1e-3,
+            Self::Us => 1e-6,
+        }
+    }
+}
+
+/// A motion file that was read, with the columns that it moves.
+#[derive(Debug)]
+pub(crate) struct MotionFile<'a> {
+    options: &'a MotionOptions,
+    table: Table,
+    columns: Columns,
+}
+
+impl MotionOptions {
+    /// Reads the file and finds its columns.
+    pub(crate) fn read(&self) -> Result<MotionFile<'_>, MotionError> {
+        let text = match &self.trajectory {
+            Some(path) => std::fs::read_to_string(path).map_err(|source| MotionError::Read {
+                path: path.clone(),
+                source,
+            })?,
+            None => EXAMPLE.to_owned(),
+        };
+        let choice = ColumnChoice {
+            time: self.time_column.clone(),
+            positions: self.columns.clone(),
+            axes: self.axes,
+        };
+        let table = Table::parse(&text).map_err(|source| self.in_file(source))?;
+        let columns = Columns::choose(&choice, &table).map_err(|source| self.in_file(source))?;
+        Ok(MotionFile {
+            options: self,
+            table,
+            columns,
+        })
+    }
+
+    fn in_file(&self, source: TrajectoryError) -> MotionError {
+        let path = self.trajectory.as_ref().map_or_else(
+            || EXAMPLE_NAME.to_owned(),
+            |path| path.display().to_string(),
+        );
+        MotionError::Trajectory { path, source }
+    }
+
+    fn scales(&self, axes: usize) -> Result<Vec<AxisScale>, TrajectoryError> {
+        let gear_ratios = for_each_axis("--gear-ratio", &self.gear_ratio, axes)?;
+        let counts = for_each_axis("--counts-per-turn", &self.counts_per_turn, axes)?;
+        let scale = |(&gear_ratio, &counts_per_turn): (&f64, &f64)| AxisScale {
+            unit: self.unit,
+            gear_ratio,
+            counts_per_turn,
+        };
+        Ok(gear_ratios.iter().zip(&counts).map(scale).collect())
+    }
+}
+
+impl MotionFile<'_> {
+    /// Number of axes that move.
+    pub(crate) fn axes(&self) -> usize {
+        self.columns.positions.len()
+    }
+
+    /// The drive of each axis.
+    pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
+        let (drives, axes) = (&self.options.drives, self.axes());
+        if drives.is_empty() && axes <= usize::from(DriveId::MAX.get()) {
+            return Ok(DriveId::all().take(axes).collect());
+        }
+        if drives.len() != axes {
+            return Err(MotionError::DriveCount {
+                expected: axes,
+                actual: drives.len(),
+            });
+        }
+        Ok(drives.clone())
+    }
+
+    /// The positions at every cycle, checked against the step that each axis can follow.
+    pub(crate) fn plan(&self, cycle_us: u32, max_step: StepLimit) -> Result<Plan, MotionError> {
+        let (options, axes) = (self.options, self.axes());
+        let in_file = |source| options.in_file(source);
+        Plan::new(
+            &self.table,
+            &self.columns,
+            &options.scales(axes).map_err(in_file)?,
+            options.time_unit.seconds(),
+            options.interpolation,
+            cycle_us,
+            &vec![max_step; axes],
+        )
+        .map_err(in_file)
+    }
+
+    /// What the user may not expect of the choice of columns.
+    pub(crate) fn note(&self) -> Option<String> {
+        let velocities = &self.columns.velocities;
+        let first = velocities.first()? + 1;
+        let last = first + velocities.len() - 1;
+        Some(format!(
+            "note: columns {first} to {last} are the velocities of the others and are not driven"
+        ))
+    }
+}
+
+/// A drive id of the command line.
+fn drive_id(text: &str) -> Result<DriveId, String> {
+    let number: i32 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    DriveId::new(number).map_err(|error| error.to_string())
+}
+
+/// A factor that neither loses nor invents a motion.
+fn scale_factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if factor.is_finite() && factor != 0.0 => Ok(factor),
+        _ => Err("expected a finite number other than 0".to_owned()),
+    }
+}
+
+/// One value for all axes, or one each.
+fn for_each_axis(
+    what: &'static str,
+    values: &[f64],
+    axes: usize,
+) -> Result<Vec<f64>, TrajectoryError> {
+    match values {
+        [all] => Ok(vec![*all; axes]),
+        each if each.len() == axes => Ok(each.to_vec()),
+        _ => Err(TrajectoryError::ListLength {
+            what,
+            expected: axes,
+            actual: values.len(),
+        }),
+    }
+}
+
+/// Options that make no motion.
+#[derive(Debug)]
+pub(crate) enum MotionError {
+    /// The file cannot be read.
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// The motion is not usable.
+    Trajectory {
+        path: String,
+        source: TrajectoryError,
+    },
+    /// The number of drive ids is not the number of axes.
+    DriveCount { expected: usize, actual: usize },
+}
+
+impl fmt::Display for MotionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
+            Self::Trajectory { path, source } => write!(f, "{path}: {source}"),
+            Self::DriveCount { expected, actual } => write!(
+                f,
+                "--drives: expected {expected} ids for {expected} axes, got {actual}"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for MotionError {}

@@ -1,0 +1,69 @@
+//! The options that say how simulated drives behave.
+
+use clap::ValueEnum;
+use drive_sim::{BitRate, DynDrive, DynDriveConfig, ResponseDelay};
+use dyn_can::{DriveId, Revision};
+
+/// How simulated drives behave.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(crate) struct VirtualDriveOptions {
+    /// Mean response delay of the drives in microseconds.
+    #[arg(long, value_name = "US", default_value_t = 500)]
+    response_us: u32,
+    /// Spread of the response delay around its mean in percent.
+    #[arg(long, value_name = "PERCENT", default_value_t = 25, value_parser = percent)]
+    response_spread: u8,
+    /// Revision of the simulated drives.
+    #[arg(long, value_enum, default_value_t)]
+    revision: RevisionOption,
+    /// Seed of the response delays.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum RevisionOption {
+    /// CAN specification 1.2A.
+    #[value(name = "1.2A", alias = "1.2a")]
+    V1_2A,
+    /// CAN specification 1.6A.
+    #[default]
+    #[value(name = "1.6A", alias = "1.6a")]
+    V1_6A,
+}
+
+impl VirtualDriveOptions {
+    /// A simulated drive.
+    pub(crate) fn drive(&self, drive: DriveId) -> DynDrive {
+        let revision = match self.revision {
+            RevisionOption::V1_2A => Revision::V1_2A,
+            RevisionOption::V1_6A => Revision::V1_6A,
+        };
+        DynDrive::new(DynDriveConfig {
+            response_delay: self.response_delay(),
+            seed: self.seed.wrapping_add(u64::from(drive.get())),
+            ..DynDriveConfig::new(drive).with_revision(revision)
+        })
+    }
+
+    fn response_delay(&self) -> ResponseDelay {
+        let delay_ns = u64::from(self.response_us) * 1_000;
+        let spread_ns = delay_ns * u64::from(self.response_spread) / 100;
+        // The spread is at most the whole delay, so the least delay is not above the most.
+        ResponseDelay::between(delay_ns - spread_ns, delay_ns + spread_ns)
+            .unwrap_or(ResponseDelay::fixed(delay_ns))
+    }
+}
+
+/// A bit rate of the command line, in kbit/s.
+pub(crate) fn bit_rate(text: &str) -> Result<BitRate, String> {
+    let kbit_per_s: u32 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    BitRate::from_kbit_per_s(kbit_per_s).map_err(|error| error.to_string())
+}
+
+fn percent(text: &str) -> Result<u8, String> {
+    match text.parse() {
+        Ok(percent @ 0..=100) => Ok(percent),
+        _ => Err(format!("must be 0..=100 percent, got {text}")),
+    }
+}
