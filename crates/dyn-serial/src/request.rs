@@ -1,0 +1,363 @@
+//! Requests: what a host sends, and what a simulated drive or a line monitor reads (manual sections 7.2.4 and 7.4).
+
+mod decode;
+
+use crate::address::{Address, DriveId};
+use crate::config::ConfigByte;
+use crate::dialect::{Dialect, GeneralId, ParameterForm};
+use crate::error::{EncodeError, RangeError};
+use crate::function::{ReplyFunction, RequestFunction};
+use crate::groups::Groups;
+use crate::packet::Packet;
+use crate::values::{
+    Amplitude, Counts28, FrequencyHz, GearNumber, IntegrationGain, MainGain, MaxAcceleration,
+    MaxSpeed, OnPosRange, Quantity, SpeedGain, SpeedRpm, TorqueFilter,
+};
+
+/// What General_Read reads; the selector is the function code of the reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum ReadSelector {
+    /// 1B: position.
+    Position = ReplyFunction::IsAbsPos32 as u8,
+    /// 1E: torque.
+    Torque = ReplyFunction::IsTrqCurrent as u8,
+}
+
+impl ReadSelector {
+    /// The selector of a data byte.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        match ReplyFunction::from_code(code) {
+            Some(ReplyFunction::IsAbsPos32) => Some(Self::Position),
+            Some(ReplyFunction::IsTrqCurrent) => Some(Self::Torque),
+            _ => None,
+        }
+    }
+}
+
+/// A request.
+///
+/// Nothing but a read is answered: a drive does not acknowledge (section 7.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Request {
+    /// Makes the present position the absolute zero.
+    #[doc(alias = "Set_Origin")]
+    SetOrigin,
+    /// Moves to an absolute position with the built-in S-curve.
+    #[doc(alias = "Go_Absolute_Pos")]
+    GoAbsolutePos(Counts28),
+    /// One word of a coordinated line; see [`LinearMove`](crate::LinearMove).
+    #[doc(alias = "Make_LinearLine")]
+    MakeLinearLine(Counts28),
+    /// Moves by a distance with the built-in S-curve.
+    #[doc(alias = "Go_Relative_Pos")]
+    GoRelativePos(Counts28),
+    /// One word of a coordinated arc; see [`CircularMove`](crate::CircularMove).
+    #[doc(alias = "Make_CircularArc")]
+    MakeCircularArc(Counts28),
+    /// Stores a new drive id (EEPROM). Works only with one drive on the line (section 7.8).
+    #[doc(alias = "Assign_Drive_ID")]
+    AssignDriveId(DriveId),
+    /// Reads the drive id.
+    #[doc(alias = "Read_Drive_ID")]
+    ReadDriveId,
+    /// Writes the configuration byte (EEPROM).
+    #[doc(alias = "Set_Drive_Config")]
+    SetDriveConfig(ConfigByte),
+    /// Reads the configuration byte.
+    #[doc(alias = "Read_Drive_Config")]
+    ReadDriveConfig,
+    /// Reads the status byte.
+    #[doc(alias = "Read_Drive_Status")]
+    ReadDriveStatus,
+    /// Turns at constant speed, 0 stops.
+    #[doc(alias = "Turn_ConstSpeed")]
+    TurnConstSpeed(SpeedRpm),
+    /// Amplitude of the built-in square wave.
+    #[doc(alias = "Square_Wave")]
+    SquareWave(Amplitude),
+    /// Amplitude of the built-in sine wave.
+    #[doc(alias = "Sin_Wave")]
+    SinWave(Amplitude),
+    /// Frequency of the built-in waves.
+    #[doc(alias = "SS_Frequency")]
+    SsFrequency(FrequencyHz),
+    /// Reads position or torque; unlike on CAN the reply says which.
+    #[doc(alias = "General_Read")]
+    GeneralRead(ReadSelector),
+    /// Writes the main gain (EEPROM).
+    #[doc(alias = "Set_MainGain")]
+    SetMainGain(MainGain),
+    /// Writes the speed gain (EEPROM).
+    #[doc(alias = "Set_SpeedGain")]
+    SetSpeedGain(SpeedGain),
+    /// Writes the integration gain (EEPROM).
+    #[doc(alias = "Set_IntGain")]
+    SetIntGain(IntegrationGain),
+    /// Writes the torque filter constant (EEPROM).
+    #[doc(alias = "Set_TrqCons")]
+    SetTrqCons(TorqueFilter),
+    /// Writes the max speed parameter (EEPROM).
+    #[doc(alias = "Set_HighSpeed")]
+    SetHighSpeed(MaxSpeed),
+    /// Writes the max acceleration parameter (EEPROM).
+    #[doc(alias = "Set_HighAccel")]
+    SetHighAccel(MaxAcceleration),
+    /// Writes the on-position range (EEPROM); 127 also turns an output into the brake output (D54).
+    #[doc(alias = "Set_Pos_OnRange")]
+    SetPosOnRange(OnPosRange),
+    /// Writes the gear number (EEPROM); 16384 fits only [`ParameterForm::ShortestSigned`] (M13).
+    #[doc(alias = "Set_GearNumber")]
+    SetGearNumber(GearNumber),
+    /// Reads the main gain.
+    #[doc(alias = "Read_MainGain")]
+    ReadMainGain,
+    /// Reads the speed gain.
+    #[doc(alias = "Read_SpeedGain")]
+    ReadSpeedGain,
+    /// Reads the integration gain.
+    #[doc(alias = "Read_IntGain")]
+    ReadIntGain,
+    /// Reads the torque filter constant.
+    #[doc(alias = "Read_TrqCons")]
+    ReadTrqCons,
+    /// Reads the max speed parameter.
+    #[doc(alias = "Read_HighSpeed")]
+    ReadHighSpeed,
+    /// Reads the max acceleration parameter.
+    #[doc(alias = "Read_HighAccel")]
+    ReadHighAccel,
+    /// Reads the on-position range.
+    #[doc(alias = "Read_Pos_OnRange")]
+    ReadPosOnRange,
+    /// Reads the gear number.
+    #[doc(alias = "Read_GearNumber")]
+    ReadGearNumber,
+}
+
+impl Request {
+    /// The function.
+    #[must_use]
+    pub const fn function(&self) -> RequestFunction {
+        use RequestFunction as F;
+        match self {
+            Self::SetOrigin => F::SetOrigin,
+            Self::GoAbsolutePos(_) => F::GoAbsolutePos,
+            Self::MakeLinearLine(_) => F::MakeLinearLine,
+            Self::GoRelativePos(_) => F::GoRelativePos,
+            Self::MakeCircularArc(_) => F::MakeCircularArc,
+            Self::AssignDriveId(_) => F::AssignDriveId,
+            Self::ReadDriveId => F::ReadDriveId,
+            Self::SetDriveConfig(_) => F::SetDriveConfig,
+            Self::ReadDriveConfig => F::ReadDriveConfig,
+            Self::ReadDriveStatus => F::ReadDriveStatus,
+            Self::TurnConstSpeed(_) => F::TurnConstSpeed,
+            Self::SquareWave(_) => F::SquareWave,
+            Self::SinWave(_) => F::SinWave,
+            Self::SsFrequency(_) => F::SsFrequency,
+            Self::GeneralRead(_) => F::GeneralRead,
+            Self::SetMainGain(_) => F::SetMainGain,
+            Self::SetSpeedGain(_) => F::SetSpeedGain,
+            Self::SetIntGain(_) => F::SetIntGain,
+            Self::SetTrqCons(_) => F::SetTrqCons,
+            Self::SetHighSpeed(_) => F::SetHighSpeed,
+            Self::SetHighAccel(_) => F::SetHighAccel,
+            Self::SetPosOnRange(_) => F::SetPosOnRange,
+            Self::SetGearNumber(_) => F::SetGearNumber,
+            Self::ReadMainGain => F::ReadMainGain,
+            Self::ReadSpeedGain => F::ReadSpeedGain,
+            Self::ReadIntGain => F::ReadIntGain,
+            Self::ReadTrqCons => F::ReadTrqCons,
+            Self::ReadHighSpeed => F::ReadHighSpeed,
+            Self::ReadHighAccel => F::ReadHighAccel,
+            Self::ReadPosOnRange => F::ReadPosOnRange,
+            Self::ReadGearNumber => F::ReadGearNumber,
+        }
+    }
+
+    /// The function of the reply, `None` for a command, which is not acknowledged.
+    #[must_use]
+    pub const fn reply_function(&self) -> Option<ReplyFunction> {
+        use ReplyFunction as R;
+        Some(match self {
+            Self::ReadDriveId => R::IsDriveId,
+            Self::ReadDriveConfig => R::IsConfig,
+            Self::ReadDriveStatus => R::IsStatus,
+            Self::GeneralRead(ReadSelector::Position) => R::IsAbsPos32,
+            Self::GeneralRead(ReadSelector::Torque) => R::IsTrqCurrent,
+            Self::ReadMainGain => R::IsMainGain,
+            Self::ReadSpeedGain => R::IsSpeedGain,
+            Self::ReadIntGain => R::IsIntGain,
+            Self::ReadTrqCons => R::IsTrqCons,
+            Self::ReadHighSpeed => R::IsHighSpeed,
+            Self::ReadHighAccel => R::IsHighAccel,
+            Self::ReadPosOnRange => R::IsPosOnRange,
+            Self::ReadGearNumber => R::IsGearNumber,
+            _ => return None,
+        })
+    }
+
+    /// The packet of this request.
+    ///
+    /// # Errors
+    /// [`EncodeError`] for what may not go to every drive, and for a gear number that two bytes cannot carry.
+    pub fn encode(&self, to: Address, dialect: &Dialect) -> Result<Packet, EncodeError> {
+        if to == Address::All && !self.may_go_to_all(dialect.general_id) {
+            let function = self.function();
+            return Err(EncodeError::Broadcast { function });
+        }
+        let data = self.data(dialect).map_err(EncodeError::Range)?;
+        Ok(Packet::compose(to, self.function().code(), data))
+    }
+
+    fn may_go_to_all(&self, scope: GeneralId) -> bool {
+        match self {
+            Self::MakeLinearLine(_) | Self::MakeCircularArc(_) => true,
+            Self::TurnConstSpeed(SpeedRpm::ZERO)
+            | Self::SquareWave(Amplitude::ZERO)
+            | Self::SinWave(Amplitude::ZERO) => scope != GeneralId::CoordinatedMoves,
+            _ => scope == GeneralId::LoneDrive,
+        }
+    }
+
+    fn data(&self, dialect: &Dialect) -> Result<Groups, RangeError> {
+        Ok(match *self {
+            Self::GoAbsolutePos(counts)
+            | Self::MakeLinearLine(counts)
+            | Self::GoRelativePos(counts)
+            | Self::MakeCircularArc(counts) => Groups::signed(counts.get()),
+            Self::TurnConstSpeed(speed) => Groups::signed(speed.get() as i32),
+            Self::SquareWave(amplitude) | Self::SinWave(amplitude) => {
+                Groups::signed(amplitude.get() as i32)
+            }
+            Self::SsFrequency(frequency) => Groups::signed(frequency.get() as i32),
+            Self::AssignDriveId(drive) => Groups::one(drive.get()),
+            Self::SetDriveConfig(config) => Groups::one(config.get()),
+            Self::GeneralRead(selector) => Groups::one(selector as u8),
+            Self::SetMainGain(value) => parameter(value.get(), dialect),
+            Self::SetSpeedGain(value) => parameter(value.get(), dialect),
+            Self::SetIntGain(value) => parameter(value.get(), dialect),
+            Self::SetTrqCons(value) => parameter(value.get(), dialect),
+            Self::SetHighSpeed(value) => parameter(value.get(), dialect),
+            Self::SetHighAccel(value) => parameter(value.get(), dialect),
+            Self::SetPosOnRange(value) => parameter(value.get(), dialect),
+            Self::SetGearNumber(gear) => return gear_number(gear, dialect),
+            _ => Groups::one(dialect.dummy.get()),
+        })
+    }
+}
+
+fn parameter(value: u8, dialect: &Dialect) -> Groups {
+    match dialect.parameter_form {
+        ParameterForm::Table => Groups::one(value),
+        ParameterForm::ShortestSigned => Groups::signed(value as i32),
+    }
+}
+
+fn gear_number(gear: GearNumber, dialect: &Dialect) -> Result<Groups, RangeError> {
+    let number = gear.get();
+    match dialect.parameter_form {
+        ParameterForm::Table => {
+            Quantity::GearNumberInTwoBytes.check(number as i32)?;
+            Ok(Groups::two(number))
+        }
+        ParameterForm::ShortestSigned => Ok(Groups::signed(number as i32)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::DecodeError;
+
+    const SAMPLE_CODE: Dialect = Dialect {
+        parameter_form: ParameterForm::ShortestSigned,
+        ..Dialect::MANUAL
+    };
+
+    fn drive(id: i32) -> Address {
+        Address::Drive(DriveId::new(id).unwrap())
+    }
+
+    fn bytes(request: Request, dialect: &Dialect) -> std::vec::Vec<u8> {
+        let packet = request.encode(drive(5), dialect).unwrap();
+        assert_eq!(Request::decode(&packet, dialect), Ok((drive(5), request)));
+        packet.as_bytes().to_vec()
+    }
+
+    #[test]
+    fn gain_of_64_takes_one_byte_by_the_table_and_two_by_the_sample_code() {
+        let gain = Request::SetMainGain(MainGain::new(64).unwrap());
+        assert_eq!(bytes(gain, &Dialect::MANUAL), [0x05, 0x90, 0xC0, 0xD5]);
+        assert_eq!(bytes(gain, &SAMPLE_CODE), [0x05, 0xB0, 0x80, 0xC0, 0xF5]);
+    }
+
+    #[test]
+    fn largest_gear_number_fits_only_the_form_of_the_sample_code() {
+        let gear = Request::SetGearNumber(GearNumber::MAX);
+        assert_eq!(
+            gear.encode(drive(1), &Dialect::MANUAL),
+            Err(EncodeError::Range(RangeError {
+                quantity: Quantity::GearNumberInTwoBytes,
+                actual: 16_384
+            }))
+        );
+        assert_eq!(
+            bytes(gear, &SAMPLE_CODE),
+            [0x05, 0xD7, 0x81, 0x80, 0x80, 0xDD]
+        );
+    }
+
+    #[test]
+    fn what_every_drive_may_hear_grows_with_the_permission() {
+        let admitted = |request: Request| {
+            [
+                GeneralId::CoordinatedMoves,
+                GeneralId::Stop,
+                GeneralId::LoneDrive,
+            ]
+            .map(|general_id| {
+                let dialect = Dialect {
+                    general_id,
+                    ..Dialect::MANUAL
+                };
+                request.encode(Address::All, &dialect).is_ok()
+            })
+        };
+        let counts = Counts28::new(1).unwrap();
+        assert_eq!(admitted(Request::MakeLinearLine(counts)), [true; 3]);
+        let stop = Request::TurnConstSpeed(SpeedRpm::ZERO);
+        assert_eq!(admitted(stop), [false, true, true]);
+        let turn = Request::TurnConstSpeed(SpeedRpm::new(1).unwrap());
+        assert_eq!(admitted(turn), [false, false, true]);
+        assert_eq!(admitted(Request::ReadDriveId), [false, false, true]);
+    }
+
+    #[test]
+    fn no_request_looks_like_its_own_reply() {
+        // A line that carries both directions brings requests back, and a client must not take them for replies.
+        for function in RequestFunction::ALL {
+            let second = 0x80 | function.code();
+            let sum = 0x80 | function.code();
+            let Ok(packet) = Packet::parse(&[0, second, 0x80, sum]) else {
+                panic!("{function}");
+            };
+            if let Ok((_, request)) = Request::decode(&packet, &Dialect::MANUAL) {
+                let reply = request.reply_function().map(ReplyFunction::code);
+                assert_ne!(reply, Some(function.code()), "{function}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_factory_code_is_never_a_request() {
+        let packet = Packet::parse(&[0x01, 0x8F, 0x80, 0x90]).unwrap();
+        assert_eq!(
+            Request::decode(&packet, &Dialect::MANUAL),
+            Err(DecodeError::Factory)
+        );
+    }
+}
