@@ -1,8 +1,10 @@
-//! `motionctl`: look at motion on CAN without drives.
+//! `motionctl`: look at motion and traffic on CAN.
 
 #![forbid(unsafe_code)]
 
+mod decode;
 mod exit;
+mod revision;
 mod sim;
 mod trajectory;
 mod virtual_drives;
@@ -13,7 +15,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Simulate servo axes on a virtual CAN bus, with the master that the firmware runs.
+/// Look at motion and traffic on CAN: simulate servo axes with the master that the firmware runs, decode logs.
 #[derive(Debug, Parser)]
 #[command(name = "motionctl", version, propagate_version = true)]
 struct Arguments {
@@ -25,6 +27,8 @@ struct Arguments {
 enum Command {
     /// Run a motion on simulated drives, in virtual time, and show whether every promise was kept.
     Sim(Box<sim::Arguments>),
+    /// Put the frames of a log into plain words, with statistics of each identifier.
+    Decode(decode::Arguments),
 }
 
 /// `cargo sim -- --trajectory FILE` reaches the tool as `sim -- --trajectory FILE`. Everything of `sim` is an option, so
@@ -41,6 +45,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
     let result: Result<ExitCode, Box<dyn Error>> = match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
+        Command::Decode(arguments) => decode::run(arguments).map_err(Into::into),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");

@@ -1,8 +1,9 @@
 //! The options that say how simulated drives behave.
 
-use clap::ValueEnum;
 use drive_sim::{BitRate, DynDrive, DynDriveConfig, ResponseDelay};
-use dyn_can::{DriveId, Revision};
+use dyn_can::DriveId;
+
+use crate::revision::RevisionOption;
 
 /// How simulated drives behave.
 #[derive(Debug, Clone, Copy, clap::Args)]
@@ -21,28 +22,13 @@ pub(crate) struct VirtualDriveOptions {
     seed: u64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum RevisionOption {
-    /// CAN specification 1.2A.
-    #[value(name = "1.2A", alias = "1.2a")]
-    V1_2A,
-    /// CAN specification 1.6A.
-    #[default]
-    #[value(name = "1.6A", alias = "1.6a")]
-    V1_6A,
-}
-
 impl VirtualDriveOptions {
     /// A simulated drive.
     pub(crate) fn drive(&self, drive: DriveId) -> DynDrive {
-        let revision = match self.revision {
-            RevisionOption::V1_2A => Revision::V1_2A,
-            RevisionOption::V1_6A => Revision::V1_6A,
-        };
         DynDrive::new(DynDriveConfig {
             response_delay: self.response_delay(),
             seed: self.seed.wrapping_add(u64::from(drive.get())),
-            ..DynDriveConfig::new(drive).with_revision(revision)
+            ..DynDriveConfig::new(drive).with_revision(self.revision.into())
         })
     }
 

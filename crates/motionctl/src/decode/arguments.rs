@@ -1,0 +1,53 @@
+//! Options of `motionctl decode`.
+
+use std::path::PathBuf;
+
+use crate::revision::RevisionOption;
+
+const EXAMPLES: &str = "\
+Examples:
+  candump -L can0 | motionctl decode -             while it happens
+  motionctl decode run.log                         candump -L or candump -t a
+  motionctl decode trace.asc --drive 3             one drive; .asc, .csv, .txt, .log, .trc of python-can
+  motionctl decode run.log --statistics-only       frames, intervals and response times of each identifier
+  motionctl decode run.log --json | jq 'select(.alarm_code > 0)'
+
+Which side sent a frame, and whether a reading is a position or a torque, follows from the frames
+before it: begin a log before the conversation begins.
+
+Exit status: 0 the whole log was read, 1 lines could not be read (each is named), 2 there is no log.";
+
+/// Options of `motionctl decode`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Log of candump (-L, -l, -t a) or python-can (.log, .asc, .csv, .txt, .trc); `-` reads the standard input.
+    #[arg(value_name = "LOG")]
+    pub(super) log: PathBuf,
+    /// Show the messages of these drives only. The statistics count everything.
+    #[arg(long, value_name = "ID", value_delimiter = ',')]
+    drive: Vec<u8>,
+    /// Revision of the drives. Default: as the length of their Read_Param_Group3 reply tells, 1.6A until then.
+    #[arg(long, value_enum)]
+    pub(super) revision: Option<RevisionOption>,
+    /// Milliseconds for which a request waits for its reply.
+    #[arg(long, value_name = "MS", default_value_t = 10)]
+    pub(super) reply_ms: u32,
+    /// Bit rate in kbit/s, for the bus load.
+    #[arg(long, value_name = "KBIT", default_value_t = 1_000)]
+    pub(super) bit_rate: u32,
+    /// Show no frames, only the statistics.
+    #[arg(long)]
+    statistics_only: bool,
+    /// Write one JSON object a line: "kind" is "frame", "other", "error" or, last, "statistics".
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl Arguments {
+    /// Whether the messages of a drive, or those of no drive, are shown.
+    pub(super) fn shows(&self, drive: Option<u8>) -> bool {
+        !self.statistics_only
+            && (self.drive.is_empty() || drive.is_some_and(|drive| self.drive.contains(&drive)))
+    }
+}

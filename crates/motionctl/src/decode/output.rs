@@ -1,0 +1,141 @@
+//! One line for each frame, as text or as JSON.
+
+use std::io::{BufWriter, Stdout, Write};
+
+use can_decode::log::Entry;
+use can_decode::statistics::Statistics;
+use can_decode::{Frame, Meaning};
+use serde::Serialize;
+
+use super::Totals;
+use super::source::Damage;
+use super::table::{Overview, table};
+
+/// Writes what was heard.
+pub(super) struct Output {
+    out: BufWriter<Stdout>,
+    json: bool,
+    source_name: String,
+}
+
+/// One line of JSON.
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum Line<'a> {
+    /// A frame and its meaning.
+    Frame {
+        time_s: f64,
+        interface: &'a str,
+        id: u32,
+        extended: bool,
+        remote: bool,
+        data: &'a [u8],
+        text: String,
+        #[serde(flatten)]
+        meaning: &'a Meaning,
+    },
+    /// Something else on the bus.
+    Other {
+        time_s: f64,
+        interface: &'a str,
+        text: &'a str,
+    },
+    /// A line of the log that cannot be read.
+    Error { line: u64, error: String },
+    /// The end.
+    Statistics(Overview<'a>),
+}
+
+impl Output {
+    pub(super) fn new(json: bool, source_name: String) -> Self {
+        Self {
+            out: BufWriter::new(std::io::stdout()),
+            json,
+            source_name,
+        }
+    }
+
+    pub(super) fn frame(
+        &mut self,
+        entry: &Entry<'_>,
+        frame: &Frame,
+        meaning: &Meaning,
+    ) -> std::io::Result<()> {
+        if self.json {
+            return self.json_line(&Line::Frame {
+                time_s: seconds(entry.at_ns),
+                interface: entry.interface,
+                id: frame.id(),
+                extended: frame.is_extended(),
+                remote: frame.is_remote(),
+                data: frame.data(),
+                text: meaning.to_string(),
+                meaning,
+            });
+        }
+        self.time_and_interface(entry)?;
+        writeln!(self.out, "{frame:27}  {meaning}")
+    }
+
+    pub(super) fn other(&mut self, entry: &Entry<'_>, text: &str) -> std::io::Result<()> {
+        if self.json {
+            return self.json_line(&Line::Other {
+                time_s: seconds(entry.at_ns),
+                interface: entry.interface,
+                text,
+            });
+        }
+        self.time_and_interface(entry)?;
+        writeln!(self.out, "{:27}  {text}", "")
+    }
+
+    /// Errors go where errors go, in the order of the lines; with JSON they are lines like all others.
+    pub(super) fn damaged(&mut self, line: u64, damage: &Damage) -> std::io::Result<()> {
+        if self.json {
+            return self.json_line(&Line::Error {
+                line,
+                error: damage.to_string(),
+            });
+        }
+        self.out.flush()?;
+        eprintln!("{}:{line}: {damage}", self.source_name);
+        Ok(())
+    }
+
+    pub(super) fn statistics(
+        &mut self,
+        statistics: &Statistics,
+        totals: &Totals,
+        bit_rate_kbit: u32,
+    ) -> std::io::Result<()> {
+        let overview = Overview::new(statistics, totals, bit_rate_kbit);
+        if self.json {
+            return self.json_line(&Line::Statistics(overview));
+        }
+        writeln!(self.out, "\n{}\n{overview}", table(statistics))
+    }
+
+    pub(super) fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+
+    fn time_and_interface(&mut self, entry: &Entry<'_>) -> std::io::Result<()> {
+        let us = entry.at_ns / 1_000;
+        write!(
+            self.out,
+            "{:5}.{:06}  {:5} ",
+            us / 1_000_000,
+            us % 1_000_000,
+            entry.interface
+        )
+    }
+
+    fn json_line(&mut self, line: &Line<'_>) -> std::io::Result<()> {
+        serde_json::to_writer(&mut self.out, line)?;
+        self.out.write_all(b"\n")
+    }
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}

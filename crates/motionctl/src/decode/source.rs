@@ -1,0 +1,57 @@
+//! The seam to where frames come from: a log file here, a live interface elsewhere.
+
+use core::fmt;
+
+use can_decode::log::{Entry, LineError};
+
+use super::error::DecodeError;
+
+/// Where frames come from.
+pub(crate) trait Source {
+    /// What messages call it: a file, an interface.
+    fn name(&self) -> String;
+
+    /// Whether each frame shall be shown at once.
+    fn is_live(&self) -> bool;
+
+    /// What was heard next; `None` at the end. A live source waits.
+    fn next(&mut self) -> Result<Option<Heard<'_>>, DecodeError>;
+}
+
+/// One thing that was heard.
+#[derive(Debug)]
+pub(crate) struct Heard<'a> {
+    /// Its line in the log, counted from 1; a number of the frame elsewhere.
+    pub(crate) line: u64,
+    /// What it is, `None` for a line without traffic, or why it cannot be read.
+    pub(crate) what: Result<Option<Entry<'a>>, Damage>,
+}
+
+/// Why a line was not read, or is doubtful.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Damage {
+    /// The line is no text.
+    NotText,
+    /// The line does not belong to its format.
+    Line(LineError),
+    /// The frame was read, but its time is before that of an earlier one.
+    TimeGoesBack { before_ns: u64, at_ns: u64 },
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotText => f.write_str("expected text, got bytes that are no UTF-8"),
+            Self::Line(error) => error.fmt(f),
+            Self::TimeGoesBack { before_ns, at_ns } => {
+                let s = |ns: u64| ns as f64 * 1e-9;
+                write!(
+                    f,
+                    "time goes back from {:.6} s to {:.6} s: replies may be taken for others",
+                    s(*before_ns),
+                    s(*at_ns)
+                )
+            }
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The statistics at the end: a table of the identifiers and one line for the whole bus.
+
+use core::fmt;
+
+use can_decode::statistics::{OfIdentifier, Spread, Statistics};
+use comfy_table::presets::UTF8_BORDERS_ONLY;
+use comfy_table::{CellAlignment, Table};
+use serde::Serialize;
+
+use super::Totals;
+
+/// The whole bus.
+#[derive(Debug, Serialize)]
+pub(super) struct Overview<'a> {
+    frames: u64,
+    duration_s: f64,
+    /// Load of the bus without stuff bits, 0 ..= 1: the real one is up to a fifth higher.
+    least_load: Option<f64>,
+    bit_rate_kbit: u32,
+    undecodable_frames: u64,
+    error_frames: u64,
+    fd_frames: u64,
+    damaged_lines: u64,
+    identifiers: Vec<Identifier<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Identifier<'a> {
+    id: u32,
+    extended: bool,
+    function: &'a str,
+    frames: u64,
+    data_bytes: u64,
+    undecodable_frames: u64,
+    interval: Option<Spread>,
+    response: Option<Spread>,
+}
+
+impl<'a> Overview<'a> {
+    pub(super) fn new(statistics: &'a Statistics, totals: &Totals, bit_rate_kbit: u32) -> Self {
+        let identifier = |(id, extended, entry): (u32, bool, &'a OfIdentifier)| Identifier {
+            id,
+            extended,
+            function: entry.name(),
+            frames: entry.frames(),
+            data_bytes: entry.bytes(),
+            undecodable_frames: entry.undecodable(),
+            interval: entry.intervals(),
+            response: entry.responses(),
+        };
+        Self {
+            frames: statistics.frames(),
+            duration_s: statistics.duration_ns() as f64 * 1e-9,
+            least_load: statistics.least_load(bit_rate_kbit),
+            bit_rate_kbit,
+            undecodable_frames: totals.undecodable,
+            error_frames: totals.error_frames,
+            fd_frames: totals.fd_frames,
+            damaged_lines: totals.damaged,
+            identifiers: statistics.identifiers().map(identifier).collect(),
+        }
+    }
+}
+
+impl fmt::Display for Overview<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} frames in {:.3} s; {} did not decode, {} error frames, {} CAN FD frames, {} damaged lines",
+            self.frames,
+            self.duration_s,
+            self.undecodable_frames,
+            self.error_frames,
+            self.fd_frames,
+            self.damaged_lines
+        )?;
+        match self.least_load {
+            Some(load) => write!(
+                f,
+                "\nBus load at least {:.1} % at {} kbit/s, without stuff bits",
+                100.0 * load,
+                self.bit_rate_kbit
+            ),
+            None => Ok(()),
+        }
+    }
+}
+
+/// One line for each identifier.
+pub(super) fn table(statistics: &Statistics) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_BORDERS_ONLY).set_header([
+        "id",
+        "drive",
+        "function",
+        "frames",
+        "not\ndecoded",
+        "interval ms\nleast / mean / most",
+        "response ms\nleast / mean / most",
+    ]);
+    for (id, extended, entry) in statistics.identifiers() {
+        let (id, drive) = if extended {
+            (format!("{id:08X}"), String::new())
+        } else {
+            (format!("{id:03X}"), (id >> 5).to_string())
+        };
+        table.add_row([
+            id,
+            drive,
+            entry.name().to_owned(),
+            entry.frames().to_string(),
+            entry.undecodable().to_string(),
+            spread(entry.intervals()),
+            spread(entry.responses()),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(3) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+fn spread(spread: Option<Spread>) -> String {
+    let ms = |us: f64| us / 1e3;
+    spread.map_or(String::new(), |spread| {
+        format!(
+            "{:.3} / {:.3} / {:.3}",
+            ms(spread.least_us),
+            ms(spread.mean_us),
+            ms(spread.most_us)
+        )
+    })
+}

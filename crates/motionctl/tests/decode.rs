@@ -1,0 +1,171 @@
+//! `motionctl decode` as a user runs it: words, JSON, damaged logs, exit status.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A file of its own for each test, removed afterwards.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str, bytes: &[u8]) -> Self {
+        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
+        std::fs::write(&path, bytes).expect("a temporary file");
+        Self(path)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Nothing depends on it: the folder is temporary.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+fn motionctl(words: &[&str], file: &Path) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
+    command
+        .args(words)
+        .arg(file)
+        .output()
+        .expect("motionctl runs")
+}
+
+fn text(bytes: &[u8]) -> &str {
+    core::str::from_utf8(bytes).expect("plain text")
+}
+
+/// The log of a simulated run of two axes.
+fn simulated_run(name: &str) -> Scratch {
+    let motion = Scratch::new(
+        &format!("{name}.csv"),
+        b"time_s,a,b\n0,0,0\n0.1,180,-90\n0.2,360,-180\n",
+    );
+    let log = Scratch::new(&format!("{name}.log"), b"");
+    let path = motion.0.to_str().expect("a path of plain text");
+    let arguments = ["sim", "--trajectory", path, "--json", "--candump"];
+    let output = motionctl(&arguments, &log.0);
+    assert!(output.status.success(), "{output:?}");
+    log
+}
+
+#[test]
+fn a_simulated_run_is_put_into_words_without_one_unknown() {
+    let log = simulated_run("words");
+    let output = motionctl(&["decode"], &log.0);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(output.stderr.is_empty(), "{output:?}");
+    let words = text(&output.stdout);
+    for unwanted in [
+        "unknown",
+        "does not decode",
+        "not of a DYN drive",
+        "nobody asked",
+        "without a reply",
+    ] {
+        assert!(!words.contains(unwanted), "{unwanted}");
+    }
+    for wanted in [
+        "to drive 1    Echo_Function: send back",
+        "from drive 2  Read_Param_Group3: on-position range 20 (0.44 degrees), gear number 4096",
+        "to drive 1    Servo_Disable: ENABLE the servo",
+        "to drive 2    Go_Relative_Pos_PD: step by",
+        "from drive 1  General_Read: position",
+        " 0 did not decode, 0 error frames, 0 CAN FD frames, 0 damaged lines",
+    ] {
+        assert!(words.contains(wanted), "{wanted}");
+    }
+    let lines_of_log = std::fs::read_to_string(&log.0)
+        .expect("the log")
+        .lines()
+        .count();
+    let lines_of_frames = words
+        .lines()
+        .filter(|line| line.contains("  can0 "))
+        .count();
+    assert_eq!(lines_of_frames, lines_of_log);
+}
+
+#[test]
+fn json_has_one_object_a_line_and_ends_with_the_statistics() {
+    let log = simulated_run("json");
+    let output = motionctl(&["decode", "--json"], &log.0);
+    let lines: Vec<serde_json::Value> = text(&output.stdout)
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    let steps = |drive: u8| -> i64 {
+        let of_drive = lines.iter().filter(|line| line["drive"] == drive);
+        of_drive
+            .filter_map(|line| line["step_counts"].as_i64())
+            .sum()
+    };
+    // One turn of 16384 counts, and half a turn back: the log alone tells it.
+    assert_eq!((steps(1), steps(2)), (16_384, -8_192));
+    let last = lines.last().expect("a line");
+    assert_eq!(
+        (&last["kind"], &last["undecodable_frames"]),
+        (&"statistics".into(), &0.into())
+    );
+    let frames = lines.iter().filter(|line| line["kind"] == "frame").count();
+    assert_eq!(last["frames"], frames);
+}
+
+#[test]
+fn only_what_is_asked_for_is_shown() {
+    let log = simulated_run("filter");
+    let one = motionctl(&["decode", "--drive", "2"], &log.0);
+    let words = text(&one.stdout);
+    assert!(words.contains("drive 2  ") && !words.contains("to drive 1  "));
+    let none = motionctl(&["decode", "--statistics-only"], &log.0);
+    assert!(!text(&none.stdout).contains("drive 2  "));
+    assert!(text(&none.stdout).contains("Go_Relative_Pos_PD"));
+}
+
+#[test]
+fn a_damaged_log_is_read_to_its_end_and_every_damage_is_named() {
+    let log = Scratch::new(
+        "damaged.log",
+        b"(1.000000) can0 029#\n(1.000500) can0 029#0\n\xFF\xFE\n(1.000700) can0 029#02\n(0.900000) can0 03C#88\n(1.00",
+    );
+    let output = motionctl(&["decode"], &log.0);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let path = log.0.display();
+    let errors: Vec<&str> = text(&output.stderr).lines().collect();
+    assert_eq!(
+        errors,
+        [
+            format!("{path}:2: expected a data byte, got \"0\""),
+            format!("{path}:3: expected text, got bytes that are no UTF-8"),
+            format!(
+                "{path}:5: time goes back from 1.000700 s to 0.900000 s: replies may be taken for others"
+            ),
+            format!("{path}:6: expected a time in brackets, got \"(1.00\""),
+        ]
+    );
+    let words = text(&output.stdout);
+    assert!(
+        words.contains("on position, disabled, no alarm (0.700 ms after the request)"),
+        "{words}"
+    );
+    assert!(
+        words.contains("3 frames in") && words.contains("4 damaged lines"),
+        "{words}"
+    );
+}
+
+#[test]
+fn what_is_no_log_is_refused() {
+    let few = Scratch::new("few.txt", b"time_s,a,b\n0,0,0\n");
+    let binary = Scratch::new("binary.blf", &[0xA5; 200_000]);
+    for file in [&few, &binary] {
+        let output = motionctl(&["decode"], &file.0);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        assert!(
+            text(&output.stderr).contains("is no log that can be read"),
+            "{output:?}"
+        );
+    }
+    let missing = motionctl(&["decode"], Path::new("no-such-file.log"));
+    assert_eq!(missing.status.code(), Some(2));
+    assert!(text(&missing.stderr).contains("cannot read no-such-file.log"));
+}
