@@ -21,6 +21,8 @@ pub mod report;
 pub mod rig;
 pub mod vector_file;
 pub mod wire_bits;
+pub mod zlac_misc;
+pub mod zlac_sdo;
 
 pub use report::{Failure, Report};
 pub use vector_file::vectors_dir;

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_tests::{
-    Report, dyn_can_rejects, dyn_can_replies, dyn_can_requests, dyn_units, vectors_dir,
+    Report, dyn_can_rejects, dyn_can_replies, dyn_can_requests, dyn_units, vectors_dir, zlac_misc,
+    zlac_sdo,
 };
 use serde_json::Value;
 
@@ -88,6 +89,23 @@ fn a_changed_byte_of_a_reply_is_reported() {
         flip_last_bit(&mut vector["data"])
     });
     expect_exactly(&dyn_can_replies::check(folder.path()), &id);
+}
+
+#[test]
+fn a_damaged_vector_of_the_hub_motor_drive_is_reported() {
+    let folder = TemporaryFolder::new("zlac");
+    let id = damage_one(&folder, zlac_sdo::FILE, |vector| {
+        vector["code"] = "remote".into();
+    });
+    expect_exactly(&zlac_sdo::check(folder.path()), &id);
+    let id = damage_one(&folder, zlac_sdo::FILE, |vector| {
+        vector["unheard_of"] = 1.into()
+    });
+    expect_exactly(&zlac_sdo::check(folder.path()), &id);
+    let id = damage_one(&folder, zlac_misc::FILE, |vector| {
+        vector["names"] = Value::Array(vec!["gremlin".into()]);
+    });
+    expect_exactly(&zlac_misc::check(folder.path()), &id);
 }
 
 #[test]

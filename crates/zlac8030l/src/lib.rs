@@ -1,0 +1,42 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod abort;
+mod control_word;
+pub mod dictionary;
+mod emcy;
+mod error;
+mod fault_code;
+mod frame;
+mod heartbeat_watch;
+mod message;
+mod nmt;
+mod node;
+mod object;
+pub mod objects;
+mod pdo;
+mod sdo;
+mod sdo_client;
+mod status_word;
+
+pub use abort::AbortCode;
+pub use control_word::{ControlWord, Mode, MoveKind, TargetPositionError};
+pub use emcy::{Emcy, Sync};
+pub use error::{DecodeError, FrameError, NodeError, WidthError, WriteError};
+pub use fault_code::FaultCode;
+pub use frame::DataFrame;
+pub use heartbeat_watch::{HeartbeatEvent, HeartbeatWatch};
+pub use message::Message;
+pub use nmt::{Heartbeat, NmtCommand, NmtRequest, NmtState};
+pub use node::{NodeId, PdoNumber, Service};
+pub use object::{DataType, Object, ObjectAddress, ObjectData, ObjectValue};
+pub use pdo::{MAX_ENTRIES, MappingEntry, MappingError, PdoDirection, PdoMapping, PdoObjects};
+pub use sdo::{SdoReply, SdoRequest};
+pub use sdo_client::{
+    SdoBusy, SdoClient, SdoEnd, SdoEvent, SdoHeard, SdoIgnored, SdoQuirks, SdoTimeouts,
+};
+pub use status_word::{State, StatusWord};
