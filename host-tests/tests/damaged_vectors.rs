@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_tests::{
-    Report, dyn_can_rejects, dyn_can_replies, dyn_can_requests, dyn_units, vectors_dir, zlac_misc,
-    zlac_sdo,
+    Report, dyn_can_rejects, dyn_can_replies, dyn_can_requests, dyn_serial, dyn_units, vectors_dir,
+    zlac_misc, zlac_sdo,
 };
 use serde_json::Value;
 
@@ -106,6 +106,15 @@ fn a_damaged_vector_of_the_hub_motor_drive_is_reported() {
         vector["names"] = Value::Array(vec!["gremlin".into()]);
     });
     expect_exactly(&zlac_misc::check(folder.path()), &id);
+}
+
+#[test]
+fn a_changed_byte_of_a_serial_stream_is_reported() {
+    let folder = TemporaryFolder::new("serial");
+    let id = damage_one(&folder, dyn_serial::FILE, |vector| {
+        flip_last_bit(&mut vector["stream"])
+    });
+    expect_exactly(&dyn_serial::check(folder.path()), &id);
 }
 
 #[test]
