@@ -37,6 +37,13 @@ pub(crate) enum Error {
         /// Each way that was tried and what it lacks.
         tried: Vec<String>,
     },
+    /// A tool is not where it was installed.
+    MissingTool {
+        /// The tool.
+        tool: &'static str,
+        /// Where it should be.
+        place: PathBuf,
+    },
     /// An image linked although it can panic.
     Linked {
         /// The image.
@@ -65,6 +72,11 @@ impl fmt::Display for Error {
             Self::Failed { program, status } => write!(f, "{program} failed ({status})"),
             Self::Answer { program, expected } => write!(f, "{program} did not print {expected}"),
             Self::Image { path, reason } => write!(f, "{}: {reason}", path.display()),
+            Self::MissingTool { tool, place } => write!(
+                f,
+                "there is no {tool} below {}: remove that folder and try again, or set LIBCLANG_PATH",
+                place.display()
+            ),
             Self::Linked { image } => write!(
                 f,
                 "{image} links although it can panic: the other images prove nothing, look at their panic handler"

@@ -1,5 +1,6 @@
 //! Tasks of the project: `cargo xtask <task>`, with `cargo fw` as the short form of `cargo xtask fw`.
 
+mod emulator;
 mod error;
 mod firmware;
 mod proofs;
@@ -25,6 +26,8 @@ struct Arguments {
 enum Task {
     /// Build the firmware for the board and print its size.
     Fw(firmware::Arguments),
+    /// Run the real image of the firmware on an emulated board with simulated drives.
+    FirmwareTests(emulator::Arguments),
     /// Show that the libraries cannot panic, and how large they are on the target.
     Proofs(proofs::Arguments),
 }
@@ -32,6 +35,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fw(arguments) => firmware::run(&arguments),
+        Task::FirmwareTests(arguments) => emulator::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),
     };
     match result {

@@ -1,0 +1,339 @@
+//! The run loop: processor, peripherals, resets.
+
+use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
+
+use crate::bxcan::Wire;
+use crate::cpu::{self, Engine};
+use crate::hooks::{self, Leave};
+use crate::image::Image;
+use crate::load::{Accounts, Load};
+use crate::log::{Log, Memory};
+use crate::nvic::{HARD_FAULT, SV_CALL};
+use crate::soc::{FLASH, ResetCause, Soc};
+
+const FLASH_SIZE: u64 = 0x10_0000;
+const RAM: u32 = 0x2000_0000;
+const RAM_SIZE: u64 = 0x2_0000;
+const CORE_COUPLED_RAM: u64 = 0x1000_0000;
+const CORE_COUPLED_RAM_SIZE: u64 = 0x1_0000;
+/// Peripherals of the chip and of the processor: first address and size.
+const REGISTERS: [(u32, u64); 3] = [
+    (0x4000_0000, 0x8_0000),
+    (0x5000_0000, 0x6_1000),
+    (0xE000_0000, 0x10_0000),
+];
+/// Memory after power-on is anything; this value also shows how much of the stack was used.
+const PAINT: u8 = 0xA5;
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The time is over.
+    Limit,
+    /// A breakpoint instruction: on a board it would wait for the debugger.
+    Breakpoint {
+        /// Its address.
+        pc: u32,
+    },
+    /// A fault while a fault was handled: the processor stands still until a reset.
+    Lockup {
+        /// Where.
+        pc: u32,
+    },
+}
+
+/// A reset during a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reset {
+    /// When.
+    pub at_ns: u64,
+    /// Why.
+    pub cause: ResetCause,
+}
+
+/// A board that runs an image.
+pub struct Board {
+    engine: Engine<'static>,
+    image: Image,
+    sleeping: Option<Leave>,
+    log: Log,
+    accounts: Accounts,
+    resets: Vec<Reset>,
+    faults: Vec<u32>,
+}
+
+impl Board {
+    /// A board with a crystal of `hse_hz`, connected to `wire`, that has just got its supply.
+    ///
+    /// # Errors
+    /// When Unicorn fails.
+    pub fn new(image: Image, hse_hz: u64, wire: Wire) -> Result<Self, uc_error> {
+        let soc = Soc::new(hse_hz, wire);
+        let mut engine = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, soc)?;
+        engine.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
+        map_memory(&mut engine)?;
+        hooks::install(&mut engine, &image)?;
+        for piece in image.load() {
+            engine.mem_write(u64::from(piece.address), &piece.bytes)?;
+        }
+        cpu::reset(&mut engine);
+        Ok(Self {
+            engine,
+            log: Log::new(&image),
+            image,
+            sleeping: None,
+            accounts: Accounts::default(),
+            resets: Vec::new(),
+            faults: Vec::new(),
+        })
+    }
+
+    /// Everything but the processor.
+    #[must_use]
+    pub fn soc(&self) -> &Soc {
+        self.engine.get_data()
+    }
+
+    /// Everything but the processor, to change it.
+    pub fn soc_mut(&mut self) -> &mut Soc {
+        self.engine.get_data_mut()
+    }
+
+    /// The processor, to add hooks of a test.
+    pub fn engine_mut(&mut self) -> &mut Engine<'static> {
+        &mut self.engine
+    }
+
+    /// The image.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// The log of the firmware.
+    #[must_use]
+    pub fn log(&self) -> &[String] {
+        self.log.lines()
+    }
+
+    /// Resets so far.
+    #[must_use]
+    pub fn resets(&self) -> &[Reset] {
+        &self.resets
+    }
+
+    /// Addresses of the faults so far.
+    #[must_use]
+    pub fn faults(&self) -> &[u32] {
+        &self.faults
+    }
+
+    /// Instructions of each handler so far.
+    #[must_use]
+    pub fn load_of(&self, exception: u16) -> Load {
+        self.accounts
+            .loads()
+            .get(&exception)
+            .copied()
+            .unwrap_or_default()
+    }
+
+    /// Instructions of every handler that ran, by exception number; 0 is the thread.
+    #[must_use]
+    pub fn accounts(&self) -> &Accounts {
+        &self.accounts
+    }
+
+    /// Forgets the instructions of handlers counted so far.
+    pub fn clear_accounts(&mut self) {
+        self.accounts.clear();
+    }
+
+    /// Sets a byte of the firmware's memory, as a debug probe can.
+    ///
+    /// # Panics
+    /// When there is no such symbol: the test expects another image.
+    pub fn poke(&mut self, symbol: &str, value: u8) {
+        let address = self.image.symbol(symbol);
+        let address = address.unwrap_or_else(|| panic!("the image has no symbol {symbol}"));
+        let written = self.engine.mem_write(u64::from(address), &[value]);
+        written.expect("symbols lie in memory");
+    }
+
+    /// Most bytes of the stack used so far.
+    #[must_use]
+    pub fn stack_high_water(&self) -> Option<u32> {
+        let stack = self.image.stack()?;
+        let mut bytes = vec![0; stack.len()];
+        self.engine
+            .mem_read(u64::from(stack.start), &mut bytes)
+            .ok()?;
+        let untouched = bytes.iter().take_while(|&&byte| byte == PAINT).count();
+        Some(stack.len() as u32 - untouched as u32)
+    }
+
+    /// Runs until `ns` after power-on. A reset on the way starts the firmware anew and is noted.
+    pub fn run_until_ns(&mut self, ns: u64) -> Stop {
+        loop {
+            let soc = self.engine.get_data_mut();
+            soc.limit_ns = ns;
+            soc.process();
+            if let Some(cause) = soc.take_reset() {
+                self.reset(cause);
+                continue;
+            }
+            if soc.now_ns() >= ns {
+                self.drain_log();
+                return Stop::Limit;
+            }
+            if let Some(exception) = cpu::takeable(&self.engine) {
+                self.enter(exception);
+            } else if self.wakes()
+                && let Some(stop) = self.execute()
+            {
+                self.drain_log();
+                return stop;
+            }
+        }
+    }
+
+    fn instructions(&self) -> u64 {
+        self.engine.get_data().instructions
+    }
+
+    fn reset(&mut self, cause: ResetCause) {
+        self.drain_log();
+        self.log.restart();
+        let at_ns = self.soc().now_ns();
+        self.resets.push(Reset { at_ns, cause });
+        self.soc_mut().reset(cause);
+        cpu::reset(&mut self.engine);
+        self.sleeping = None;
+        let instructions = self.instructions();
+        self.accounts.reset(instructions);
+    }
+
+    fn enter(&mut self, exception: u16) {
+        let instructions = self.instructions();
+        if self.sleeping.take().is_some() {
+            self.accounts.wake(instructions);
+        }
+        self.accounts.enter(instructions);
+        cpu::enter(&mut self.engine, exception);
+    }
+
+    /// Whether the processor is awake; if not, time jumps to what comes next.
+    fn wakes(&mut self) -> bool {
+        let Some(how) = self.sleeping else {
+            return true;
+        };
+        let instructions = self.instructions();
+        let soc = self.engine.get_data_mut();
+        let woken = match how {
+            Leave::WaitForEvent => core::mem::take(&mut soc.event),
+            // An interrupt wakes even when it is masked.
+            _ => soc
+                .nvic
+                .first_pending()
+                .is_some_and(|first| first.priority < soc.nvic.execution_priority()),
+        };
+        if woken {
+            self.sleeping = None;
+            self.accounts.wake(instructions);
+        } else {
+            let until = soc.deadline.max(soc.now + 1);
+            soc.idle += until - soc.now;
+            soc.now = until;
+        }
+        woken
+    }
+
+    /// Executes instructions until something has to be done; `Some` ends the run.
+    fn execute(&mut self) -> Option<Stop> {
+        let pc = cpu::get(&self.engine, RegisterARM::PC);
+        let result = self.engine.emu_start(u64::from(pc | 1), 0, 0, 0);
+        let pc = cpu::get(&self.engine, RegisterARM::PC);
+        match (self.soc_mut().leave.take(), result) {
+            (Some(how @ (Leave::WaitForEvent | Leave::WaitForInterrupt)), _) => self.sleep(how, pc),
+            (Some(Leave::Return), _) => {
+                let instructions = self.instructions();
+                let exception = cpu::leave(&mut self.engine, pc | 1);
+                self.accounts.leave(exception, instructions);
+            }
+            (Some(Leave::SupervisorCall), _) => self.soc_mut().nvic.pend(SV_CALL),
+            (Some(Leave::Breakpoint), _) => return Some(Stop::Breakpoint { pc }),
+            (None, Ok(())) => {}
+            (Some(Leave::Fault(_)), _) | (None, Err(_)) => return self.fault(pc),
+        }
+        None
+    }
+
+    fn sleep(&mut self, how: Leave, pc: u32) {
+        cpu::set(&mut self.engine, RegisterARM::PC, (pc + 2) | 1);
+        self.drain_log();
+        let instructions = self.instructions();
+        let soc = self.engine.get_data_mut();
+        if how == Leave::WaitForEvent && core::mem::take(&mut soc.event) {
+            return;
+        }
+        if soc.nvic.nesting() == 0 {
+            self.accounts.sleep(instructions);
+        }
+        self.sleeping = Some(how);
+    }
+
+    /// An undefined instruction, or memory that is not there: the handler of the hard fault runs next.
+    fn fault(&mut self, pc: u32) -> Option<Stop> {
+        self.faults.push(pc);
+        if self.soc().nvic.is_active(HARD_FAULT) {
+            return Some(Stop::Lockup { pc });
+        }
+        self.soc_mut().nvic.pend(HARD_FAULT);
+        None
+    }
+
+    fn drain_log(&mut self) {
+        self.log.drain(&mut ProbeMemory(&mut self.engine));
+    }
+}
+
+fn map_memory(engine: &mut Engine<'_>) -> Result<(), uc_error> {
+    engine.mem_map(u64::from(FLASH), FLASH_SIZE, Prot::READ | Prot::EXEC)?;
+    engine.mem_map(CORE_COUPLED_RAM, CORE_COUPLED_RAM_SIZE, Prot::ALL)?;
+    engine.mem_map(u64::from(RAM), RAM_SIZE, Prot::ALL)?;
+    engine.mem_write(u64::from(RAM), &vec![PAINT; RAM_SIZE as usize])?;
+    for (base, size) in REGISTERS {
+        engine.mmio_map(
+            u64::from(base),
+            size,
+            Some(move |engine: &mut Unicorn<Soc>, offset: u64, size: usize| {
+                u64::from(engine.get_data_mut().read(base + offset as u32, size))
+            }),
+            Some(
+                move |engine: &mut Unicorn<Soc>, offset: u64, size: usize, value: u64| {
+                    engine
+                        .get_data_mut()
+                        .write(base + offset as u32, size, value as u32);
+                },
+            ),
+        )?;
+    }
+    Ok(())
+}
+
+/// Memory through a debug probe: it works beside the processor.
+struct ProbeMemory<'a>(&'a mut Engine<'static>);
+
+impl Memory for ProbeMemory<'_> {
+    fn read(&self, address: u32, bytes: &mut [u8]) {
+        // Outside of memory a probe reads nothing.
+        if self.0.mem_read(u64::from(address), bytes).is_err() {
+            bytes.fill(0);
+        }
+    }
+
+    fn write_word(&mut self, address: u32, value: u32) {
+        // It was read from there just now.
+        let _ = self.0.mem_write(u64::from(address), &value.to_le_bytes());
+    }
+}

@@ -1,0 +1,405 @@
+//! The CAN controller at register level (RM0090, section 32), as a node of drive-sim's bus.
+//!
+//! The registers, mailboxes, filters and FIFOs are here; arbitration, frame lengths, acknowledge, error counters and bus-off are
+//! drive-sim's. At most one frame at a time is with drive-sim's controller: the one that goes next.
+
+mod filter;
+mod mailboxes;
+mod receive_fifo;
+mod register_frame;
+
+use drive_sim::{
+    Bench, ControllerConfig, ControllerState, Counters, DynDrive, ErrorState, Frame, NodeId,
+    Outcome, ScriptedFaults,
+};
+use embedded_can::nb::Can;
+
+use crate::clock::Clock;
+use filter::Filters;
+use mailboxes::Mailboxes;
+use receive_fifo::ReceiveFifo;
+
+/// The bus with its drives, and faults that a test scripts.
+pub type Wire = Bench<DynDrive, ScriptedFaults>;
+
+/// First address of CAN1.
+pub const BASE: u32 = 0x4000_6400;
+/// Its interrupts: transmit, FIFO 0, FIFO 1, status change.
+const INTERRUPTS: [u16; 4] = [19, 20, 21, 22];
+/// Its bit in the reset register of peripheral bus 1.
+pub const RESET_BIT: u32 = 25;
+
+const MCR_RESET: u32 = 0x0001_0002;
+const MCR_INIT: u32 = 1;
+const MCR_SLEEP: u32 = 1 << 1;
+const MCR_FIRST_COME: u32 = 1 << 2;
+const MCR_FIFO_LOCKED: u32 = 1 << 3;
+const MCR_NO_RETRANSMISSION: u32 = 1 << 4;
+const MCR_AUTOMATIC_RECOVERY: u32 = 1 << 6;
+const MCR_SOFTWARE_RESET: u32 = 1 << 15;
+const BTR_RESET: u32 = 0x0123_0000;
+const BTR_LOOPBACK_OR_SILENT: u32 = 0b11 << 30;
+const MSR_ERROR: u32 = 1 << 2;
+/// The RX pin reads recessive.
+const MSR_RECESSIVE: u32 = 0xC00;
+const IER_TRANSMIT: u32 = 1;
+const IER_ERROR: u32 = 1 << 15;
+/// Recessive bits after which the controller takes part in the bus.
+const JOIN_BITS: u64 = 11;
+
+const LEC_STUFF: u32 = 1;
+const LEC_ACKNOWLEDGE: u32 = 3;
+const LEC_BIT: u32 = 5;
+
+/// What the controller does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Sleep,
+    Initialisation,
+    /// Waiting for recessive bits; `None` while the bit rate is wrong, when they never come.
+    Joining {
+        until_ns: Option<u64>,
+    },
+    OnBus,
+}
+
+/// The controller.
+#[derive(Debug, Clone)]
+pub struct BxCan {
+    node: NodeId,
+    mode: Mode,
+    mcr: u32,
+    interrupt_flags: u32,
+    interrupt_enable: u32,
+    bit_timing: u32,
+    last_error: u32,
+    mailboxes: Mailboxes,
+    filters: Filters,
+    fifos: [ReceiveFifo; 2],
+    /// The mailbox whose frame is with drive-sim's controller.
+    handed: Option<usize>,
+    /// That frame shall not be sent again after a failed attempt.
+    giving_up: bool,
+    seen: Counters,
+    unfiltered: u64,
+}
+
+impl BxCan {
+    /// Adds the controller to a bus. It sleeps, as after a reset.
+    #[must_use]
+    pub fn new(wire: &mut Wire) -> Self {
+        let node = wire.add_master(ControllerConfig::device());
+        wire.bus_mut().set_connected(node, false);
+        Self::asleep(node)
+    }
+
+    fn asleep(node: NodeId) -> Self {
+        Self {
+            node,
+            mode: Mode::Sleep,
+            mcr: MCR_RESET,
+            interrupt_flags: 0,
+            interrupt_enable: 0,
+            bit_timing: BTR_RESET,
+            last_error: 0,
+            mailboxes: Mailboxes::default(),
+            filters: Filters::default(),
+            fifos: Default::default(),
+            handed: None,
+            giving_up: false,
+            seen: Counters::default(),
+            unfiltered: 0,
+        }
+    }
+
+    /// Its node.
+    #[must_use]
+    pub fn node(&self) -> NodeId {
+        self.node
+    }
+
+    /// Received frames that no filter passed.
+    #[must_use]
+    pub fn unfiltered(&self) -> u64 {
+        self.unfiltered
+    }
+
+    /// Frames lost because a receive FIFO was full.
+    #[must_use]
+    pub fn overruns(&self) -> u64 {
+        self.fifos.iter().map(ReceiveFifo::lost).sum()
+    }
+
+    /// A reset: off the bus, everything forgotten.
+    pub fn reset(&mut self, wire: &mut Wire) {
+        wire.bus_mut().set_connected(self.node, false);
+        let mut port = wire.port(self.node);
+        port.power_off();
+        port.power_on();
+        let seen = port.controller().counters();
+        *self = Self {
+            seen,
+            ..Self::asleep(self.node)
+        };
+    }
+
+    /// Lets the bus run up to `now_ns`.
+    pub fn advance(&mut self, wire: &mut Wire, now_ns: u64) {
+        let joins_ns = match self.mode {
+            Mode::Joining { until_ns } => until_ns.filter(|&until_ns| until_ns <= now_ns),
+            _ => None,
+        };
+        if let Some(joins_ns) = joins_ns {
+            self.run_to(wire, joins_ns);
+            self.join(wire);
+        }
+        self.run_to(wire, now_ns);
+    }
+
+    fn run_to(&mut self, wire: &mut Wire, limit_ns: u64) {
+        loop {
+            let more = wire.step_to(limit_ns);
+            self.settle(wire);
+            if !more {
+                return;
+            }
+        }
+    }
+
+    fn join(&mut self, wire: &mut Wire) {
+        self.mode = Mode::OnBus;
+        wire.bus_mut().set_connected(self.node, true);
+        // Leaving initialisation is what starts the way back from bus-off; in any other state there is nothing to recover.
+        let _ = wire.port(self.node).request_recovery();
+    }
+
+    /// The next instant at which something changes by itself.
+    #[must_use]
+    pub fn next_event_ns(&self, wire: &Wire) -> Option<u64> {
+        let joins_ns = match self.mode {
+            Mode::Joining { until_ns } => until_ns,
+            _ => None,
+        };
+        joins_ns.into_iter().chain(wire.next_event_ns()).min()
+    }
+
+    fn settle(&mut self, wire: &mut Wire) {
+        while let Ok(frame) = wire.port(self.node).receive() {
+            self.receive(frame);
+        }
+        self.note_outcome(wire);
+        if self.mcr & MCR_AUTOMATIC_RECOVERY != 0 {
+            // An error says that there is nothing to recover.
+            let _ = wire.port(self.node).request_recovery();
+        }
+        self.hand_over(wire);
+    }
+
+    fn receive(&mut self, frame: Frame) {
+        match self.filters.fifo_for(&frame) {
+            Some(fifo) => self.fifos[fifo].push(frame, self.mcr & MCR_FIFO_LOCKED != 0),
+            None => self.unfiltered += 1,
+        }
+    }
+
+    fn note_outcome(&mut self, wire: &Wire) {
+        let counters = wire.bus().controller(self.node).counters();
+        let seen = core::mem::replace(&mut self.seen, counters);
+        if counters.tx_frames > seen.tx_frames {
+            self.last_error = 0;
+            if let Some(mailbox) = self.handed.take() {
+                self.mailboxes.sent(mailbox);
+            }
+        } else if counters.tx_errors > seen.tx_errors {
+            self.error(last_outcome(wire));
+            self.attempt_failed();
+        } else if counters.rx_errors > seen.rx_errors {
+            self.error(LEC_STUFF);
+        } else if counters.rx_frames > seen.rx_frames {
+            self.last_error = 0;
+        }
+    }
+
+    fn attempt_failed(&mut self) {
+        let Some(mailbox) = self.handed else { return };
+        self.mailboxes.failed(mailbox);
+        if core::mem::take(&mut self.giving_up) {
+            self.handed = None;
+            self.mailboxes.aborted(mailbox);
+        }
+    }
+
+    fn error(&mut self, code: u32) {
+        self.last_error = code;
+        // The enables of warning, passive, bus-off and last error code; the flags themselves are looked up when read.
+        if self.interrupt_enable >> 8 & 0xF != 0 {
+            self.interrupt_flags |= MSR_ERROR;
+        }
+    }
+
+    /// Gives drive-sim's controller the frame that goes next, in place of another that has not begun.
+    fn hand_over(&mut self, wire: &mut Wire) {
+        let next = self.mailboxes.next(self.mcr & MCR_FIRST_COME != 0);
+        if next == self.handed || wire.bus().controller(self.node).is_transmitting() {
+            return;
+        }
+        let mut port = wire.port(self.node);
+        port.abort_all();
+        // A controller that is bus-off takes none; it is tried again when time moves on.
+        self.handed = next.filter(|&mailbox| port.transmit(&self.mailboxes.frame(mailbox)).is_ok());
+    }
+
+    fn give_up(&mut self, wire: &mut Wire, mailbox: usize) {
+        if self.handed == Some(mailbox) {
+            let mut port = wire.port(self.node);
+            port.abort_all();
+            if port.controller().is_transmitting() {
+                self.giving_up = true;
+                return;
+            }
+            self.handed = None;
+        }
+        self.mailboxes.aborted(mailbox);
+    }
+
+    /// Numbers and levels of its interrupt lines.
+    #[must_use]
+    pub fn lines(&self) -> [(u16, bool); 4] {
+        let enable = self.interrupt_enable;
+        let [transmit, fifo_0, fifo_1, status] = INTERRUPTS;
+        [
+            (
+                transmit,
+                enable & IER_TRANSMIT != 0 && self.mailboxes.has_completed(),
+            ),
+            (fifo_0, self.fifos[0].interrupts(enable >> 1)),
+            (fifo_1, self.fifos[1].interrupts(enable >> 4)),
+            (
+                status,
+                enable & IER_ERROR != 0 && self.interrupt_flags & MSR_ERROR != 0,
+            ),
+        ]
+    }
+
+    /// Reads a register by its offset.
+    #[must_use]
+    pub fn read(&self, wire: &Wire, offset: u32) -> u32 {
+        match offset {
+            0x00 => self.mcr,
+            0x04 => self.mode_bits() | self.interrupt_flags | MSR_RECESSIVE,
+            0x08 => self.mailboxes.status(),
+            0x0C => self.fifos[0].status(),
+            0x10 => self.fifos[1].status(),
+            0x14 => self.interrupt_enable,
+            0x18 => self.error_status(wire),
+            0x1C => self.bit_timing,
+            0x180..0x1B0 => self.mailboxes.read(offset - 0x180),
+            0x1B0..0x1C0 => self.fifos[0].front((offset as usize & 0xF) / 4),
+            0x1C0..0x1D0 => self.fifos[1].front((offset as usize & 0xF) / 4),
+            _ => self.filters.read(offset),
+        }
+    }
+
+    fn mode_bits(&self) -> u32 {
+        match self.mode {
+            Mode::Sleep => 2,
+            Mode::Initialisation | Mode::Joining { .. } => 1,
+            Mode::OnBus => 0,
+        }
+    }
+
+    fn error_status(&self, wire: &Wire) -> u32 {
+        let controller = wire.bus().controller(self.node);
+        let (tec, rec) = (u32::from(controller.tec()), u32::from(controller.rec()));
+        let state = controller.state();
+        let bit = |set: bool, at: u32| u32::from(set) << at;
+        bit(tec >= 96 || rec >= 96, 0)
+            | bit(state != ControllerState::On(ErrorState::Active), 1)
+            | bit(state == ControllerState::On(ErrorState::BusOff), 2)
+            | self.last_error << 4
+            | tec.min(0xFF) << 16
+            | rec.min(0xFF) << 24
+    }
+
+    /// Writes a register.
+    ///
+    /// # Panics
+    /// When the firmware uses what is not modelled: loopback, silent mode, no retransmission.
+    pub fn write(&mut self, wire: &mut Wire, offset: u32, value: u32, clock: &Clock) {
+        match offset {
+            0x00 if value & MCR_SOFTWARE_RESET != 0 => return self.reset(wire),
+            0x00 => self.write_master_control(wire, value, clock),
+            0x04 => self.interrupt_flags &= !value,
+            0x08 => {
+                let abort = self.mailboxes.write_status(value);
+                abort.for_each(|mailbox| self.give_up(wire, mailbox));
+            }
+            0x0C => self.fifos[0].write_status(value),
+            0x10 => self.fifos[1].write_status(value),
+            0x14 => self.interrupt_enable = value,
+            0x18 => self.last_error = value >> 4 & 7,
+            0x1C if self.mode == Mode::Initialisation => {
+                assert_eq!(
+                    value & BTR_LOOPBACK_OR_SILENT,
+                    0,
+                    "test modes are not modelled"
+                );
+                self.bit_timing = value;
+            }
+            0x180..0x1B0 => self.mailboxes.write(offset - 0x180, value),
+            0x200..0x320 => self.filters.write(offset, value),
+            _ => {}
+        }
+        self.settle(wire);
+    }
+
+    fn write_master_control(&mut self, wire: &mut Wire, value: u32, clock: &Clock) {
+        assert_eq!(
+            value & MCR_NO_RETRANSMISSION,
+            0,
+            "single attempts are not modelled"
+        );
+        self.mcr = value;
+        // Sleep wins over initialisation.
+        let wanted = match (value & MCR_SLEEP != 0, value & MCR_INIT != 0) {
+            (true, _) => Some(Mode::Sleep),
+            (false, true) => Some(Mode::Initialisation),
+            (false, false) => None,
+        };
+        match wanted {
+            Some(mode) => {
+                self.mode = mode;
+                wire.bus_mut().set_connected(self.node, false);
+            }
+            None if matches!(self.mode, Mode::Sleep | Mode::Initialisation) => {
+                let bit_ns = wire.bus().bit_rate().bit_ns();
+                let is_right = self.bit_ns(clock) == Some(bit_ns);
+                let until_ns = is_right.then(|| wire.now_ns() + JOIN_BITS * bit_ns);
+                self.mode = Mode::Joining { until_ns };
+            }
+            None => {}
+        }
+    }
+
+    /// Length of a bit; `None` when it is no whole number of nanoseconds, which no bit rate of the drives is.
+    #[must_use]
+    pub fn bit_ns(&self, clock: &Clock) -> Option<u64> {
+        let field = |at: u32, bits: u32| u64::from(self.bit_timing >> at & ((1 << bits) - 1));
+        let quanta = 1 + (field(16, 4) + 1) + (field(20, 3) + 1);
+        let ticks_ns = quanta * (field(0, 10) + 1) * 1_000_000_000;
+        ticks_ns
+            .is_multiple_of(clock.pclk1_hz())
+            .then(|| ticks_ns / clock.pclk1_hz())
+    }
+}
+
+/// Error code of the latest attempt on the wire.
+fn last_outcome(wire: &Wire) -> u32 {
+    match wire.bus().log().iter().last().map(|record| record.outcome) {
+        Some(Outcome::AckError) => LEC_ACKNOWLEDGE,
+        _ => LEC_BIT,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,50 @@
+//! Runs the real image of the firmware without a board.
+//!
+//! The unmodified ELF file executes instruction by instruction on an emulated Cortex-M4 against register models of the STM32F405, and its
+//! CAN controller is a node on drive-sim's bus with simulated drives. README.md says what is modelled, what is approximated and
+//! what is not there.
+//!
+//! # Why a test against this is not circular
+//!
+//! The models are written from the reference manual (RM0090) and the architecture manual (ARMv7-M), and know nothing of the firmware
+//! but what its ELF file says: segments, symbols for the log. The wire belongs to drive-sim, which never saw the master either.
+//!
+//! # Modules
+//!
+//! | Module | What |
+//! |---|---|
+//! | [`image`] | the ELF file: what lies where |
+//! | [`board`] | the run loop: processor, peripherals, resets |
+//! | [`soc`] | everything but the processor; the address map |
+//! | [`cpu`] | exception entry and return |
+//! | [`hooks`], [`instructions`] | what is done before each straight run of code; counting |
+//! | [`nvic`], [`clock`], [`timer`], [`watchdog`], [`gpio`], [`storage`] | register models |
+//! | [`bxcan`] | register model of the CAN controller, on a node of drive-sim |
+//! | [`load`] | how many instructions each handler took |
+//! | [`log`] | the firmware's log |
+//! | [`rig`] | a board with drives, and the wiring of the default board |
+
+#![forbid(unsafe_code)]
+
+pub mod board;
+pub mod bxcan;
+pub mod clock;
+pub mod cpu;
+pub mod gpio;
+pub mod hooks;
+pub mod image;
+pub mod instructions;
+pub mod load;
+pub mod log;
+pub mod nvic;
+pub mod rig;
+pub mod soc;
+pub mod storage;
+pub mod timer;
+pub mod watchdog;
+
+pub use board::{Board, Stop};
+pub use image::Image;
+pub use load::Load;
+pub use rig::Rig;
+pub use soc::ResetCause;

@@ -1,0 +1,170 @@
+//! `cargo xtask firmware-tests`: runs the real image on the emulated board.
+
+use std::env;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::error::Error;
+use crate::thumb::Builder;
+use crate::toolchain::Preference;
+use crate::workspace::{Workspace, cargo};
+
+/// The package whose image is run.
+const FIRMWARE: &str = "motion-board";
+/// The workspace of the emulator, below the root.
+const FOLDER: &str = "firmware-tests";
+/// What Unicorn's build needs and a plain machine lacks; both are on PyPI.
+const BUILD_TOOLS: [&str; 2] = ["cmake", "libclang"];
+
+/// Builds the image for the STM32F405 and runs the tests that execute it, instruction by instruction, against simulated drives.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cargo xtask firmware-tests                   build, lint, test\n  \
+    cargo xtask firmware-tests -- boot           only tests with `boot` in their name\n  \
+    cargo xtask firmware-tests -- --nocapture    show what the tests print\n\n\
+    The emulator builds Unicorn, which takes some minutes once and needs cmake and libclang: those of PyPI are installed\n\
+    into target/ with python3, unless the variable LIBCLANG_PATH says that you bring your own.")]
+pub(crate) struct Arguments {
+    /// Where the target's core library comes from
+    #[arg(long, value_enum, default_value = "auto")]
+    toolchain: Preference,
+
+    /// Further arguments for the tests
+    #[arg(last = true, value_name = "TEST ARGUMENTS")]
+    tests: Vec<String>,
+}
+
+/// Runs the task.
+///
+/// # Errors
+/// When the image or the emulator does not build, or a test fails.
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let builder = Builder::find(arguments.toolchain)?;
+    builder.build(FIRMWARE, &[])?;
+    let emulator = Emulator::prepare()?;
+    emulator.cargo(&["clippy", "--all-targets"], &["-D", "warnings"])?;
+    let tests: Vec<&str> = arguments.tests.iter().map(String::as_str).collect();
+    emulator.cargo(&["test"], &tests)
+}
+
+/// The emulator's workspace with the tools to build it.
+struct Emulator {
+    folder: PathBuf,
+    /// The virtual environment with the tools; `None` when the user brings them.
+    tools: Option<PathBuf>,
+}
+
+impl Emulator {
+    fn prepare() -> Result<Self, Error> {
+        let workspace = Workspace::find()?;
+        let tools = match env::var_os("LIBCLANG_PATH") {
+            Some(_) => None,
+            None => Some(install_tools(&workspace.target)?),
+        };
+        Ok(Self {
+            folder: workspace.root.join(FOLDER),
+            tools,
+        })
+    }
+
+    /// Runs cargo in the emulator's workspace.
+    fn cargo(&self, arguments: &[&str], behind_dashes: &[&str]) -> Result<(), Error> {
+        let mut command = Command::new(cargo());
+        command
+            .args(arguments)
+            .arg("--")
+            .args(behind_dashes)
+            .current_dir(&self.folder)
+            // This cargo runs for another workspace.
+            .env_remove("CARGO_MANIFEST_DIR")
+            .env_remove("RUSTC");
+        if let Some(tools) = &self.tools {
+            command
+                .env("PATH", with_first(&tools.join("bin"))?)
+                .env("LIBCLANG_PATH", libclang_folder(tools)?)
+                .env("BINDGEN_EXTRA_CLANG_ARGS", compiler_headers()?);
+        }
+        succeed(
+            &format!("cargo {} in {FOLDER}", arguments.join(" ")),
+            &mut command,
+        )
+    }
+}
+
+/// Makes a virtual environment with the tools, unless it is there.
+fn install_tools(target: &Path) -> Result<PathBuf, Error> {
+    let tools = target.join("emulator-tools");
+    if libclang_folder(&tools).is_ok() {
+        return Ok(tools);
+    }
+    eprintln!(
+        "installing {} from PyPI into {}",
+        BUILD_TOOLS.join(" and "),
+        tools.display()
+    );
+    succeed(
+        "python3 -m venv",
+        Command::new("python3").args(["-m", "venv"]).arg(&tools),
+    )?;
+    succeed(
+        "pip install",
+        Command::new(tools.join("bin/pip"))
+            .args(["install", "--quiet"])
+            .args(BUILD_TOOLS),
+    )?;
+    Ok(tools)
+}
+
+/// The folder of libclang in the virtual environment; the version of Python is part of its path.
+fn libclang_folder(tools: &Path) -> Result<PathBuf, Error> {
+    let library = tools.join("lib");
+    let pythons = library.read_dir().into_iter().flatten().flatten();
+    let folders = pythons.map(|python| python.path().join("site-packages/clang/native"));
+    folders
+        .into_iter()
+        .find(|folder| folder.join("libclang.so").is_file())
+        .ok_or(Error::MissingTool {
+            tool: "libclang",
+            place: library,
+        })
+}
+
+/// PyPI's libclang comes without the headers of a compiler; the C compiler that is there has them.
+fn compiler_headers() -> Result<String, Error> {
+    let program = "cc -print-file-name=include";
+    let output = Command::new("cc")
+        .arg("-print-file-name=include")
+        .output()
+        .map_err(|reason| Error::Start {
+            program: program.into(),
+            reason,
+        })?;
+    Ok(format!(
+        "-I{}",
+        String::from_utf8_lossy(&output.stdout).trim()
+    ))
+}
+
+fn with_first(folder: &Path) -> Result<OsString, Error> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let folders = std::iter::once(folder.to_path_buf()).chain(env::split_paths(&path));
+    env::join_paths(folders).map_err(|_| Error::Answer {
+        program: "the search path".into(),
+        expected: "folders without a separator in their names",
+    })
+}
+
+fn succeed(program: &str, command: &mut Command) -> Result<(), Error> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Error::Failed {
+            program: program.into(),
+            status,
+        }),
+        Err(reason) => Err(Error::Start {
+            program: program.into(),
+            reason,
+        }),
+    }
+}
