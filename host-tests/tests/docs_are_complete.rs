@@ -37,7 +37,7 @@ fn every_state_fault_event_and_error_is_in_the_docs() {
         ("command", "CommandError", "CommandError::"),
         ("command", "TargetError", "TargetError::"),
         ("config", "ConfigError", "ConfigError::"),
-        ("procedure", "ProcedureError", "ProcedureError::"),
+        ("procedure/error", "ProcedureError", "ProcedureError::"),
     ] {
         let source = read(&format!("crates/can-motion/src/{file}.rs"));
         for variant in variants(&source, name) {

@@ -1,6 +1,7 @@
 //! The master: any configuration, then any calls in any order, on a driver that does anything.
 
 use can_motion::motion::{Keyframe, KeyframeMotion};
+use can_motion::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use can_motion::{
     AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, GroupId, Instant,
     Limits, Master, MasterConfig, PollPeriods, Procedure, Reaction, Reactions, ReadBackScale,
@@ -66,6 +67,28 @@ pub(crate) fn config() -> MasterConfig {
             confirm_us: word(),
             lost_after: opaque::byte(),
         },
+        bus: bus_setup(),
+    }
+}
+
+/// Any bus.
+fn bus_setup() -> BusSetup {
+    BusSetup {
+        bit_rate: opaque::pick([BitRate::Kbit10, BitRate::Kbit800, BitRate::Kbit1000]),
+        order: opaque::pick([TxOrder::Fifo, TxOrder::Identifier]),
+        response: ResponseWindow {
+            min_us: word(),
+            max_us: word(),
+        },
+        requests: opaque::pick([RequestMix::Polls, RequestMix::Any]),
+        release_jitter_us: word(),
+        alarm_burst: opaque::byte(),
+        error_interval_us: opaque::maybe(word()),
+        canopen: opaque::maybe(Canopen {
+            nodes: opaque::pick::<&[u8], 3>([&[], &[1, 127], &[0]]),
+            uses_nmt: opaque::flag(),
+            uses_sync: opaque::flag(),
+        }),
     }
 }
 

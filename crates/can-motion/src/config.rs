@@ -5,6 +5,7 @@ use core::fmt;
 use dyn_can::{Counts28, Dialect, DriveId, Revision, StepLimit};
 
 use crate::fault::Reactions;
+use crate::plan::{BusPlan, BusSetup, Refusal, Remedies};
 use crate::polls::PollKind;
 use crate::procedure::WearLimits;
 
@@ -18,14 +19,17 @@ pub struct MasterConfig {
     pub requests_per_cycle: u8,
     /// Waiting times.
     pub timeouts: Timeouts,
+    /// The bus: bit rate, order of transmission, and how long the drives take to answer. The plan is made for it.
+    pub bus: BusSetup,
 }
 
 impl MasterConfig {
-    /// 1 kHz, one request a cycle, default waiting times.
+    /// 1 kHz, one request a cycle, default waiting times, 1 Mbit/s.
     pub const DEFAULT: Self = Self {
         cycle_us: 1_000,
         requests_per_cycle: 1,
         timeouts: Timeouts::DEFAULT,
+        bus: BusSetup::DEFAULT,
     };
 }
 
@@ -340,6 +344,13 @@ pub enum ConfigError {
         /// The period given.
         actual_us: u32,
     },
+    /// The bus cannot carry these axes in time.
+    Plan {
+        /// The frame that is late, or what cannot be on one bus at all.
+        refusal: Refusal,
+        /// What would help.
+        remedies: Remedies,
+    },
 }
 
 impl fmt::Display for ConfigError {
@@ -388,6 +399,13 @@ impl fmt::Display for ConfigError {
                 f,
                 "the {kind} poll of drive {drive} must be at least one cycle apart, got {actual_us} us"
             ),
+            Self::Plan { refusal, remedies } => {
+                write!(f, "{refusal}")?;
+                if refusal.is_about_time() {
+                    write!(f, "; {remedies}")?;
+                }
+                Ok(())
+            }
         }
     }
 }
@@ -438,6 +456,18 @@ impl MasterConfig {
             }
         }
         axes.iter().try_for_each(|axis| self.validate_axis(axis))
+    }
+
+    /// The plan of the bus, if that carries these axes in time.
+    pub(crate) fn plan<'a>(&self, axes: &'a [AxisConfig]) -> Result<BusPlan<'a>, ConfigError> {
+        let plan = BusPlan::new(self, axes);
+        match plan.check() {
+            Ok(()) => Ok(plan),
+            Err(refusal) => Err(ConfigError::Plan {
+                refusal,
+                remedies: plan.remedies(),
+            }),
+        }
     }
 
     fn validate_axis(&self, axis: &AxisConfig) -> Result<(), ConfigError> {

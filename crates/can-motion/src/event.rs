@@ -5,6 +5,7 @@ use heapless::Deque;
 
 use crate::fault::Fault;
 use crate::life::{AxisState, Reason};
+use crate::plan::Warning;
 use crate::procedure::ProcedureEnd;
 use crate::time::Instant;
 
@@ -39,6 +40,8 @@ pub enum EventKind {
     },
     /// A fault was latched.
     Fault(Fault),
+    /// The plan of the bus was admitted, but there is something to know about it.
+    Plan(Warning),
     /// The drive's revision was recognised.
     Revision(Revision),
     /// The set-point of the cycle before did not reach the controller in time; its step is in the next frame.

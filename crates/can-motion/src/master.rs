@@ -43,9 +43,14 @@ impl<const N: usize> Master<N> {
     /// A master for these axes, in ascending order of drive id.
     ///
     /// # Errors
-    /// [`ConfigError`] when the configuration cannot work.
+    /// [`ConfigError`] when the configuration cannot work, or the bus cannot carry it in time.
     pub fn new(config: MasterConfig, axes: &[AxisConfig]) -> Result<Self, ConfigError> {
         config.validate(axes, N)?;
+        let plan = config.plan(axes)?;
+        let mut events = Events::new();
+        for warning in plan.warnings().into_iter().flatten() {
+            events.push(Instant::default(), None, EventKind::Plan(warning));
+        }
         let mut axis_of = [NO_AXIS; 64];
         let mut places = Vec::new();
         for (index, axis) in (0..).zip(axes) {
@@ -58,7 +63,7 @@ impl<const N: usize> Master<N> {
         Ok(Self {
             config,
             axes: places,
-            events: Events::new(),
+            events,
             axis_of,
             due: 0,
             requests_left: 0,

@@ -84,11 +84,11 @@ fn drives_may_be_in_any_order_and_of_either_revision() {
 }
 
 #[test]
-fn a_bus_that_cannot_carry_the_axes_breaks_the_promise() {
+fn a_bus_that_cannot_carry_the_axes_is_refused_with_advice() {
     let file = Scratch::new("slow.csv", SHORT);
-    let (status, json) = summary(&["--trajectory", file.as_str(), "--bit-rate", "125"]);
-    assert_eq!(status, 1, "{json}");
-    assert!(json["late_cycles"].as_u64() > Some(0));
+    let text = refusal(&["--trajectory", file.as_str(), "--bit-rate", "125"]);
+    assert!(text.contains("set-point of drive 1 does not fit"), "{text}");
+    assert!(text.contains("it would fit with 500 kbit/s"), "{text}");
 }
 
 #[test]

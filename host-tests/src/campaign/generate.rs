@@ -2,6 +2,7 @@
 
 use core::num::NonZeroU64;
 
+use can_motion::plan::{self, BusPlan, BusSetup, ResponseWindow};
 use can_motion::{
     AxisConfig, GroupId, Limits, MasterConfig, PollPeriods, Reaction, Reactions, ReadBackScale,
     Timeouts,
@@ -38,33 +39,68 @@ impl Scenario {
         let axes = draw_axes(&mut draw, count, groups, calm_from_us);
         let orders = draw_orders(&mut draw, groups, calm_from_us);
         let injections = draw_injections(&mut draw, count, calm_from_us, reply_us);
+        let tx_order = draw.pick(&[TxOrder::Fifo, TxOrder::ByIdentifier]);
         Self {
             seed,
             duration_us,
             calm_from_us,
-            tx_order: draw.pick(&[TxOrder::Fifo, TxOrder::ByIdentifier]),
+            tx_order,
             service: if draw.chance(25) {
                 ServiceTiming::EveryUs(draw.pick(&[50, 100, 250]))
             } else {
                 ServiceTiming::EachFrame
             },
-            master: MasterConfig {
-                requests_per_cycle: draw.between(1, 2) as u8,
-                timeouts: Timeouts {
-                    power_on_us: 10_000,
-                    reply_us,
-                    arrival_us: 100_000,
-                    standstill_us: 20_000,
-                    ..Timeouts::DEFAULT
+            master: admitted(
+                &axes,
+                MasterConfig {
+                    requests_per_cycle: draw.between(1, 2) as u8,
+                    timeouts: Timeouts {
+                        power_on_us: 10_000,
+                        reply_us,
+                        arrival_us: 100_000,
+                        standstill_us: 20_000,
+                        ..Timeouts::DEFAULT
+                    },
+                    bus: bus_of(&axes, tx_order),
+                    ..MasterConfig::DEFAULT
                 },
-                ..MasterConfig::DEFAULT
-            },
+            ),
             axes,
             groups,
             orders,
             recover_after_us: draw.chance(75).then(|| draw.between(1, 80) * 1_000),
             injections,
         }
+    }
+}
+
+/// The bus as the master should know it.
+fn bus_of(axes: &[AxisPlan], tx_order: TxOrder) -> BusSetup {
+    let delays = || axes.iter().map(|axis| axis.response_delay);
+    let us = |ns: u64| u32::try_from(ns.div_ceil(1_000)).expect("drives answer within seconds");
+    BusSetup {
+        order: match tx_order {
+            TxOrder::Fifo => plan::TxOrder::Fifo,
+            TxOrder::ByIdentifier => plan::TxOrder::Identifier,
+        },
+        response: ResponseWindow {
+            min_us: us(delays().map(ResponseDelay::min_ns).min().unwrap_or(0)),
+            max_us: us(delays().map(ResponseDelay::max_ns).max().unwrap_or(0)),
+        },
+        ..BusSetup::DEFAULT
+    }
+}
+
+/// The configuration as it was drawn, or with one request a cycle where the bus has no room for two.
+fn admitted(axes: &[AxisPlan], drawn: MasterConfig) -> MasterConfig {
+    let axes: Vec<AxisConfig> = axes.iter().map(|axis| axis.config).collect();
+    let requests_per_cycle = match BusPlan::new(&drawn, &axes).check() {
+        Ok(()) => drawn.requests_per_cycle,
+        Err(_) => 1,
+    };
+    MasterConfig {
+        requests_per_cycle,
+        ..drawn
     }
 }
 

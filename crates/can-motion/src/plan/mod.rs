@@ -1,6 +1,57 @@
-//! The bus plan. So far: how long frames are on the wire; the analysis of whole cycles is not here yet.
+//! The bus plan: whether set-points, requests and replies are always in time, proved before anything moves.
+//!
+//! [`BusPlan`] is the verdict on a bus with its axes; [`analysis`] the response time analysis of any set of CAN frames; [`wire`]
+//! the exact length of frames. Everything is a `const fn` in whole bit times, without an allocation or a float.
+//!
+//! # What a plan proves
+//!
+//! Under the assumptions listed below, for every payload, every phase of the drives and every order of their replies:
+//!
+//! - each set-point is through before the next cycle starts, and requests do not pile up;
+//! - each reply comes before the master stops waiting for it.
+//!
+//! The set-points and requests are judged by what the master is known to do (see `cycle.rs`): this admits buses that the general
+//! analysis must refuse. The frames of the drives are judged by the general analysis.
+//!
+//! # What it takes for granted
+//!
+//! - The master offers its frames at the start of the cycle (within [`BusSetup::release_jitter_us`]) and refills the controller
+//!   before it runs empty: call [`service`](crate::service) from the transmit interrupt, or often enough.
+//! - Its frames leave in the configured [`TxOrder`]. A mailbox controller that sends by identifier while the plan says
+//!   first-in-first-out makes the plan void.
+//! - Drives answer within [`BusSetup::response`], once. Nothing else sends, apart from the alarms, errors and CANopen devices
+//!   that are planned. Traffic of CANopen devices is checked for identifiers, not for its load.
+//! - One identifier never has two senders at the same instant; the master sees to that with one request at a time for each drive.
+//! - Axes that are brought up or parameterised while others stream are asked for more than their polls: say so with
+//!   [`RequestMix::Any`].
+//! - The clock of the master and the bit clock agree: a cycle that is planned to the last bit has no room for their drift.
+//!
+//! # What it gives away
+//!
+//! Every request of the budget counts as the longest poll of any axis, every reply as the longest reply, and a cycle may see
+//! as many late replies as the response window allows. Polls that are rarer than the budget, and replies that are kept out of
+//! the set-points by the place of their request, gain nothing here.
+//!
+//! # Cost
+//!
+//! In a `const`, compile time. At run time the master needs the table of [`wire::worst_bits`] in flash (8 KiB).
 
+pub mod analysis;
+mod bus_plan;
+mod canopen;
+mod cycle;
+mod frames;
+mod refusal;
+mod remedies;
+mod setup;
+mod text;
 pub mod wire;
 mod worst_case;
 #[cfg(test)]
 mod worst_case_search;
+
+pub use bus_plan::BusPlan;
+pub use canopen::{Canopen, CanopenService, Clash};
+pub use refusal::{Refusal, Warning};
+pub use remedies::Remedies;
+pub use setup::{BitRate, BusSetup, RequestMix, ResponseWindow, TxOrder};

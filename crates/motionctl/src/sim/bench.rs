@@ -78,6 +78,9 @@ impl Bench {
             .collect();
         let config = MasterConfig {
             cycle_us: setup.cycle_us,
+            bus: setup
+                .drive_options
+                .bus_setup(setup.bit_rate, setup.tx_order),
             ..MasterConfig::DEFAULT
         };
         let master = Master::new(config, &axes).map_err(SimError::Config)?;

@@ -1,6 +1,7 @@
 //! The options that say how simulated drives behave.
 
-use drive_sim::{BitRate, DynDrive, DynDriveConfig, ResponseDelay};
+use can_motion::plan::{self, BusSetup, ResponseWindow};
+use drive_sim::{BitRate, DynDrive, DynDriveConfig, ResponseDelay, TxOrder};
 use dyn_can::DriveId;
 
 use crate::revision::RevisionOption;
@@ -30,6 +31,26 @@ impl VirtualDriveOptions {
             seed: self.seed.wrapping_add(u64::from(drive.get())),
             ..DynDriveConfig::new(drive).with_revision(self.revision.into())
         })
+    }
+
+    /// The bus that the master should plan for.
+    pub(crate) fn bus_setup(&self, bit_rate: BitRate, tx_order: TxOrder) -> BusSetup {
+        let us = |ns: u64| u32::try_from(ns.div_ceil(1_000)).unwrap_or(u32::MAX);
+        let delay = self.response_delay();
+        BusSetup {
+            // Both sides know the rates of the drives.
+            bit_rate: plan::BitRate::from_kbit_per_s(bit_rate.kbit_per_s())
+                .unwrap_or(plan::BitRate::Kbit1000),
+            order: match tx_order {
+                TxOrder::Fifo => plan::TxOrder::Fifo,
+                TxOrder::ByIdentifier => plan::TxOrder::Identifier,
+            },
+            response: ResponseWindow {
+                min_us: us(delay.min_ns()),
+                max_us: us(delay.max_ns()),
+            },
+            ..BusSetup::DEFAULT
+        }
     }
 
     fn response_delay(&self) -> ResponseDelay {

@@ -1,0 +1,367 @@
+//! Whether a bus carries its axes: [`BusPlan`].
+
+use dyn_can::DriveId;
+
+use super::analysis::{Response, max};
+use super::cycle::{Cycle, RequestPlace, narrow};
+use super::frames::{Exchange, alarm_bits, set_point_bits};
+use super::refusal::{Refusal, Warning};
+use super::remedies::Remedies;
+use super::setup::{BusSetup, TxOrder};
+use crate::config::{AxisConfig, MasterConfig};
+use crate::polls::PollKind;
+
+/// The worst case of a bus, and whether it is good enough.
+///
+/// [`Master::new`](crate::Master::new) asks it and takes no axes that it refuses. Evaluate it in a `const` as well: then a set of
+/// axes that cannot be scheduled does not compile, and the message names the frame that is late.
+///
+/// ```
+/// use can_motion::plan::BusPlan;
+/// use can_motion::{AxisConfig, MasterConfig};
+/// use dyn_can::DriveId;
+///
+/// const fn axis(drive: i32) -> AxisConfig {
+///     match DriveId::new(drive) {
+///         Ok(drive) => AxisConfig::new(drive),
+///         Err(_) => panic!("drive ids are 1..=63"),
+///     }
+/// }
+///
+/// const MASTER: MasterConfig = MasterConfig::DEFAULT;
+/// const AXES: [AxisConfig; 3] = [axis(1), axis(2), axis(3)];
+/// const _: () = BusPlan::new(&MASTER, &AXES).assert_schedulable();
+/// ```
+///
+/// Eleven axes more, and it no longer compiles:
+///
+/// ```compile_fail
+/// # use can_motion::plan::BusPlan;
+/// # use can_motion::{AxisConfig, MasterConfig};
+/// # use dyn_can::DriveId;
+/// const fn axis(drive: i32) -> AxisConfig {
+///     match DriveId::new(drive) {
+///         Ok(drive) => AxisConfig::new(drive),
+///         Err(_) => panic!("drive ids are 1..=63"),
+///     }
+/// }
+/// const AXES: [AxisConfig; 14] = [
+///     axis(1), axis(2), axis(3), axis(4), axis(5), axis(6), axis(7), axis(8), axis(9), axis(10), axis(11), axis(12), axis(13),
+///     axis(14),
+/// ];
+/// const _: () = BusPlan::new(&MasterConfig::DEFAULT, &AXES).assert_schedulable();
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct BusPlan<'a> {
+    axes: &'a [AxisConfig],
+    cycle: Cycle,
+    /// When the last request of a cycle is through.
+    requests_end_bits: Option<u64>,
+    poll_stretch_permille: u32,
+    refusal: Option<Refusal>,
+    remedies: Remedies,
+}
+
+impl<'a> BusPlan<'a> {
+    /// Works out the worst case of these axes, in the order in which the master sends their set-points.
+    ///
+    /// Takes no notice of what [`Master::new`](crate::Master::new) checks and the bus does not care about.
+    #[must_use]
+    pub const fn new(config: &MasterConfig, axes: &'a [AxisConfig]) -> Self {
+        let plan = Self::of(config, axes, true, RequestPlace::Behind);
+        match &plan.refusal {
+            Some(refusal) if refusal.is_about_time() => Self {
+                remedies: Remedies::of(config, axes),
+                ..plan
+            },
+            _ => plan,
+        }
+    }
+
+    /// The plan with or without polls, and no advice.
+    pub(super) const fn of(
+        config: &MasterConfig,
+        axes: &'a [AxisConfig],
+        is_polled: bool,
+        place: RequestPlace,
+    ) -> Self {
+        let cycle = cycle_of(config, axes, is_polled, place);
+        let mut plan = Self {
+            axes,
+            cycle,
+            requests_end_bits: None,
+            poll_stretch_permille: poll_stretch_permille(config, axes, cycle.requests),
+            refusal: refused_outright(&config.bus, axes),
+            remedies: Remedies::NONE,
+        };
+        if plan.refusal.is_none() {
+            plan.refusal = plan.overload();
+        }
+        if plan.refusal.is_none() {
+            plan.requests_end_bits = cycle.requests_end_bits();
+            plan.refusal = plan.late_frame();
+        }
+        plan
+    }
+
+    /// Whether every frame is in time.
+    ///
+    /// # Errors
+    /// [`Refusal`] with the first frame that is not, or with what cannot be on one bus at all.
+    pub const fn check(&self) -> Result<(), Refusal> {
+        match self.refusal {
+            Some(refusal) => Err(refusal),
+            None => Ok(()),
+        }
+    }
+
+    /// Makes a `const` that is not schedulable fail to compile, with the frame, its response, its deadline and what would help in the
+    /// message.
+    ///
+    /// # Panics
+    /// When [`Self::check`] refuses the plan. That is meant for compile time; at run time use [`Self::check`].
+    pub const fn assert_schedulable(&self) {
+        let Some(refusal) = &self.refusal else {
+            return;
+        };
+        let message = if refusal.is_about_time() {
+            self.remedies.add_to(refusal.text().str("; "))
+        } else {
+            refusal.text()
+        };
+        panic!("{}", message.as_str());
+    }
+
+    /// What would help a refused plan.
+    #[must_use]
+    pub const fn remedies(&self) -> Remedies {
+        self.remedies
+    }
+
+    /// Worst-case end of the set-point of an axis from the start of its cycle; `None` when there is no such axis. Without bound
+    /// in a plan that was refused before responses were worked out.
+    #[must_use]
+    pub const fn set_point(&self, axis: usize) -> Option<Response> {
+        let (mut up_to_bits, mut index, mut rest) = (0, 0, self.axes);
+        while let Some((each, behind)) = rest.split_first() {
+            up_to_bits += set_point_bits(each) as u64;
+            if index == axis {
+                return Some(
+                    self.cycle
+                        .set_point_response(up_to_bits, self.requests_end_bits),
+                );
+            }
+            index += 1;
+            rest = behind;
+        }
+        None
+    }
+
+    /// Worst-case end of the last request of a cycle, from the start of that cycle; `None` when nothing is asked.
+    #[must_use]
+    pub const fn requests(&self) -> Option<Response> {
+        if self.cycle.requests == 0 {
+            return None;
+        }
+        Some(self.cycle.request_response(self.requests_end_bits))
+    }
+
+    /// Worst-case end of a reply, from the start of the cycle of its request; `None` when nothing is asked.
+    #[must_use]
+    pub const fn replies(&self) -> Option<Response> {
+        if self.cycle.requests == 0 {
+            return None;
+        }
+        Some(self.cycle.reply_response(self.requests_end_bits))
+    }
+
+    /// Worst-case end of an alarm frame, from when the drive offers it; `None` when none are planned. Its deadline is two
+    /// cycles, the span in which the burst must be over.
+    #[must_use]
+    pub const fn alarms(&self) -> Option<Response> {
+        if self.cycle.alarms == 0 {
+            return None;
+        }
+        Some(self.cycle.alarm_response(self.requests_end_bits))
+    }
+
+    /// Bit times that a full cycle carries at most: set-points, requests and replies up to the budget, alarms, errors.
+    #[must_use]
+    pub const fn load_bits(&self) -> u64 {
+        self.cycle.load_bits(self.cycle.set_points_bits)
+    }
+
+    /// Bit times of a cycle.
+    #[must_use]
+    pub const fn cycle_bits(&self) -> u64 {
+        self.cycle.bits
+    }
+
+    /// Requests that may go out in one cycle: the budget, or all axes that are asked at all, because each is asked once at most.
+    #[must_use]
+    pub const fn requests_per_cycle(&self) -> u64 {
+        self.cycle.requests
+    }
+
+    /// What is worth knowing although it is admitted.
+    #[must_use]
+    pub const fn warnings(&self) -> [Option<Warning>; 2] {
+        let mut drive_63 = None;
+        let mut rest = self.axes;
+        while let Some((axis, behind)) = rest.split_first() {
+            if axis.drive.get() == DriveId::MAX.get() {
+                drive_63 = Some(Warning::Drive63);
+            }
+            rest = behind;
+        }
+        let permille = self.poll_stretch_permille;
+        let stretched = if permille > 1_000 {
+            Some(Warning::PollsStretched { permille })
+        } else {
+            None
+        };
+        [drive_63, stretched]
+    }
+
+    /// The first set-point with which a cycle carries more than it can.
+    const fn overload(&self) -> Option<Refusal> {
+        let (mut up_to_bits, mut rest) = (0, self.axes);
+        while let Some((axis, behind)) = rest.split_first() {
+            up_to_bits += set_point_bits(axis) as u64;
+            let load_bits = self.cycle.load_bits(up_to_bits);
+            if load_bits > self.cycle.bits {
+                return Some(Refusal::Overload {
+                    drive: axis.drive,
+                    load_bits,
+                    cycle_bits: self.cycle.bits,
+                });
+            }
+            rest = behind;
+        }
+        None
+    }
+
+    const fn late_frame(&self) -> Option<Refusal> {
+        let (mut up_to_bits, mut rest) = (0, self.axes);
+        while let Some((axis, behind)) = rest.split_first() {
+            up_to_bits += set_point_bits(axis) as u64;
+            let response = self
+                .cycle
+                .set_point_response(up_to_bits, self.requests_end_bits);
+            if !response.is_met() {
+                return Some(Refusal::LateSetPoint {
+                    drive: axis.drive,
+                    response,
+                });
+            }
+            rest = behind;
+        }
+        match (self.requests(), self.replies(), self.alarms()) {
+            (Some(response), _, _) if !response.is_met() => Some(Refusal::LateRequest { response }),
+            (_, Some(response), _) if !response.is_met() => Some(Refusal::LateReply { response }),
+            (_, _, Some(response)) if !response.is_met() => Some(Refusal::LateAlarm { response }),
+            _ => None,
+        }
+    }
+}
+
+const fn cycle_of(
+    config: &MasterConfig,
+    axes: &[AxisConfig],
+    is_polled: bool,
+    place: RequestPlace,
+) -> Cycle {
+    let setup = &config.bus;
+    let rate = setup.bit_rate;
+    let exchange = Exchange::of(axes, setup.requests, is_polled);
+    let budget = config.requests_per_cycle as u64;
+    let (mut set_points_bits, mut longest_bits, mut rest) = (0, 0, axes);
+    while let Some((axis, behind)) = rest.split_first() {
+        let bits = set_point_bits(axis) as u64;
+        set_points_bits += bits;
+        longest_bits = max(longest_bits, bits);
+        rest = behind;
+    }
+    Cycle {
+        bits: rate.bits_within(config.cycle_us),
+        bits_rounded_up: rate.bits_covering(config.cycle_us),
+        set_points_bits,
+        set_point_bits: longest_bits,
+        requests: if exchange.axes < budget {
+            exchange.axes
+        } else {
+            budget
+        },
+        request_bits: exchange.request_bits as u64,
+        shortest_request_bits: exchange.shortest_request_bits as u64,
+        reply_bits: exchange.reply_bits as u64,
+        response_min_bits: rate.bits_within(setup.response.min_us),
+        response_max_bits: rate.bits_covering(setup.response.max_us),
+        alarms: setup.alarm_burst as u64,
+        alarm_bits: alarm_bits(axes) as u64,
+        jitter_bits: rate.bits_covering(setup.release_jitter_us),
+        reply_timeout_bits: rate.bits_within(config.timeouts.reply_us),
+        place: match setup.order {
+            TxOrder::Fifo => place,
+            TxOrder::Identifier => RequestPlace::Anywhere,
+        },
+        order: setup.order,
+        error_interval_bits: match setup.error_interval_us {
+            Some(us) => Some(narrow(rate.bits_within(us))),
+            None => None,
+        },
+    }
+}
+
+const fn refused_outright(setup: &BusSetup, axes: &[AxisConfig]) -> Option<Refusal> {
+    let mut rest = axes;
+    while let [lower, behind @ ..] = rest {
+        if let [upper, ..] = behind
+            && upper.drive.get() <= lower.drive.get()
+        {
+            return Some(Refusal::Order { drive: upper.drive });
+        }
+        rest = behind;
+    }
+    let window = setup.response;
+    if window.min_us > window.max_us {
+        return Some(Refusal::ResponseWindow { window });
+    }
+    let Some(canopen) = &setup.canopen else {
+        return None;
+    };
+    if let Some(actual) = canopen.invalid_node() {
+        return Some(Refusal::CanopenNode { actual });
+    }
+    match canopen.clash(axes) {
+        Some(clash) => Some(Refusal::Clash(clash)),
+        None => None,
+    }
+}
+
+/// Real period of the polls per configured period, in thousandths, at least 1000.
+const fn poll_stretch_permille(config: &MasterConfig, axes: &[AxisConfig], requests: u64) -> u32 {
+    let (mut due_ppm, mut rest) = (0_u64, axes);
+    while let Some((axis, behind)) = rest.split_first() {
+        let mut kinds: &[PollKind] = &PollKind::ALL;
+        while let Some((kind, others)) = kinds.split_first() {
+            if let Some(period_us) = axis.polls.of(*kind) {
+                // The master counts in whole cycles, at least one.
+                let cycles = match period_us.checked_div(config.cycle_us) {
+                    Some(cycles) => max(cycles as u64, 1),
+                    None => 1,
+                };
+                due_ppm += 1_000_000_u64.div_ceil(cycles);
+            }
+            kinds = others;
+        }
+        rest = behind;
+    }
+    match due_ppm.checked_div(1_000 * requests) {
+        Some(permille) if permille > 1_000 => narrow(permille),
+        _ => 1_000,
+    }
+}
+
+#[cfg(test)]
+mod tests;

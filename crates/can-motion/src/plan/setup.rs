@@ -1,0 +1,181 @@
+//! What the plan must know about the bus beyond the settings of the master.
+
+use super::canopen::Canopen;
+
+/// Bit rates of the drives (1.6A section 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BitRate {
+    /// 10 kbit/s.
+    Kbit10,
+    /// 20 kbit/s.
+    Kbit20,
+    /// 50 kbit/s.
+    Kbit50,
+    /// 125 kbit/s.
+    Kbit125,
+    /// 250 kbit/s.
+    Kbit250,
+    /// 500 kbit/s.
+    Kbit500,
+    /// 800 kbit/s.
+    Kbit800,
+    /// 1 Mbit/s.
+    Kbit1000,
+}
+
+impl BitRate {
+    /// Every rate, ascending.
+    pub const ALL: [Self; 8] = [
+        Self::Kbit10,
+        Self::Kbit20,
+        Self::Kbit50,
+        Self::Kbit125,
+        Self::Kbit250,
+        Self::Kbit500,
+        Self::Kbit800,
+        Self::Kbit1000,
+    ];
+
+    /// The rate of so many kbit/s, if the drives know it.
+    #[must_use]
+    pub const fn from_kbit_per_s(kbit_per_s: u32) -> Option<Self> {
+        let mut rates: &[Self] = &Self::ALL;
+        while let Some((rate, others)) = rates.split_first() {
+            if rate.kbit_per_s() == kbit_per_s {
+                return Some(*rate);
+            }
+            rates = others;
+        }
+        None
+    }
+
+    /// The rate in kbit/s.
+    #[must_use]
+    pub const fn kbit_per_s(self) -> u32 {
+        match self {
+            Self::Kbit10 => 10,
+            Self::Kbit20 => 20,
+            Self::Kbit50 => 50,
+            Self::Kbit125 => 125,
+            Self::Kbit250 => 250,
+            Self::Kbit500 => 500,
+            Self::Kbit800 => 800,
+            Self::Kbit1000 => 1_000,
+        }
+    }
+
+    /// The rates above this one, ascending.
+    pub(super) const fn higher(self) -> &'static [Self] {
+        let mut rates: &[Self] = &Self::ALL;
+        while let Some((rate, others)) = rates.split_first() {
+            rates = others;
+            if rate.kbit_per_s() == self.kbit_per_s() {
+                break;
+            }
+        }
+        rates
+    }
+
+    /// Whole bit times within a time, rounded down.
+    pub(super) const fn bits_within(self, us: u32) -> u64 {
+        us as u64 * self.kbit_per_s() as u64 / 1_000
+    }
+
+    /// Whole bit times that cover a time, rounded up.
+    pub(super) const fn bits_covering(self, us: u32) -> u64 {
+        (us as u64 * self.kbit_per_s() as u64).div_ceil(1_000)
+    }
+
+    /// Microseconds that cover a number of bit times, rounded up.
+    #[must_use]
+    pub const fn us_covering(self, bits: u32) -> u32 {
+        let us = (bits as u64 * 1_000).div_ceil(self.kbit_per_s() as u64);
+        if us > u32::MAX as u64 {
+            u32::MAX
+        } else {
+            us as u32
+        }
+    }
+}
+
+/// Which of the waiting frames of the master takes part in arbitration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TxOrder {
+    /// The most urgent (bxCAN with TXFP = 0, FDCAN transmit queue).
+    Identifier,
+    /// The oldest (bxCAN with TXFP = 1, FDCAN transmit FIFO).
+    Fifo,
+}
+
+/// Time from the end of a request on the wire until the drive offers its reply to the bus.
+///
+/// The documents lost their figure (D65): measure it, over all drives of the bus, and leave a margin. The narrower the
+/// window, the more the plan admits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ResponseWindow {
+    /// Shortest time in microseconds.
+    pub min_us: u32,
+    /// Longest time in microseconds, at least `min_us`.
+    pub max_us: u32,
+}
+
+/// What is asked while set-points are streamed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RequestMix {
+    /// The polls of the axes: all axes are brought up before the first one streams.
+    Polls,
+    /// Anything up to the longest request (5 bytes) and reply (6 bytes): axes are brought up, or parameters read and
+    /// written, while other axes stream.
+    Any,
+}
+
+/// What the plan must know about the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BusSetup {
+    /// Bit rate.
+    pub bit_rate: BitRate,
+    /// In which order the controller of the master sends what waits in it.
+    pub order: TxOrder,
+    /// How long the drives take to answer.
+    pub response: ResponseWindow,
+    /// What is asked while set-points are streamed.
+    pub requests: RequestMix,
+    /// Longest delay in microseconds from the nominal start of a cycle until its frames are offered to the controller.
+    pub release_jitter_us: u32,
+    /// Most alarm frames of all drives together in any two cycles in which set-points must still be on time. 0 is usual: an
+    /// alarm stops its group at once, so a set-point that it delays does no harm.
+    pub alarm_burst: u8,
+    /// Shortest time in microseconds between two errors on the bus that set-points must survive on time; `None`: no errors.
+    pub error_interval_us: Option<u32>,
+    /// CANopen devices on the same bus.
+    pub canopen: Option<Canopen>,
+}
+
+impl BusSetup {
+    /// 1 Mbit/s, first-in-first-out transmission, answers within 2 ms, polls only, no release jitter, no alarms, no errors,
+    /// no CANopen.
+    pub const DEFAULT: Self = Self {
+        bit_rate: BitRate::Kbit1000,
+        order: TxOrder::Fifo,
+        response: ResponseWindow {
+            min_us: 0,
+            max_us: 2_000,
+        },
+        requests: RequestMix::Polls,
+        release_jitter_us: 0,
+        alarm_burst: 0,
+        error_interval_us: None,
+        canopen: None,
+    };
+}
+
+impl Default for BusSetup {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
