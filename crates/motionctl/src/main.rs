@@ -1,21 +1,32 @@
-//! `motionctl`: look at motion and traffic on CAN.
+//! `motionctl`: motion and traffic on CAN, simulated or through an adapter.
 
 #![forbid(unsafe_code)]
 
+mod bench;
+mod confirm;
 mod decode;
+mod drive_ids;
 mod exit;
+mod interrupt;
+mod lawicel;
+mod link;
+mod pty;
 mod revision;
+mod run;
 mod sim;
+mod station;
 mod trajectory;
 mod virtual_drives;
 
-use std::error::Error;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Look at motion and traffic on CAN: simulate servo axes with the master that the firmware runs, decode logs.
+use exit::Failure;
+
+/// Motion and traffic on CAN: servo axes simulated or through an adapter, with the master that the firmware runs, and logs
+/// in plain words.
 #[derive(Debug, Parser)]
 #[command(name = "motionctl", version, propagate_version = true)]
 struct Arguments {
@@ -29,6 +40,10 @@ enum Command {
     Sim(Box<sim::Arguments>),
     /// Put the frames of a log into plain words, with statistics of each identifier.
     Decode(decode::Arguments),
+    /// Offer simulated drives behind a CAN adapter, in real time, to this tool or any other.
+    Bench(bench::Arguments),
+    /// Run a motion on the drives of a real bus, in real time.
+    Run(Box<run::Arguments>),
 }
 
 /// `cargo sim -- --trajectory FILE` reaches the tool as `sim -- --trajectory FILE`. Everything of `sim` is an option, so
@@ -43,13 +58,19 @@ fn without_alias_dashes(arguments: impl Iterator<Item = OsString>) -> Vec<OsStri
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
-    let result: Result<ExitCode, Box<dyn Error>> = match &arguments.command {
+    let result: Result<ExitCode, Failure> = match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Into::into),
+        Command::Bench(arguments) => {
+            bench::run(arguments).map_err(|error| Failure::new(error.exit_code(), error))
+        }
+        Command::Run(arguments) => {
+            run::run(arguments).map_err(|error| Failure::new(error.exit_code(), error))
+        }
     };
-    result.unwrap_or_else(|error| {
-        eprintln!("error: {error}");
-        exit::BAD_INPUT.into()
+    result.unwrap_or_else(|failure| {
+        eprintln!("error: {}", failure.error);
+        failure.code.into()
     })
 }
 

@@ -7,6 +7,8 @@ use super::{Table, TrajectoryError};
 const VELOCITY_TOLERANCE: f64 = 0.05;
 /// One row in so many may be further off: planned velocities jump where segments meet.
 const VELOCITY_MISSES_ONE_IN: usize = 50;
+/// Fewer rows prove nothing: between two points almost any column passes for a velocity.
+const VELOCITY_FEWEST_ROWS: usize = 3;
 
 /// What the user asked for.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -76,7 +78,8 @@ impl Columns {
 /// Planners write positions followed by velocities. When the right half of the columns is the derivative of the left
 /// half throughout, it is not a second set of axes: it is taken off and returned.
 fn split_velocities(table: &Table, time: usize, positions: &mut Vec<usize>) -> Vec<usize> {
-    if positions.len() < 2 || !positions.len().is_multiple_of(2) {
+    let is_telling = table.rows.len() >= VELOCITY_FEWEST_ROWS;
+    if !is_telling || positions.len() < 2 || !positions.len().is_multiple_of(2) {
         return Vec::new();
     }
     let half = positions.len() / 2;
@@ -215,5 +218,15 @@ mod tests {
         assert_eq!(choose(two_axes, &[], None).unwrap().positions, [1, 2]);
         let second_stands = "0 0 0\n1 10 0\n2 30 0\n";
         assert_eq!(choose(second_stands, &[], None).unwrap().positions, [1, 2]);
+    }
+
+    #[test]
+    fn two_points_are_two_axes() {
+        let table = Table::parse("0,0,0\n60,36000,-36000\n").unwrap();
+        let columns = Columns::choose(&ColumnChoice::default(), &table).unwrap();
+        assert_eq!(
+            (columns.positions, columns.velocities),
+            (vec![1, 2], vec![])
+        );
     }
 }

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use dyn_can::{DriveId, StepLimit};
 
+use crate::drive_ids::drive_ids;
+
 use super::{AxisScale, ColumnChoice, Columns, Interpolation, Plan, Table, TrajectoryError, Unit};
 
 /// The motion that runs when no file is given.
@@ -56,9 +58,9 @@ pub(crate) struct MotionOptions {
     /// How to go from point to point.
     #[arg(long, value_enum, default_value_t)]
     interpolation: Interpolation,
-    /// Drive ids in the order of the axes. Default: 1, 2, 3 ...
-    #[arg(long, value_name = "ID", value_delimiter = ',', value_parser = drive_id)]
-    drives: Vec<DriveId>,
+    /// Drive ids in the order of the axes: numbers and ranges, as in 9,1-3. Default: 1, 2, 3 ...
+    #[arg(long, value_name = "IDS", value_parser = drive_ids)]
+    drives: Option<std::vec::Vec<DriveId>>,
 }
 
 /// Unit of the time column.
@@ -144,17 +146,18 @@ impl MotionFile<'_> {
 
     /// The drive of each axis.
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
-        let (drives, axes) = (&self.options.drives, self.axes());
-        if drives.is_empty() && axes <= usize::from(DriveId::MAX.get()) {
-            return Ok(DriveId::all().take(axes).collect());
-        }
+        let axes = self.axes();
+        let drives: Vec<DriveId> = match &self.options.drives {
+            Some(drives) => drives.clone(),
+            None => DriveId::all().take(axes).collect(),
+        };
         if drives.len() != axes {
             return Err(MotionError::DriveCount {
                 expected: axes,
                 actual: drives.len(),
             });
         }
-        Ok(drives.clone())
+        Ok(drives)
     }
 
     /// The positions at every cycle, checked against the step that each axis can follow.
@@ -182,12 +185,6 @@ impl MotionFile<'_> {
             "note: columns {first} to {last} are the velocities of the others and are not driven"
         ))
     }
-}
-
-/// A drive id of the command line.
-fn drive_id(text: &str) -> Result<DriveId, String> {
-    let number: i32 = text.parse().map_err(|_| "expected a number".to_owned())?;
-    DriveId::new(number).map_err(|error| error.to_string())
 }
 
 /// A factor that neither loses nor invents a motion.
@@ -228,7 +225,7 @@ pub(crate) enum MotionError {
         path: String,
         source: TrajectoryError,
     },
-    /// The number of drive ids is not the number of axes.
+    /// The number of drive ids, of which there are 63, is not the number of axes.
     DriveCount { expected: usize, actual: usize },
 }
 

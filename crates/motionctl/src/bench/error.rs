@@ -1,0 +1,61 @@
+//! Why a bench does not run.
+
+use core::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use crate::exit;
+
+/// A bench that cannot be set up, or that failed.
+#[derive(Debug)]
+pub(crate) enum BenchError {
+    /// Ctrl-C cannot be listened to.
+    Interrupt(ctrlc::Error),
+    /// The terminal cannot be made.
+    Create { link: PathBuf, source: io::Error },
+    /// The terminal failed while the bench ran.
+    Terminal { link: PathBuf, source: io::Error },
+    /// The report cannot be written as JSON.
+    Json(serde_json::Error),
+}
+
+impl BenchError {
+    pub(crate) const fn exit_code(&self) -> u8 {
+        match self {
+            Self::Terminal { .. } => exit::LINK_FAILED,
+            _ => exit::BAD_INPUT,
+        }
+    }
+}
+
+impl fmt::Display for BenchError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
+            Self::Create { link, source } if source.kind() == io::ErrorKind::AlreadyExists => {
+                write!(
+                    f,
+                    "{} exists: choose a path that does not, or end the bench that made it",
+                    link.display()
+                )
+            }
+            Self::Create { link, source } => {
+                write!(
+                    f,
+                    "cannot make a pseudo-terminal at {}: {source}",
+                    link.display()
+                )
+            }
+            Self::Terminal { link, source } => {
+                write!(
+                    f,
+                    "the pseudo-terminal at {} failed: {source}",
+                    link.display()
+                )
+            }
+            Self::Json(source) => write!(f, "cannot write the report: {source}"),
+        }
+    }
+}
+
+impl std::error::Error for BenchError {}

@@ -1,0 +1,92 @@
+//! Why a link cannot be opened.
+
+use core::fmt;
+use std::io;
+
+/// A link that cannot be opened; nothing was sent to a drive.
+#[derive(Debug)]
+pub(crate) enum OpenError {
+    /// Nothing is at this path.
+    NoSuchPort { port: String },
+    /// The user may not open the port.
+    NotAllowed { port: String },
+    /// Another program uses the port.
+    Busy { port: String },
+    /// The port is no serial port.
+    NotSerial { port: String, source: io::Error },
+    /// What is on the port does not answer as a Lawicel adapter.
+    NoAdapter { port: String, heard: Vec<u8> },
+    /// The adapter refuses a command that every adapter has.
+    CommandRefused { port: String, command: String },
+    /// The Lawicel protocol has no such bit rate.
+    BitRate { kbit_per_s: u32 },
+    /// The kernel has no CAN.
+    NoCanInKernel { interface: String },
+    /// There is no such network interface, or it is no CAN interface.
+    NoSuchInterface { interface: String },
+    /// The network interface is down.
+    InterfaceDown { interface: String },
+    /// Only Linux has CAN network interfaces.
+    #[cfg_attr(target_os = "linux", expect(dead_code, reason = "Linux has them"))]
+    NotLinux { interface: String },
+    /// Something else.
+    System { name: String, source: io::Error },
+}
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSuchPort { port } => {
+                write!(f, "there is no port {port}: is the adapter plugged in?")
+            }
+            Self::NotAllowed { port } => write!(
+                f,
+                "{port} may not be opened by this user: on most systems membership in the group dialout is needed"
+            ),
+            Self::Busy { port } => {
+                write!(f, "{port} is in use by another program: end that one first")
+            }
+            Self::NotSerial { port, source } => {
+                write!(f, "{port} cannot be used as a serial port: {source}")
+            }
+            Self::NoAdapter { port, heard } => {
+                write!(
+                    f,
+                    "no Lawicel (slcan) adapter answers on {port}: it was asked for its version and "
+                )?;
+                if heard.is_empty() {
+                    f.write_str("stayed silent")?;
+                } else {
+                    write!(f, "said \"{}\"", heard.escape_ascii())?;
+                }
+                f.write_str("; is this the right port?")
+            }
+            Self::CommandRefused { port, command } => {
+                write!(f, "the adapter on {port} refuses the command {command}")
+            }
+            Self::BitRate { kbit_per_s } => write!(
+                f,
+                "Lawicel adapters know 10, 20, 50, 100, 125, 250, 500, 800 and 1000 kbit/s, not {kbit_per_s}"
+            ),
+            Self::NoCanInKernel { interface } => write!(
+                f,
+                "cannot open {interface}: this kernel has no CAN support (modules can and can_raw); use --slcan with a serial adapter instead"
+            ),
+            Self::NoSuchInterface { interface } => write!(
+                f,
+                "there is no CAN interface {interface}: `ip link` lists those that are there"
+            ),
+            Self::InterfaceDown { interface } => write!(
+                f,
+                "{interface} is down: `ip link set {interface} up type can bitrate 1000000` brings it up"
+            ),
+            Self::NotLinux { interface } => write!(
+                f,
+                "cannot open {interface}: only Linux has CAN network interfaces; use --slcan with a serial adapter instead"
+            ),
+            Self::System { name, source } => write!(f, "cannot open {name}: {source}"),
+        }
+    }
+}
+
+impl std::error::Error for OpenError {}

@@ -1,0 +1,74 @@
+//! Links to a real bus: CAN adapters that this computer sees as a serial port or as a network interface.
+//!
+//! A [`Link`] is what a CAN driver is on a board: it implements `embedded_can::nb::Can`, and the master is driven over it
+//! by the same `can_motion::service`. In addition it can wait, and it remembers the fault that made it unusable.
+
+mod error;
+mod fault;
+mod options;
+mod slcan;
+#[cfg(target_os = "linux")]
+mod socket_can;
+
+use std::time::Duration;
+
+use drive_sim::Frame;
+use embedded_can::nb::Can;
+
+pub(crate) use error::OpenError;
+pub(crate) use fault::LinkFault;
+pub(crate) use options::LinkOptions;
+use slcan::Slcan;
+#[cfg(target_os = "linux")]
+use socket_can::SocketCan;
+
+/// An open link to a bus.
+#[derive(Debug)]
+pub(crate) enum Link {
+    /// A Lawicel adapter on a serial port.
+    Slcan(Slcan),
+    /// A network interface of Linux.
+    #[cfg(target_os = "linux")]
+    SocketCan(SocketCan),
+}
+
+impl Link {
+    /// Waits until something may have come in, at most so long. Returns at once when the link has failed.
+    pub(crate) fn wait(&mut self, most: Duration) {
+        match self {
+            Self::Slcan(slcan) => slcan.wait(most),
+            #[cfg(target_os = "linux")]
+            Self::SocketCan(socket) => socket.wait(most),
+        }
+    }
+
+    /// The fault after which nothing gets through any more.
+    pub(crate) fn fault(&self) -> Option<LinkFault> {
+        match self {
+            Self::Slcan(slcan) => slcan.fault(),
+            #[cfg(target_os = "linux")]
+            Self::SocketCan(socket) => socket.fault(),
+        }
+    }
+}
+
+impl Can for Link {
+    type Frame = Frame;
+    type Error = LinkFault;
+
+    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, LinkFault> {
+        match self {
+            Self::Slcan(slcan) => slcan.transmit(frame),
+            #[cfg(target_os = "linux")]
+            Self::SocketCan(socket) => socket.transmit(frame),
+        }
+    }
+
+    fn receive(&mut self) -> nb::Result<Frame, LinkFault> {
+        match self {
+            Self::Slcan(slcan) => slcan.receive(),
+            #[cfg(target_os = "linux")]
+            Self::SocketCan(socket) => socket.receive(),
+        }
+    }
+}

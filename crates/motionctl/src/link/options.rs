@@ -1,0 +1,58 @@
+//! The options that say which bus to use.
+
+use drive_sim::BitRate;
+
+use super::slcan::Slcan;
+use super::{Link, OpenError};
+use crate::virtual_drives::bit_rate;
+
+/// Which bus to use.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct LinkOptions {
+    #[command(flatten)]
+    adapter: Adapter,
+    /// Bit rate in kbit/s that a serial adapter is set to; that of a network interface is set with `ip link`.
+    #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
+    bit_rate: BitRate,
+    /// Speed of the serial port in baud; adapters on USB ignore it.
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    baud: u32,
+}
+
+/// One of the two kinds of adapters.
+#[derive(Debug, Clone, clap::Args)]
+#[group(required = true, multiple = false)]
+struct Adapter {
+    /// Serial port of a Lawicel (slcan) adapter, or terminal of `motionctl bench`.
+    #[arg(long, value_name = "TTY")]
+    slcan: Option<String>,
+    /// CAN network interface, on Linux.
+    #[arg(long, value_name = "INTERFACE")]
+    can: Option<String>,
+}
+
+impl LinkOptions {
+    /// Opens the bus.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing was sent to a drive.
+    pub(crate) fn open(&self) -> Result<Link, OpenError> {
+        match (&self.adapter.slcan, &self.adapter.can) {
+            (Some(port), _) => {
+                Slcan::open(port, self.baud, self.bit_rate.kbit_per_s()).map(Link::Slcan)
+            }
+            (None, interface) => open_interface(interface.as_deref().unwrap_or_default()),
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn open_interface(interface: &str) -> Result<Link, OpenError> {
+    super::SocketCan::open(interface).map(Link::SocketCan)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_interface(interface: &str) -> Result<Link, OpenError> {
+    let interface = interface.to_owned();
+    Err(OpenError::NotLinux { interface })
+}

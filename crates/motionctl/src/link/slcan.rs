@@ -1,0 +1,270 @@
+//! A Lawicel adapter on a serial port.
+//!
+//! Each frame is a command, and the adapter answers commands in their order: `z` or `Z` for a frame that it took, BEL for
+//! one that it refused because its queue is full. The master counts a frame when [`Can::transmit`] returns, which is
+//! before that answer; a refused frame therefore comes back from a later `transmit`, as one that the controller gave back
+//! unsent. Adapters that answer nothing work too, then nobody knows of refused frames.
+
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+use drive_sim::Frame;
+use embedded_can::nb::Can;
+use serialport::{ClearBuffer, SerialPort};
+
+use super::{LinkFault, OpenError};
+use crate::lawicel::{self, BEL, CR, Lines, Token};
+
+/// Frames on their way to an adapter that answers. Less than the queue of any adapter, so that one is seldom refused.
+const MOST_UNANSWERED: usize = 16;
+/// How long an adapter may take to answer a command while it is set up.
+const ANSWER_TIME: Duration = Duration::from_millis(500);
+/// How long a command may wait for room in the port.
+const WRITE_TIME: Duration = Duration::from_millis(2);
+/// How long bytes of an earlier use may trickle in.
+const SETTLE_TIME: Duration = Duration::from_millis(50);
+
+/// An open adapter.
+pub(crate) struct Slcan {
+    name: String,
+    port: Box<dyn SerialPort>,
+    lines: Lines,
+    received: VecDeque<Frame>,
+    /// Frames that the adapter has not answered for yet, oldest first.
+    unanswered: VecDeque<Frame>,
+    /// Frames that the adapter has refused, to be given back.
+    refused: VecDeque<Frame>,
+    /// The adapter has answered for a frame at least once.
+    answers: bool,
+    fault: Option<LinkFault>,
+}
+
+impl Slcan {
+    /// Opens a port, makes sure that a Lawicel adapter answers there, sets the bit rate and goes on the bus.
+    ///
+    /// # Errors
+    /// [`OpenError`] says what is wrong with the port or with what answers on it.
+    pub(super) fn open(name: &str, baud: u32, kbit_per_s: u32) -> Result<Self, OpenError> {
+        let code = lawicel::bit_rate_code(kbit_per_s).ok_or(OpenError::BitRate { kbit_per_s })?;
+        let port = serialport::new(name, baud)
+            .timeout(WRITE_TIME)
+            .open()
+            .map_err(|error| open_error(name, &error))?;
+        let mut slcan = Self {
+            name: name.to_owned(),
+            port,
+            lines: Lines::default(),
+            received: VecDeque::new(),
+            unanswered: VecDeque::new(),
+            refused: VecDeque::new(),
+            answers: false,
+            fault: None,
+        };
+        slcan.set_up(code)?;
+        Ok(slcan)
+    }
+
+    fn set_up(&mut self, bit_rate_code: char) -> Result<(), OpenError> {
+        // Ends half a command of an earlier user, and closes the channel if it was left open.
+        self.send_line("\r\rC")
+            .map_err(|error| self.system(error))?;
+        self.wait_out(SETTLE_TIME);
+        let cleared = self.port.clear(ClearBuffer::Input);
+        cleared.map_err(|error| self.system(error.into()))?;
+        self.lines.clear();
+        self.ask_version()?;
+        self.command(&format!("S{bit_rate_code}"))?;
+        self.command("O")
+    }
+
+    fn ask_version(&mut self) -> Result<(), OpenError> {
+        self.send_line("V").map_err(|error| self.system(error))?;
+        let until = Instant::now() + ANSWER_TIME;
+        let mut heard = Vec::new();
+        while let Some(token) = self.next_token(until) {
+            match token {
+                Token::Line(line) if line.first() == Some(&b'V') => return Ok(()),
+                Token::Line(line) => heard.extend(line),
+                Token::Bell => heard.push(BEL),
+                Token::Overlong => {}
+            }
+        }
+        let port = self.name.clone();
+        Err(OpenError::NoAdapter { port, heard })
+    }
+
+    /// A command of the set-up. Silence is no refusal: some adapters answer nothing.
+    fn command(&mut self, command: &str) -> Result<(), OpenError> {
+        self.send_line(command)
+            .map_err(|error| self.system(error))?;
+        match self.next_token(Instant::now() + ANSWER_TIME) {
+            Some(Token::Bell) => Err(OpenError::CommandRefused {
+                port: self.name.clone(),
+                command: command.to_owned(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    fn system(&self, source: io::Error) -> OpenError {
+        let name = self.name.clone();
+        OpenError::System { name, source }
+    }
+
+    fn next_token(&mut self, until: Instant) -> Option<Token> {
+        loop {
+            if let Some(token) = self.lines.pop() {
+                return Some(token);
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() || self.fault.is_some() {
+                return None;
+            }
+            self.fill(left);
+        }
+    }
+
+    fn wait_out(&mut self, time: Duration) {
+        let until = Instant::now() + time;
+        while self.next_token(until).is_some() {}
+    }
+
+    fn send_line(&mut self, line: &str) -> io::Result<()> {
+        let mut bytes = line.as_bytes().to_vec();
+        bytes.push(CR);
+        self.port.set_timeout(WRITE_TIME)?;
+        self.port.write_all(&bytes)
+    }
+
+    /// Reads what is there, or waits for it at most so long.
+    fn fill(&mut self, most: Duration) {
+        let mut buffer = [0; 1_024];
+        let read = self
+            .port
+            .set_timeout(most)
+            .map_err(io::Error::from)
+            .and_then(|()| self.port.read(&mut buffer));
+        match read {
+            // A terminal whose other side is gone reads as its end.
+            Ok(0) => self.fault = Some(LinkFault::Vanished),
+            Ok(length) => self.lines.push(&buffer[..length]),
+            Err(error) if is_transient(&error) => {}
+            Err(_) => self.fault = Some(LinkFault::Vanished),
+        }
+    }
+
+    fn take_lines(&mut self) {
+        while let Some(token) = self.lines.pop() {
+            match token {
+                Token::Line(line) if matches!(line.as_slice(), [] | b"z" | b"Z") => {
+                    self.answers = true;
+                    self.unanswered.pop_front();
+                }
+                Token::Bell => {
+                    self.answers = true;
+                    self.refused.extend(self.unanswered.pop_front());
+                }
+                // Anything else is none of our questions' answers.
+                Token::Line(line) => self.received.extend(lawicel::decode(&line)),
+                Token::Overlong => {}
+            }
+        }
+    }
+
+    pub(super) fn fault(&self) -> Option<LinkFault> {
+        self.fault
+    }
+
+    pub(super) fn wait(&mut self, most: Duration) {
+        if self.fault.is_none() && self.received.is_empty() {
+            self.fill(most);
+            self.take_lines();
+        }
+    }
+
+    fn check(&self) -> nb::Result<(), LinkFault> {
+        self.fault
+            .map_or(Ok(()), |fault| Err(nb::Error::Other(fault)))
+    }
+}
+
+impl Can for Slcan {
+    type Frame = Frame;
+    type Error = LinkFault;
+
+    /// Hands a frame to the adapter; returns one that the adapter has refused meanwhile.
+    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, LinkFault> {
+        self.check()?;
+        if self.unanswered.len() >= MOST_UNANSWERED {
+            if self.answers {
+                return Err(nb::Error::WouldBlock);
+            }
+            self.unanswered.pop_front();
+        }
+        match self.send_line(&lawicel::encode(frame)) {
+            Ok(()) => {}
+            Err(error) if is_transient(&error) => return Err(nb::Error::WouldBlock),
+            Err(_) => self.fault = Some(LinkFault::Vanished),
+        }
+        self.check()?;
+        self.unanswered.push_back(*frame);
+        Ok(self.refused.pop_front())
+    }
+
+    fn receive(&mut self) -> nb::Result<Frame, LinkFault> {
+        if self.received.is_empty() && self.fault.is_none() {
+            self.fill(Duration::ZERO);
+            self.take_lines();
+        }
+        match self.received.pop_front() {
+            Some(frame) => Ok(frame),
+            None => self.check().and(Err(nb::Error::WouldBlock)),
+        }
+    }
+}
+
+impl Drop for Slcan {
+    /// Takes the adapter off the bus, so that it does not fill up with frames that nobody reads.
+    fn drop(&mut self) {
+        if self.fault.is_none() {
+            // The port is about to be closed; there is nobody left to tell.
+            let _ = self.send_line("C");
+        }
+    }
+}
+
+impl core::fmt::Debug for Slcan {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Slcan")
+            .field("name", &self.name)
+            .field("fault", &self.fault)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The port has nothing to say, or no room, for the moment.
+fn is_transient(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+    )
+}
+
+/// What is wrong with a port that cannot be opened.
+fn open_error(name: &str, error: &serialport::Error) -> OpenError {
+    let port = name.to_owned();
+    match error.kind() {
+        serialport::ErrorKind::Io(ErrorKind::NotFound) => OpenError::NoSuchPort { port },
+        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => OpenError::NotAllowed { port },
+        // The library reports a port that is locked as one that is not there.
+        serialport::ErrorKind::NoDevice if std::path::Path::new(name).exists() => {
+            OpenError::Busy { port }
+        }
+        serialport::ErrorKind::NoDevice => OpenError::NoSuchPort { port },
+        _ => OpenError::NotSerial {
+            port,
+            source: io::Error::other(error.to_string()),
+        },
+    }
+}

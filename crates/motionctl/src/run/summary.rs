@@ -1,0 +1,195 @@
+//! The result of a motion on a real bus.
+
+use core::fmt;
+use std::process::ExitCode;
+
+use can_motion::{AxisSnapshot, ReadBackScale};
+use comfy_table::presets::UTF8_BORDERS_ONLY;
+use comfy_table::{CellAlignment, Table};
+use serde::Serialize;
+
+use crate::exit;
+use crate::link::LinkFault;
+use crate::station::PaceCounts;
+
+/// How a motion ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Outcome {
+    Completed,
+    Faulted,
+    NotReady,
+    Interrupted,
+    LinkFailed(LinkFault),
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Completed => f.write_str("completed"),
+            Self::Faulted => f.write_str("stopped by a fault"),
+            Self::NotReady => {
+                f.write_str("the drives did not become ready in time; nothing has moved")
+            }
+            Self::Interrupted => f.write_str("stopped by the user"),
+            Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
+        }
+    }
+}
+
+/// One axis at the end.
+#[derive(Debug, Serialize)]
+pub(super) struct AxisSummary {
+    axis: usize,
+    drive: u8,
+    state: String,
+    fault: Option<String>,
+    /// Set-points that the link accepted.
+    set_points: u32,
+    /// Final target of the plan, from the start.
+    target_counts: i32,
+    /// Sum of the steps that the link accepted.
+    sent_counts: i32,
+    /// Position that the drive reported last, from the start, in command counts.
+    read_counts: Option<i32>,
+    /// Set-points that missed their cycle and went with the next one.
+    merged: u32,
+    reply_timeouts: u32,
+}
+
+impl AxisSummary {
+    pub(super) fn new(
+        axis: usize,
+        snapshot: &AxisSnapshot,
+        anchor_counts: i32,
+        target_counts: i32,
+        read_back: ReadBackScale,
+    ) -> Self {
+        let position = snapshot.feedback.position;
+        let read_counts = position.and_then(|read| read_back.to_command_counts(read.value));
+        Self {
+            axis,
+            drive: snapshot.drive.get(),
+            state: snapshot.state.to_string(),
+            fault: snapshot.fault.map(|fault| fault.to_string()),
+            set_points: snapshot.counters.set_points,
+            target_counts,
+            sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
+            read_counts: read_counts.map(|counts| counts.wrapping_sub(anchor_counts)),
+            merged: snapshot.counters.merged,
+            reply_timeouts: snapshot.counters.timeouts,
+        }
+    }
+}
+
+/// A whole motion.
+#[derive(Debug, Serialize)]
+pub(super) struct Summary {
+    completed: bool,
+    outcome: String,
+    axes: Vec<AxisSummary>,
+    pace: PaceCounts,
+    /// Cycles whose set-points the link did not all accept in time.
+    late_hand_overs: u32,
+    /// Drives that did not say that they are disabled.
+    unconfirmed: usize,
+    #[serde(skip)]
+    exit_code: u8,
+}
+
+impl Summary {
+    pub(super) fn new(
+        outcome: Outcome,
+        unconfirmed: usize,
+        axes: Vec<AxisSummary>,
+        pace: PaceCounts,
+        late_hand_overs: u32,
+    ) -> Self {
+        let sums_are_equal = axes
+            .iter()
+            .all(|axis| axis.sent_counts == axis.target_counts);
+        let completed = outcome == Outcome::Completed && sums_are_equal && unconfirmed == 0;
+        let exit_code = match outcome {
+            Outcome::LinkFailed(_) => exit::LINK_FAILED,
+            Outcome::Interrupted => exit::INTERRUPTED,
+            _ if completed => 0,
+            _ => exit::BROKEN_PROMISE,
+        };
+        Self {
+            completed,
+            outcome: outcome.to_string(),
+            axes,
+            pace,
+            late_hand_overs,
+            unconfirmed,
+            exit_code,
+        }
+    }
+
+    pub(super) fn exit_code(&self) -> ExitCode {
+        self.exit_code.into()
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new();
+        table.load_style(UTF8_BORDERS_ONLY).set_header([
+            "axis",
+            "drive",
+            "set-\npoints",
+            "merged",
+            "target\ncounts",
+            "sent\ncounts",
+            "read\ncounts",
+            "reply\ntimeouts",
+            "state",
+        ]);
+        for axis in &self.axes {
+            table.add_row([
+                axis.axis.to_string(),
+                axis.drive.to_string(),
+                axis.set_points.to_string(),
+                axis.merged.to_string(),
+                axis.target_counts.to_string(),
+                axis.sent_counts.to_string(),
+                axis.read_counts
+                    .map_or_else(|| "-".to_owned(), |counts| counts.to_string()),
+                axis.reply_timeouts.to_string(),
+                axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
+            ]);
+        }
+        let last = table.column_count().saturating_sub(1);
+        for column in table.column_iter_mut().take(last) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.table())?;
+        let pace = &self.pace;
+        writeln!(
+            f,
+            "{} cycles begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
+            pace.cycles,
+            pace.late,
+            pace.worst_us as f64 / 1_000.0,
+            pace.merged,
+            self.late_hand_overs
+        )?;
+        if self.unconfirmed > 0 {
+            writeln!(
+                f,
+                "{} drives did not confirm that they are DISABLED: use the emergency stop before you go near",
+                self.unconfirmed
+            )?;
+        }
+        if self.exit_code == exit::LINK_FAILED {
+            writeln!(
+                f,
+                "No command gets through any more. The drives hold where the last set-point took them and may still be ENABLED: use the emergency stop before you go near."
+            )?;
+        }
+        write!(f, "The motion: {}.", self.outcome)
+    }
+}

@@ -1,0 +1,110 @@
+//! A motion master on this computer: the master of the firmware, a link to a bus, and the clock on the wall.
+//!
+//! A PC keeps time as well as it can. A cycle that begins late is counted, cycles that never began are counted, and their
+//! steps are merged into the next one: the target always follows the clock, and the master owes the difference.
+
+mod axis_options;
+mod clock;
+mod pace;
+mod shut_down;
+
+use can_motion::{AxisConfig, Event, GroupId, Instant, Master, MasterConfig, Progress, Timeouts};
+
+use crate::link::{Link, LinkFault};
+pub(crate) use axis_options::AxisOptions;
+pub(crate) use clock::{Clock, serve_until};
+pub(crate) use pace::{Pace, PaceCounts};
+pub(crate) use shut_down::ShutDown;
+
+/// The master of this tool: room for every drive that a bus can carry.
+pub(crate) type PcMaster = Master<63>;
+
+/// All axes of this tool are in one group.
+pub(crate) const GROUP: GroupId = GroupId(0);
+
+/// Waiting times for a PC: adapters on USB hold bytes back for up to 16 ms, and the system lets a program wait.
+const TIMEOUTS: Timeouts = Timeouts {
+    reply_us: 100_000,
+    confirm_us: 1_000_000,
+    lost_after: 5,
+    ..Timeouts::DEFAULT
+};
+
+/// A master with its link.
+#[derive(Debug)]
+pub(crate) struct Station {
+    master: PcMaster,
+    link: Link,
+    clock: Clock,
+    pace: Pace,
+}
+
+impl Station {
+    /// A master for these axes, in ascending order of drive id. Nothing is sent yet.
+    ///
+    /// # Errors
+    /// When the configuration cannot work.
+    pub(crate) fn new(
+        link: Link,
+        axes: &[AxisConfig],
+        cycle_us: u32,
+    ) -> Result<Self, can_motion::ConfigError> {
+        let config = MasterConfig {
+            cycle_us,
+            timeouts: TIMEOUTS,
+            ..MasterConfig::DEFAULT
+        };
+        Ok(Self {
+            master: PcMaster::new(config, axes)?,
+            link,
+            clock: Clock::start(),
+            pace: Pace::new(cycle_us),
+        })
+    }
+
+    /// The master, to read its state and to command it.
+    pub(crate) fn master(&mut self) -> &mut PcMaster {
+        &mut self.master
+    }
+
+    /// How well the cycles kept their time.
+    pub(crate) fn pace(&self) -> PaceCounts {
+        self.pace.counts()
+    }
+
+    /// The present moment.
+    pub(crate) fn now(&self) -> Instant {
+        self.clock.now()
+    }
+
+    /// One cycle: serves the bus until it is due, lets `prepare` set targets, begins it. `prepare` gets the number of the
+    /// cycle on the clock, which jumps over cycles that were missed.
+    ///
+    /// # Errors
+    /// The fault of the link, after which nothing gets through any more.
+    pub(crate) fn cycle(
+        &mut self,
+        prepare: impl FnOnce(&mut PcMaster, u64),
+    ) -> Result<(), LinkFault> {
+        serve_until(
+            &mut self.master,
+            &mut self.link,
+            &self.clock,
+            self.pace.due(),
+        )?;
+        let now = self.clock.now();
+        let number = self.pace.begin(now);
+        prepare(&mut self.master, number);
+        self.master.begin_cycle(now);
+        let progress = can_motion::service(&mut self.master, &mut self.link, now);
+        match (progress, self.link.fault()) {
+            (_, Some(fault)) => Err(fault),
+            (Progress::Idle | Progress::Blocked, None) => Ok(()),
+        }
+    }
+
+    /// The oldest event that was not read yet.
+    pub(crate) fn next_event(&mut self) -> Option<Event> {
+        self.master.next_event()
+    }
+}

@@ -1,0 +1,4 @@
+//! The tool and a bench as two processes that talk over a pseudo-terminal, as users run them.
+
+mod bench;
+mod run;
