@@ -12,6 +12,7 @@ pub mod commissioning;
 mod fake_can;
 pub mod master;
 pub mod opaque;
+pub mod serial;
 pub mod text;
 
 /// What the images print where they are built for the host.

@@ -50,6 +50,27 @@ pub fn bytes<const N: usize>() -> [u8; N] {
     [(); N].map(|()| byte())
 }
 
+/// Any value of the type, of which the compiler has only seen this one.
+#[must_use]
+pub fn hide<T: Copy>(value: T) -> T {
+    // SAFETY: a reference is valid and aligned.
+    unsafe { ptr::read_volatile(&value) }
+}
+
+/// The same reference, behind which the compiler cannot look.
+#[must_use]
+pub fn reach<T>(value: &T) -> &T {
+    hide(value)
+}
+
+/// The same reference, behind which the compiler cannot look.
+#[must_use]
+pub fn reach_mut<T>(value: &mut T) -> &mut T {
+    let address = ptr::from_mut(value);
+    // SAFETY: the address is that of a unique reference, which is given up for the one made here.
+    unsafe { &mut *hide(address) }
+}
+
 /// One of the choices.
 #[must_use]
 pub fn pick<T: Copy, const N: usize>(choices: [T; N]) -> T {

@@ -15,6 +15,7 @@ use crate::opaque::{self, consume, number, word};
 /// Says everything once.
 pub fn exercise() {
     codec();
+    serial();
     configuration();
     run(tell);
 }
@@ -62,6 +63,25 @@ fn codec() {
     say(DriveError::from_byte(opaque::byte()));
     say(DriveStatus::from_byte(opaque::byte()).alarm());
     say(opaque::pick([Quantity::PdStep, Quantity::Torque981]));
+}
+
+fn serial() {
+    use crate::serial::{dialect, packet};
+    say(opaque::hide(dyn_serial::Failure::NoReply { attempts: 1 }));
+    say(opaque::hide(dyn_serial::Busy::Outstanding));
+    say(opaque::hide(dyn_serial::Address::All));
+    say_error(dyn_serial::Packet::parse(&opaque::bytes::<9>()));
+    say_error(dyn_serial::SpeedRpm::new(number()));
+    let Some(packet) = packet() else { return };
+    say(packet);
+    say_error(dyn_serial::Request::decode(&packet, &dialect()));
+    say_error(dyn_serial::Reply::decode(&packet));
+    if let Ok((to, request)) = dyn_serial::Request::decode(&packet, &dialect()) {
+        say(request.function());
+        say_error(request.encode(to, &dialect()));
+    }
+    let status = dyn_serial::DriveStatus::from_byte(opaque::byte());
+    say(status.alarm());
 }
 
 fn configuration() {

@@ -49,6 +49,15 @@ pub(crate) enum Error {
         /// The image.
         image: &'static str,
     },
+    /// An image takes more flash than it may.
+    TooLarge {
+        /// The image.
+        image: &'static str,
+        /// What it may take, in bytes.
+        limit: u64,
+        /// What it takes, in bytes.
+        actual: u64,
+    },
     /// A package that shall have no dependency has some.
     Dependencies {
         /// The package.
@@ -80,6 +89,14 @@ impl fmt::Display for Error {
             Self::Linked { image } => write!(
                 f,
                 "{image} links although it can panic: the other images prove nothing, look at their panic handler"
+            ),
+            Self::TooLarge {
+                image,
+                limit,
+                actual,
+            } => write!(
+                f,
+                "{image} may take {limit} bytes of flash and takes {actual}: find what has grown, it is linked alone for that"
             ),
             Self::Dependencies { package, found } => write!(
                 f,

@@ -15,7 +15,17 @@ const PACKAGE: &str = "proofs";
 /// What every image has; its size is taken off the others.
 const START_UP: &str = "start-up";
 /// The images that link only without a panic.
-const IMAGES: [&str; 4] = ["codec", "master", "commissioning", "text"];
+const IMAGES: [&str; 6] = [
+    "codec",
+    "master",
+    "commissioning",
+    "serial",
+    SERIAL_STREAM,
+    "text",
+];
+/// The image that must stay small, and its limit in bytes of flash.
+const SERIAL_STREAM: &str = "serial-stream";
+const SERIAL_STREAM_LIMIT: u64 = 1_024;
 /// The image that must not link.
 const DELIBERATE_PANIC: &str = "deliberate-panic";
 /// Part of the name of the symbol that the crate panic-never leaves undefined.
@@ -23,8 +33,8 @@ const UNDEFINED: &str = "error(panic-never)";
 /// The image with statics of the size of masters, and the beginning of their names.
 const MEMORY: &str = "memory";
 const MASTER_OF: &str = "MASTER_OF_";
-/// The crate that needs no other.
-const ALONE: &str = "dyn-can";
+/// The crates that need no other.
+const ALONE: [&str; 2] = ["dyn-can", "dyn-serial"];
 
 /// Links the libraries for the target without a panic handler, so that a possible panic is an error, and prints their size.
 #[derive(clap::Args)]
@@ -42,16 +52,19 @@ pub(crate) struct Arguments {
 /// Runs the task.
 ///
 /// # Errors
-/// When an image can panic, the one that does panic links, or the codec has got a dependency.
+/// When an image can panic, the one that does panic links, an image is larger than its limit, or a codec has got a dependency.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     builder.build(PACKAGE, &["--bins".into()])?;
     builder.refuse(PACKAGE, DELIBERATE_PANIC, UNDEFINED)?;
     print_flash(&builder.images())?;
+    require_small(&builder.images())?;
     print_masters(&builder.images().join(MEMORY))?;
     println!("\n{DELIBERATE_PANIC} does not link, as it must: the images above cannot panic");
-    require_no_dependency()?;
-    println!("{ALONE} has no dependency");
+    for package in ALONE {
+        require_no_dependency(package)?;
+        println!("{package} has no dependency");
+    }
     Ok(())
 }
 
@@ -63,9 +76,31 @@ fn print_flash(images: &Path) -> Result<(), Error> {
     );
     println!("{START_UP:<16} {start_up:>9}");
     for image in IMAGES {
-        let all = Size::of_image(&images.join(image))?.flash();
-        println!("{image:<16} {all:>9} {:>9}", all.saturating_sub(start_up));
+        let own = own_flash(images, image)?;
+        println!("{image:<16} {:>9} {own:>9}", start_up + own);
     }
+    Ok(())
+}
+
+/// Flash that an image takes beyond the start-up code.
+fn own_flash(images: &Path, image: &str) -> Result<u64, Error> {
+    let start_up = Size::of_image(&images.join(START_UP))?.flash();
+    let all = Size::of_image(&images.join(image))?.flash();
+    Ok(all.saturating_sub(start_up))
+}
+
+fn require_small(images: &Path) -> Result<(), Error> {
+    let actual = own_flash(images, SERIAL_STREAM)?;
+    if actual > SERIAL_STREAM_LIMIT {
+        return Err(Error::TooLarge {
+            image: SERIAL_STREAM,
+            limit: SERIAL_STREAM_LIMIT,
+            actual,
+        });
+    }
+    println!(
+        "\n{SERIAL_STREAM} (encode and decode of the serial stream) takes {actual} of {SERIAL_STREAM_LIMIT} bytes"
+    );
     Ok(())
 }
 
@@ -77,9 +112,9 @@ fn print_masters(image: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Asks cargo for the dependencies of [`ALONE`] on every target: its own line must be the only one.
-fn require_no_dependency() -> Result<(), Error> {
-    let program = format!("cargo tree --package {ALONE}");
+/// Asks cargo for the dependencies of a package on every target: its own line must be the only one.
+fn require_no_dependency(package: &'static str) -> Result<(), Error> {
+    let program = format!("cargo tree --package {package}");
     let output = Command::new(cargo())
         .args([
             "tree",
@@ -90,7 +125,7 @@ fn require_no_dependency() -> Result<(), Error> {
             "--prefix",
             "none",
             "--package",
-            ALONE,
+            package,
         ])
         .output()
         .map_err(|reason| Error::Start {
@@ -106,10 +141,7 @@ fn require_no_dependency() -> Result<(), Error> {
     }
     match dependencies(&String::from_utf8_lossy(&output.stdout)) {
         none if none.is_empty() => Ok(()),
-        found => Err(Error::Dependencies {
-            package: ALONE,
-            found,
-        }),
+        found => Err(Error::Dependencies { package, found }),
     }
 }
 

@@ -16,28 +16,18 @@ pub(crate) struct Groups {
 impl Groups {
     /// The shortest form of a signed number of at most 28 bits.
     pub(crate) const fn signed(value: i32) -> Self {
-        Self::cut(value as u32, shortest_len(value))
+        Self::fixed(value, shortest_len(value))
     }
 
     /// An unsigned number of at most 7 bits in one byte.
     pub(crate) const fn one(value: u8) -> Self {
-        Self::cut(value as u32, 1)
-    }
-
-    /// An unsigned number of at most 14 bits in two bytes.
-    pub(crate) const fn two(value: u16) -> Self {
-        Self::cut(value as u32, 2)
-    }
-
-    /// An unsigned number in three bytes.
-    pub(crate) const fn three(value: u16) -> Self {
-        Self::cut(value as u32, 3)
+        Self::fixed(value as i32, 1)
     }
 
     /// The lower `len` groups of a number, 1 ..= 4.
-    const fn cut(value: u32, len: u8) -> Self {
+    pub(crate) const fn fixed(value: i32, len: u8) -> Self {
         let unused = 4 - len as u32;
-        let left = value << (GROUP_BITS * unused);
+        let left = (value as u32) << (GROUP_BITS * unused);
         let marks = 0x8080_8080_u32 << (8 * unused);
         let [a, b, c, d] = marks.to_be_bytes();
         Self {
@@ -114,8 +104,8 @@ mod tests {
 
     #[test]
     fn gear_numbers_take_two_bytes_and_the_largest_one_three() {
-        assert_eq!(Groups::two(500).bytes, [0x83, 0xF4, 0, 0]);
-        assert_eq!(Groups::three(16_384).bytes, [0x81, 0x80, 0x80, 0]);
+        assert_eq!(Groups::fixed(500, 2).bytes, [0x83, 0xF4, 0, 0]);
+        assert_eq!(Groups::fixed(16_384, 3).bytes, [0x81, 0x80, 0x80, 0]);
     }
 
     proptest! {

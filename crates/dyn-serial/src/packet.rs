@@ -24,14 +24,6 @@ pub(crate) const fn announced_len(second: u8) -> usize {
     MIN_PACKET + (second >> LENGTH_SHIFT & LENGTH_MASK) as usize
 }
 
-/// The last byte of a packet with these bytes before it.
-pub(crate) fn checksum(before: &[u8]) -> u8 {
-    before
-        .iter()
-        .fold(0_u8, |sum, byte| sum.wrapping_add(*byte))
-        | MARK
-}
-
 /// A packet that is right as far as its form goes: 4 to 7 bytes with the right marks, length and checksum.
 ///
 /// What it means depends on its direction: [`Request::decode`](crate::Request::decode) or
@@ -44,13 +36,38 @@ impl Packet {
     pub(crate) fn compose(address: Address, code: u8, data: Groups) -> Self {
         let second = MARK | (data.len - 1) << LENGTH_SHIFT | code;
         let [a, b, c, d] = data.bytes;
-        let mut bytes = [address.start_byte(), second, a, b, c, d, 0];
-        // What is behind the data is still zero.
-        let sum = checksum(&bytes);
-        if let Some(last) = bytes.get_mut(announced_len(second) - 1) {
+        let mut packet = Self([address.start_byte(), second, a, b, c, d, 0]);
+        let (sum, last) = (packet.checksum(), packet.last());
+        if let Some(last) = packet.0.get_mut(last) {
             *last = sum;
         }
-        Self(bytes)
+        packet
+    }
+
+    /// A packet from bytes that have the right marks and zeros behind the announced length.
+    ///
+    /// # Errors
+    /// The last byte that would fit the others.
+    pub(crate) fn with_checksum(bytes: [u8; MAX_PACKET]) -> Result<Self, u8> {
+        let packet = Self(bytes);
+        let expected = packet.checksum();
+        if packet.0.get(packet.last()) == Some(&expected) {
+            Ok(packet)
+        } else {
+            Err(expected)
+        }
+    }
+
+    /// Place of the last byte.
+    const fn last(&self) -> usize {
+        let [_, second, ..] = self.0;
+        announced_len(second) - 1
+    }
+
+    /// The last byte that fits those before it.
+    fn checksum(&self) -> u8 {
+        let before = self.0.iter().take(self.last());
+        before.fold(0_u8, |sum, byte| sum.wrapping_add(*byte)) | MARK
     }
 
     /// The packet that these bytes are, no more and no less of them.
@@ -72,28 +89,23 @@ impl Packet {
         let expected = inner
             .first()
             .map_or(MIN_PACKET, |byte| announced_len(*byte));
-        let (Some((last, before)), true) = (bytes.split_last(), bytes.len() == expected) else {
+        if bytes.len() != expected {
             return Err(wrong_length(expected, bytes));
-        };
-        let sum = checksum(before);
-        if *last != sum {
-            return Err(PacketError::Checksum {
-                expected: sum,
-                actual: *last,
-            });
         }
         let mut packet = [0; MAX_PACKET];
         for (to, from) in packet.iter_mut().zip(bytes) {
             *to = *from;
         }
-        Ok(Self(packet))
+        Self::with_checksum(packet).map_err(|expected| PacketError::Checksum {
+            expected,
+            actual: bytes.last().copied().unwrap_or_default(),
+        })
     }
 
     /// The bytes on the wire, 4 to 7 of them.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
-        let [_, second, ..] = self.0;
-        self.0.get(..announced_len(second)).unwrap_or(&self.0)
+        self.0.get(..=self.last()).unwrap_or(&self.0)
     }
 
     /// The first byte: a drive id, the general id, or a reserved id.

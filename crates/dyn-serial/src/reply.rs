@@ -82,8 +82,8 @@ impl Reply {
             Self::DriveId(drive) => Groups::one(drive.get()),
             Self::OnPosRange(value) => Groups::one(value.get()),
             // What a drive with the largest gear sends is not known; three bytes are the only form that holds it (M13).
-            Self::GearNumber(GearNumber::MAX) => Groups::three(GearNumber::MAX.get()),
-            Self::GearNumber(gear) => Groups::two(gear.get()),
+            Self::GearNumber(GearNumber::MAX) => Groups::fixed(GearNumber::MAX.get() as i32, 3),
+            Self::GearNumber(gear) => Groups::fixed(gear.get() as i32, 2),
             Self::Status(status) => Groups::one(status.to_byte()),
             Self::Config(config) => Groups::one(config.get()),
             Self::Position(counts) => Groups::signed(counts.get()),

@@ -39,103 +39,104 @@ impl ReadSelector {
 
 /// A request.
 ///
-/// Nothing but a read is answered: a drive does not acknowledge (section 7.1).
+/// Nothing but a read is answered: a drive does not acknowledge (section 7.1). The discriminants are the function codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
 pub enum Request {
     /// Makes the present position the absolute zero.
     #[doc(alias = "Set_Origin")]
-    SetOrigin,
+    SetOrigin = 0x00,
     /// Moves to an absolute position with the built-in S-curve.
     #[doc(alias = "Go_Absolute_Pos")]
-    GoAbsolutePos(Counts28),
+    GoAbsolutePos(Counts28) = 0x01,
     /// One word of a coordinated line; see [`LinearMove`](crate::LinearMove).
     #[doc(alias = "Make_LinearLine")]
-    MakeLinearLine(Counts28),
+    MakeLinearLine(Counts28) = 0x02,
     /// Moves by a distance with the built-in S-curve.
     #[doc(alias = "Go_Relative_Pos")]
-    GoRelativePos(Counts28),
+    GoRelativePos(Counts28) = 0x03,
     /// One word of a coordinated arc; see [`CircularMove`](crate::CircularMove).
     #[doc(alias = "Make_CircularArc")]
-    MakeCircularArc(Counts28),
+    MakeCircularArc(Counts28) = 0x04,
     /// Stores a new drive id (EEPROM). Works only with one drive on the line (section 7.8).
     #[doc(alias = "Assign_Drive_ID")]
-    AssignDriveId(DriveId),
+    AssignDriveId(DriveId) = 0x05,
     /// Reads the drive id.
     #[doc(alias = "Read_Drive_ID")]
-    ReadDriveId,
+    ReadDriveId = 0x06,
     /// Writes the configuration byte (EEPROM).
     #[doc(alias = "Set_Drive_Config")]
-    SetDriveConfig(ConfigByte),
+    SetDriveConfig(ConfigByte) = 0x07,
     /// Reads the configuration byte.
     #[doc(alias = "Read_Drive_Config")]
-    ReadDriveConfig,
+    ReadDriveConfig = 0x08,
     /// Reads the status byte.
     #[doc(alias = "Read_Drive_Status")]
-    ReadDriveStatus,
+    ReadDriveStatus = 0x09,
     /// Turns at constant speed, 0 stops.
     #[doc(alias = "Turn_ConstSpeed")]
-    TurnConstSpeed(SpeedRpm),
+    TurnConstSpeed(SpeedRpm) = 0x0A,
     /// Amplitude of the built-in square wave.
     #[doc(alias = "Square_Wave")]
-    SquareWave(Amplitude),
+    SquareWave(Amplitude) = 0x0B,
     /// Amplitude of the built-in sine wave.
     #[doc(alias = "Sin_Wave")]
-    SinWave(Amplitude),
+    SinWave(Amplitude) = 0x0C,
     /// Frequency of the built-in waves.
     #[doc(alias = "SS_Frequency")]
-    SsFrequency(FrequencyHz),
+    SsFrequency(FrequencyHz) = 0x0D,
     /// Reads position or torque; unlike on CAN the reply says which.
     #[doc(alias = "General_Read")]
-    GeneralRead(ReadSelector),
+    GeneralRead(ReadSelector) = 0x0E,
     /// Writes the main gain (EEPROM).
     #[doc(alias = "Set_MainGain")]
-    SetMainGain(MainGain),
+    SetMainGain(MainGain) = 0x10,
     /// Writes the speed gain (EEPROM).
     #[doc(alias = "Set_SpeedGain")]
-    SetSpeedGain(SpeedGain),
+    SetSpeedGain(SpeedGain) = 0x11,
     /// Writes the integration gain (EEPROM).
     #[doc(alias = "Set_IntGain")]
-    SetIntGain(IntegrationGain),
+    SetIntGain(IntegrationGain) = 0x12,
     /// Writes the torque filter constant (EEPROM).
     #[doc(alias = "Set_TrqCons")]
-    SetTrqCons(TorqueFilter),
+    SetTrqCons(TorqueFilter) = 0x13,
     /// Writes the max speed parameter (EEPROM).
     #[doc(alias = "Set_HighSpeed")]
-    SetHighSpeed(MaxSpeed),
+    SetHighSpeed(MaxSpeed) = 0x14,
     /// Writes the max acceleration parameter (EEPROM).
     #[doc(alias = "Set_HighAccel")]
-    SetHighAccel(MaxAcceleration),
+    SetHighAccel(MaxAcceleration) = 0x15,
     /// Writes the on-position range (EEPROM); 127 also turns an output into the brake output (D54).
     #[doc(alias = "Set_Pos_OnRange")]
-    SetPosOnRange(OnPosRange),
+    SetPosOnRange(OnPosRange) = 0x16,
     /// Writes the gear number (EEPROM); 16384 fits only [`ParameterForm::ShortestSigned`] (M13).
     #[doc(alias = "Set_GearNumber")]
-    SetGearNumber(GearNumber),
+    SetGearNumber(GearNumber) = 0x17,
     /// Reads the main gain.
     #[doc(alias = "Read_MainGain")]
-    ReadMainGain,
+    ReadMainGain = 0x18,
     /// Reads the speed gain.
     #[doc(alias = "Read_SpeedGain")]
-    ReadSpeedGain,
+    ReadSpeedGain = 0x19,
     /// Reads the integration gain.
     #[doc(alias = "Read_IntGain")]
-    ReadIntGain,
+    ReadIntGain = 0x1A,
     /// Reads the torque filter constant.
     #[doc(alias = "Read_TrqCons")]
-    ReadTrqCons,
+    ReadTrqCons = 0x1B,
     /// Reads the max speed parameter.
     #[doc(alias = "Read_HighSpeed")]
-    ReadHighSpeed,
+    ReadHighSpeed = 0x1C,
     /// Reads the max acceleration parameter.
     #[doc(alias = "Read_HighAccel")]
-    ReadHighAccel,
+    ReadHighAccel = 0x1D,
     /// Reads the on-position range.
     #[doc(alias = "Read_Pos_OnRange")]
-    ReadPosOnRange,
+    ReadPosOnRange = 0x1E,
     /// Reads the gear number.
     #[doc(alias = "Read_GearNumber")]
-    ReadGearNumber,
+    ReadGearNumber = 0x1F,
 }
 
 impl Request {
@@ -224,47 +225,49 @@ impl Request {
     }
 
     fn data(&self, dialect: &Dialect) -> Result<Groups, RangeError> {
-        Ok(match *self {
+        // Unsigned numbers have a length, signed ones take the shortest.
+        let parameter_len = |table_len| match dialect.parameter_form {
+            ParameterForm::Table => Some(table_len),
+            ParameterForm::ShortestSigned => None,
+        };
+        let parameter = |value: u8| (value as i32, parameter_len(1));
+        let (value, len) = match *self {
             Self::GoAbsolutePos(counts)
             | Self::MakeLinearLine(counts)
             | Self::GoRelativePos(counts)
-            | Self::MakeCircularArc(counts) => Groups::signed(counts.get()),
-            Self::TurnConstSpeed(speed) => Groups::signed(speed.get() as i32),
+            | Self::MakeCircularArc(counts) => (counts.get(), None),
+            Self::TurnConstSpeed(speed) => (speed.get() as i32, None),
             Self::SquareWave(amplitude) | Self::SinWave(amplitude) => {
-                Groups::signed(amplitude.get() as i32)
+                (amplitude.get() as i32, None)
             }
-            Self::SsFrequency(frequency) => Groups::signed(frequency.get() as i32),
-            Self::AssignDriveId(drive) => Groups::one(drive.get()),
-            Self::SetDriveConfig(config) => Groups::one(config.get()),
-            Self::GeneralRead(selector) => Groups::one(selector as u8),
-            Self::SetMainGain(value) => parameter(value.get(), dialect),
-            Self::SetSpeedGain(value) => parameter(value.get(), dialect),
-            Self::SetIntGain(value) => parameter(value.get(), dialect),
-            Self::SetTrqCons(value) => parameter(value.get(), dialect),
-            Self::SetHighSpeed(value) => parameter(value.get(), dialect),
-            Self::SetHighAccel(value) => parameter(value.get(), dialect),
-            Self::SetPosOnRange(value) => parameter(value.get(), dialect),
-            Self::SetGearNumber(gear) => return gear_number(gear, dialect),
-            _ => Groups::one(dialect.dummy.get()),
+            Self::SsFrequency(frequency) => (frequency.get() as i32, None),
+            Self::AssignDriveId(drive) => (drive.get() as i32, Some(1)),
+            Self::SetDriveConfig(config) => (config.get() as i32, Some(1)),
+            Self::GeneralRead(selector) => (selector as i32, Some(1)),
+            Self::SetMainGain(value) => parameter(value.get()),
+            Self::SetSpeedGain(value) => parameter(value.get()),
+            Self::SetIntGain(value) => parameter(value.get()),
+            Self::SetTrqCons(value) => parameter(value.get()),
+            Self::SetHighSpeed(value) => parameter(value.get()),
+            Self::SetHighAccel(value) => parameter(value.get()),
+            Self::SetPosOnRange(value) => parameter(value.get()),
+            Self::SetGearNumber(gear) => {
+                let len = parameter_len(2);
+                let fits = len.is_none() || gear != GearNumber::MAX;
+                if !fits {
+                    return Err(RangeError {
+                        quantity: Quantity::GearNumberInTwoBytes,
+                        actual: gear.get() as i32,
+                    });
+                }
+                (gear.get() as i32, len)
+            }
+            _ => (dialect.dummy.get() as i32, Some(1)),
+        };
+        Ok(match len {
+            Some(len) => Groups::fixed(value, len),
+            None => Groups::signed(value),
         })
-    }
-}
-
-fn parameter(value: u8, dialect: &Dialect) -> Groups {
-    match dialect.parameter_form {
-        ParameterForm::Table => Groups::one(value),
-        ParameterForm::ShortestSigned => Groups::signed(value as i32),
-    }
-}
-
-fn gear_number(gear: GearNumber, dialect: &Dialect) -> Result<Groups, RangeError> {
-    let number = gear.get();
-    match dialect.parameter_form {
-        ParameterForm::Table => {
-            Quantity::GearNumberInTwoBytes.check(number as i32)?;
-            Ok(Groups::two(number))
-        }
-        ParameterForm::ShortestSigned => Ok(Groups::signed(number as i32)),
     }
 }
 

@@ -1,0 +1,18 @@
+//! The whole serial codec with its client: links only if no byte, number or time makes it panic.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+use panic_never as _;
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    loop {
+        proofs::serial::exercise();
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("{}", proofs::HOST_MESSAGE);
+}
