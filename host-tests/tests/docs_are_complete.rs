@@ -4,8 +4,10 @@ use std::path::Path;
 
 /// Names of the variants of an enum, read from its source.
 fn variants(source: &str, name: &str) -> Vec<String> {
-    let start = source
-        .find(&format!("pub enum {name} {{"))
+    // With or without type parameters.
+    let start = [format!("pub enum {name} {{"), format!("pub enum {name}<")]
+        .iter()
+        .find_map(|head| source.find(head))
         .unwrap_or_else(|| panic!("enum {name}"));
     let body = &source[start..];
     let body = &body[..body.find("\n}").expect("end of the enum")];

@@ -10,7 +10,7 @@ use crate::life::AxisState;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum CommandError {
+pub enum CommandError<F = Fault> {
     /// No axis is in this group.
     NoSuchGroup(GroupId),
     /// An axis of the group has a latched fault: read it, remove its cause, then `clear`.
@@ -18,7 +18,7 @@ pub enum CommandError {
         /// The axis.
         axis: u8,
         /// Its fault.
-        fault: Fault,
+        fault: F,
     },
     /// An axis of the group is in the wrong state.
     State {
@@ -33,7 +33,7 @@ pub enum CommandError {
     BusOff,
 }
 
-impl fmt::Display for CommandError {
+impl<F: fmt::Display> fmt::Display for CommandError<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoSuchGroup(GroupId(group)) => write!(f, "no axis is in group {group}"),
@@ -55,7 +55,7 @@ impl fmt::Display for CommandError {
     }
 }
 
-impl core::error::Error for CommandError {}
+impl<F: fmt::Debug + fmt::Display> core::error::Error for CommandError<F> {}
 
 /// A target that was refused; the one before it stays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use dyn_can::{DecodeError, FrameError, FunctionCode, ReplyKind, Revision};
 use heapless::Deque;
 
+use crate::family::Happening;
 use crate::fault::Fault;
 use crate::life::{AxisState, Reason};
 use crate::plan::Warning;
@@ -15,13 +16,13 @@ const CAPACITY: usize = 64;
 /// Something that happened to one axis or to the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Event {
+pub struct Event<K = EventKind> {
     /// When.
     pub at: Instant,
     /// The axis by its place in the configuration; `None` for the bus.
     pub axis: Option<u8>,
     /// What.
-    pub kind: EventKind,
+    pub kind: K,
 }
 
 /// What happened.
@@ -77,6 +78,20 @@ pub enum EventKind {
     BusRecovered,
 }
 
+impl From<Happening<Fault>> for EventKind {
+    fn from(happening: Happening<Fault>) -> Self {
+        match happening {
+            Happening::State { from, to, reason } => Self::State { from, to, reason },
+            Happening::Fault(fault) => Self::Fault(fault),
+            Happening::SetPointMerged => Self::SetPointMerged,
+            Happening::CyclesMissed(cycles) => Self::CyclesMissed(cycles),
+            Happening::BusError(kind) => Self::BusError(kind),
+            Happening::BusOff => Self::BusOff,
+            Happening::BusRecovered => Self::BusRecovered,
+        }
+    }
+}
+
 /// What the controller reports of the bus, after `embedded_can::ErrorKind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -113,13 +128,13 @@ impl From<embedded_can::ErrorKind> for BusErrorKind {
 }
 
 /// A bounded queue of events.
-#[derive(Debug, Default)]
-pub(crate) struct Events {
-    queue: Deque<Event, CAPACITY>,
+#[derive(Debug)]
+pub(crate) struct Events<K> {
+    queue: Deque<Event<K>, CAPACITY>,
     dropped: u32,
 }
 
-impl Events {
+impl<K> Events<K> {
     pub(crate) const fn new() -> Self {
         Self {
             queue: Deque::new(),
@@ -127,13 +142,14 @@ impl Events {
         }
     }
 
-    pub(crate) fn push(&mut self, at: Instant, axis: Option<u8>, kind: EventKind) {
+    pub(crate) fn push(&mut self, at: Instant, axis: Option<u8>, kind: impl Into<K>) {
+        let kind = kind.into();
         if self.queue.push_back(Event { at, axis, kind }).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }
     }
 
-    pub(crate) fn pop(&mut self) -> Option<Event> {
+    pub(crate) fn pop(&mut self) -> Option<Event<K>> {
         self.queue.pop_front()
     }
 
@@ -148,7 +164,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_counted() {
-        let mut events = Events::new();
+        let mut events = Events::<EventKind>::new();
         for us in 0..CAPACITY as u64 + 3 {
             events.push(Instant::from_us(us), None, EventKind::BusOff);
         }

@@ -2,18 +2,18 @@
 
 use crate::command::CommandError;
 use crate::config::GroupId;
+use crate::family::{Family, Life};
 use crate::life::{AxisState, Reason};
 use crate::master::Master;
-use crate::procedure::{Confirmation, Procedure, ProcedureError};
 use crate::time::Instant;
 
-impl<const N: usize> Master<N> {
+impl<const N: usize, F: Family> Master<N, F> {
     /// Enables the drives of a group, each when its shaft has stood still. Each axis then streams its own position
     /// until it gets a target.
     ///
     /// # Errors
     /// [`CommandError`] unless every axis of the group is [`AxisState::Ready`]; nothing changes then.
-    pub fn enable(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError> {
+    pub fn enable(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError<F::Fault>> {
         self.require(group, AxisState::Ready)?;
         self.enter_all(now, group, AxisState::Ready, AxisState::AwaitingStandstill);
         Ok(())
@@ -23,7 +23,7 @@ impl<const N: usize> Master<N> {
     ///
     /// # Errors
     /// [`CommandError`] unless every axis of the group is [`AxisState::Holding`]; nothing changes then.
-    pub fn resume(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError> {
+    pub fn resume(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError<F::Fault>> {
         self.require(group, AxisState::Holding)?;
         self.enter_all(now, group, AxisState::Holding, AxisState::Streaming);
         Ok(())
@@ -40,7 +40,7 @@ impl<const N: usize> Master<N> {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
-            if axis.config.group == group && axis.state.sends_set_points() {
+            if axis.group() == group && axis.state().sends_set_points() {
                 axis.halt(AxisState::Holding, Reason::Command, &mut log);
                 self.forget_set_point(index);
             }
@@ -54,7 +54,7 @@ impl<const N: usize> Master<N> {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
-            if axis.config.group == group && axis.state.may_be_disabled() {
+            if axis.group() == group && axis.state().may_be_disabled() {
                 axis.halt(AxisState::Disabling, Reason::Command, &mut log);
             }
         }
@@ -65,38 +65,22 @@ impl<const N: usize> Master<N> {
     ///
     /// # Errors
     /// [`CommandError`] when the bus is off or the group has no axis.
-    pub fn clear(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError> {
+    pub fn clear(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError<F::Fault>> {
         if self.bus_off {
             return Err(CommandError::BusOff);
         }
-        if !self.axes.iter().any(|axis| axis.config.group == group) {
+        if !self.axes.iter().any(|axis| axis.group() == group) {
             return Err(CommandError::NoSuchGroup(group));
         }
         for index in 0..self.axes.len() {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
-            if axis.config.group == group && axis.state == AxisState::Faulted {
+            if axis.group() == group && axis.state() == AxisState::Faulted {
                 axis.clear(&mut log);
             }
         }
         Ok(())
-    }
-
-    /// Starts a slow, wearing or dangerous command beside the cycle; its end is an event.
-    ///
-    /// # Errors
-    /// [`ProcedureError`] when it may not run now; nothing changes then.
-    pub fn start(
-        &mut self,
-        now: Instant,
-        axis: usize,
-        procedure: Procedure,
-        confirmation: Confirmation,
-    ) -> Result<(), ProcedureError> {
-        let place = self.axes.get_mut(axis);
-        let axis = place.ok_or(ProcedureError::NoSuchAxis { actual: axis })?;
-        axis.start(procedure, confirmation, now)
     }
 
     /// True when every axis of the group is in this state; false for a group without axes.
@@ -105,25 +89,25 @@ impl<const N: usize> Master<N> {
         self.require(group, state).is_ok()
     }
 
-    fn require(&self, group: GroupId, expected: AxisState) -> Result<(), CommandError> {
+    fn require(&self, group: GroupId, expected: AxisState) -> Result<(), CommandError<F::Fault>> {
         if self.bus_off {
             return Err(CommandError::BusOff);
         }
         let mut found = false;
         for (index, axis) in self.axes.iter().enumerate() {
-            if axis.config.group != group {
+            if axis.group() != group {
                 continue;
             }
             found = true;
             let axis_index = index as u8;
-            if let Some(fault) = axis.fault {
+            if let Some(fault) = axis.fault() {
                 return Err(CommandError::Faulted {
                     axis: axis_index,
                     fault,
                 });
             }
-            if axis.state != expected {
-                let actual = axis.state;
+            if axis.state() != expected {
+                let actual = axis.state();
                 return Err(CommandError::State {
                     axis: axis_index,
                     expected,
@@ -143,7 +127,7 @@ impl<const N: usize> Master<N> {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
-            if axis.config.group == group && axis.state == from {
+            if axis.group() == group && axis.state() == from {
                 axis.enter(to, Reason::Command, &mut log);
             }
         }
@@ -155,10 +139,10 @@ impl<const N: usize> Master<N> {
             let Some((axis, mut log)) = self.axis_and_log(now, index) else {
                 continue;
             };
-            if axis.config.group != group {
+            if axis.group() != group {
                 continue;
             }
-            match axis.state {
+            match axis.state() {
                 AxisState::Streaming => {
                     axis.start_ramp(cycles, then_disable, Reason::Command, &mut log);
                 }

@@ -11,7 +11,9 @@ mod command;
 pub mod commission;
 mod config;
 mod drift;
+mod dyn_axes;
 mod event;
+mod family;
 mod fault;
 mod feedback;
 mod group;
@@ -30,13 +32,15 @@ mod snapshot;
 mod time;
 mod traffic;
 
-pub use bus_user::BusUser;
+pub use bus_user::{BusFrame, BusUser};
 pub use command::{CommandError, TargetError};
 pub use config::{
     AxisConfig, ConfigError, DialectChoice, GroupId, Limits, MasterConfig, PollPeriods,
     ReadBackScale, Timeouts,
 };
+pub use dyn_axes::Dyn;
 pub use event::{BusErrorKind, Event, EventKind};
+pub use family::{CycleConfig, Family, FaultKind, Happening};
 pub use fault::{DriftCause, Fault, Reaction, Reactions};
 pub use feedback::{Feedback, Stamped};
 pub use life::{AxisState, Reason};

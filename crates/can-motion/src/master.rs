@@ -1,36 +1,33 @@
 //! The master: axes, cycle, order of frames. Sans-I/O, so every method is told the time.
 
-use dyn_can::{Address, DriveId, Request};
-
-use crate::axis::{Axis, Log};
-use crate::command::TargetError;
-use crate::config::{AxisConfig, ConfigError, GroupId, MasterConfig};
-use crate::event::{Event, EventKind, Events};
-use crate::fault::{Fault, Reaction};
+use crate::config::GroupId;
+use crate::dyn_axes::Dyn;
+use crate::event::{Event, Events};
+use crate::family::{CycleConfig, Family, FaultKind, Happening, Hears, Life, Log, Sends};
+use crate::fault::Reaction;
 use crate::life::{AxisState, Reason};
-use crate::ramp::cycles_to_stop;
-use crate::snapshot::{AxisSnapshot, CycleCounters};
+use crate::snapshot::CycleCounters;
 use crate::time::Instant;
 use heapless::Vec;
 
-/// Place in `Master::axis_of` of a drive without an axis.
+/// Place in `Master::axis_of` of an address without an axis.
 const NO_AXIS: u8 = u8::MAX;
 
-/// A motion master for at most `N` axes on one bus.
+/// A motion master for at most `N` axes on one bus, whose drives are of one family.
 ///
 /// A cycle is: `set_target` for each axis, `begin_cycle`, then `service` (or `next_frame` and `on_accepted` by hand)
 /// until nothing is left, again whenever the controller has room, and `on_frame` for what comes in.
 #[derive(Debug)]
-pub struct Master<const N: usize> {
-    pub(crate) config: MasterConfig,
-    pub(crate) axes: Vec<Axis, N>,
-    pub(crate) events: Events,
-    /// Place of each drive id in `axes`.
-    pub(crate) axis_of: [u8; 64],
+pub struct Master<const N: usize, F: Family = Dyn> {
+    pub(crate) config: F::Config,
+    pub(crate) axes: Vec<F::Axis, N>,
+    pub(crate) events: Events<F::EventKind>,
+    /// Place of each address in `axes`.
+    axis_of: [u8; 128],
     /// One bit an axis: its set-point of this cycle has not been accepted yet.
     pub(crate) due: u64,
     pub(crate) requests_left: u8,
-    pub(crate) request: Option<(u8, Request)>,
+    pub(crate) request: Option<(u8, F::Request)>,
     /// Where the search for the next request starts, so that equals take turns.
     pub(crate) turn: u8,
     pub(crate) quiet_until: Instant,
@@ -39,32 +36,14 @@ pub struct Master<const N: usize> {
     pub(crate) bus_off: bool,
 }
 
-impl<const N: usize> Master<N> {
-    /// A master for these axes, in ascending order of drive id.
-    ///
-    /// # Errors
-    /// [`ConfigError`] when the configuration cannot work, or the bus cannot carry it in time.
-    pub fn new(config: MasterConfig, axes: &[AxisConfig]) -> Result<Self, ConfigError> {
-        config.validate(axes, N)?;
-        let plan = config.plan(axes)?;
-        let mut events = Events::new();
-        for warning in plan.warnings().into_iter().flatten() {
-            events.push(Instant::default(), None, EventKind::Plan(warning));
-        }
-        let mut axis_of = [NO_AXIS; 64];
-        let mut places = Vec::new();
-        for (index, axis) in (0..).zip(axes) {
-            if let Some(place) = axis_of.get_mut(usize::from(axis.drive.get())) {
-                *place = index;
-            }
-            // There is room: the number of axes was checked.
-            let _ = places.push(Axis::new(*axis, &config, u32::from(index)));
-        }
-        Ok(Self {
+impl<const N: usize, F: Family> Master<N, F> {
+    /// A master without axes.
+    pub(crate) fn empty(config: F::Config) -> Self {
+        Self {
             config,
-            axes: places,
-            events,
-            axis_of,
+            axes: Vec::new(),
+            events: Events::new(),
+            axis_of: [NO_AXIS; 128],
             due: 0,
             requests_left: 0,
             request: None,
@@ -73,33 +52,17 @@ impl<const N: usize> Master<N> {
             cycle_started: None,
             cycle: CycleCounters::default(),
             bus_off: false,
-        })
+        }
     }
 
-    /// Sets where an axis shall be, in command counts from its origin.
-    ///
-    /// # Errors
-    /// [`TargetError`] when the axis does not stream or the target leaves its travel; nothing changes then.
-    pub fn set_target(&mut self, axis: usize, counts: i32) -> Result<(), TargetError> {
-        let Some(axis) = self.axes.get_mut(axis) else {
-            return Err(TargetError::NoSuchAxis {
-                axes: N,
-                actual: axis,
-            });
-        };
-        if axis.state != AxisState::Streaming {
-            return Err(TargetError::NotStreaming { state: axis.state });
+    /// Adds the axis of the drive with this address; one without room is left out, so the number of axes is checked before.
+    pub(crate) fn add(&mut self, address: u8, axis: F::Axis) {
+        let index = self.axes.len() as u8;
+        if self.axes.push(axis).is_ok()
+            && let Some(place) = self.axis_of.get_mut(usize::from(address))
+        {
+            *place = index;
         }
-        let (min, max) = (axis.config.limits.travel_min, axis.config.limits.travel_max);
-        if counts < min || counts > max {
-            return Err(TargetError::Travel {
-                min,
-                max,
-                actual: counts,
-            });
-        }
-        axis.books.set_target(counts);
-        Ok(())
     }
 
     /// Starts a cycle: what the cycle before left over is merged, time passes, and every streaming axis owes a
@@ -112,24 +75,24 @@ impl<const N: usize> Master<N> {
         }
         self.due = 0;
         for (index, axis) in self.axes.iter().enumerate() {
-            if axis.state.sends_set_points() {
+            if axis.state().sends_set_points() {
                 self.due |= 1 << index;
             }
         }
-        self.requests_left = self.config.requests_per_cycle;
+        self.requests_left = self.config.requests_per_cycle();
         self.choose_request(now);
     }
 
     fn count_cycle(&mut self, now: Instant) {
         self.cycle.cycles = self.cycle.cycles.wrapping_add(1);
         if let Some(started) = self.cycle_started {
-            let cycle_us = u64::from(self.config.cycle_us.max(1));
+            let cycle_us = u64::from(self.config.cycle_us().max(1));
             // Half a cycle of jitter still belongs to the cycle it was planned for.
             let passed = (now.us_since(started) + cycle_us / 2) / cycle_us;
             if passed > 1 {
                 let missed = u32::try_from(passed - 1).unwrap_or(u32::MAX);
                 self.cycle.missed = self.cycle.missed.wrapping_add(missed);
-                self.events.push(now, None, EventKind::CyclesMissed(missed));
+                self.events.push(now, None, Happening::CyclesMissed(missed));
             }
         }
         self.cycle_started = Some(now);
@@ -142,20 +105,19 @@ impl<const N: usize> Master<N> {
         self.cycle.late = self.cycle.late.wrapping_add(1);
         for (index, axis) in self.axes.iter_mut().enumerate() {
             if self.due & 1 << index != 0 {
-                axis.counters.merged = axis.counters.merged.wrapping_add(1);
+                axis.merged();
                 self.events
-                    .push(now, Some(index as u8), EventKind::SetPointMerged);
+                    .push(now, Some(index as u8), Happening::SetPointMerged);
             }
         }
     }
 
     fn tick_axis(&mut self, now: Instant, index: usize) {
-        let timeouts = self.config.timeouts;
+        let config = self.config;
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
-        axis.advance_ramp(&mut log);
-        if let Some(fault) = axis.tick(&timeouts, &mut log) {
+        if let Some(fault) = axis.tick(&config, &mut log) {
             self.raise(now, index, fault);
         }
     }
@@ -164,7 +126,7 @@ impl<const N: usize> Master<N> {
         &mut self,
         now: Instant,
         index: usize,
-    ) -> Option<(&mut Axis, Log<'_>)> {
+    ) -> Option<(&mut F::Axis, Log<'_, F::EventKind>)> {
         let axis = self.axes.get_mut(index)?;
         Some((
             axis,
@@ -202,12 +164,12 @@ impl<const N: usize> Master<N> {
             return;
         }
         self.bus_off = true;
-        self.events.push(now, None, EventKind::BusOff);
+        self.events.push(now, None, Happening::BusOff);
         for index in 0..self.axes.len() {
             if let Some(axis) = self.axes.get_mut(index) {
-                axis.abandon_request(now, self.config.timeouts.reply_us);
+                axis.abandon_request(now, &self.config);
             }
-            self.raise(now, index, Fault::Bus);
+            self.raise(now, index, F::Fault::BUS);
         }
     }
 
@@ -215,28 +177,27 @@ impl<const N: usize> Master<N> {
     pub fn on_bus_recovered(&mut self, now: Instant) {
         if self.bus_off {
             self.bus_off = false;
-            self.events.push(now, None, EventKind::BusRecovered);
+            self.events.push(now, None, Happening::BusRecovered);
         }
     }
 
-    pub(crate) fn index_of(&self, address: Address) -> Option<usize> {
-        let drive: DriveId = address.drive()?;
-        let index = *self.axis_of.get(usize::from(drive.get()))?;
+    pub(crate) fn index_of(&self, frame: &F::Frame) -> Option<usize> {
+        let address = F::address(frame)?;
+        let index = *self.axis_of.get(usize::from(address))?;
         (index != NO_AXIS).then_some(usize::from(index))
     }
 
     /// Latches a fault and stops the group as configured.
-    pub(crate) fn raise(&mut self, now: Instant, index: usize, fault: Fault) {
+    pub(crate) fn raise(&mut self, now: Instant, index: usize, fault: F::Fault) {
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
-        if axis.fault == Some(fault) {
+        if axis.fault() == Some(fault) {
             return;
         }
-        let (group, reaction) = (axis.config.group, axis.config.reactions.to(fault));
+        let (group, reaction) = (axis.group(), axis.reaction_to(fault));
         axis.latch(fault, &mut log);
-        // An axis that is lost, or whose position is, cannot follow a ramp.
-        let own = if fault == Fault::Lost || fault.loses_reference() {
+        let own = if fault.cannot_ramp() {
             Reaction::Halt
         } else {
             reaction
@@ -267,13 +228,13 @@ impl<const N: usize> Master<N> {
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
-        if axis.config.group != group || (!is_own && !axis.state.stops_with_group()) {
+        if axis.group() != group || (!is_own && !axis.state().stops_with_group()) {
             return;
         }
         if !is_own {
-            axis.latch(Fault::Group, &mut log);
+            axis.latch(F::Fault::GROUP, &mut log);
         }
-        match (reaction, axis.state) {
+        match (reaction, axis.state()) {
             // What is being disabled goes on being disabled.
             (_, AxisState::Faulted | AxisState::Disabling | AxisState::ConfirmingDisable)
             | (Reaction::RampDown, AxisState::RampingDown) => {}
@@ -285,7 +246,7 @@ impl<const N: usize> Master<N> {
             }
             _ => axis.halt(AxisState::Faulted, Reason::Fault, &mut log),
         }
-        if !axis.state.sends_set_points() {
+        if !axis.state().sends_set_points() {
             self.due &= !(1 << index);
         }
     }
@@ -294,10 +255,8 @@ impl<const N: usize> Master<N> {
     pub(crate) fn ramp_cycles(&self, group: GroupId) -> u16 {
         self.axes
             .iter()
-            .filter(|axis| axis.config.group == group && axis.state == AxisState::Streaming)
-            .map(|axis| {
-                cycles_to_stop(axis.books.velocity_counts(), axis.config.limits.ramp_change)
-            })
+            .filter(|axis| axis.group() == group && axis.state() == AxisState::Streaming)
+            .map(Life::cycles_to_stop)
             .max()
             .unwrap_or(0)
     }
@@ -309,14 +268,15 @@ impl<const N: usize> Master<N> {
     /// When `begin_cycle` should come next.
     #[must_use]
     pub fn poll_at(&self) -> Instant {
-        self.cycle_started
-            .map_or(Instant::default(), |started| started + self.config.cycle_us)
+        self.cycle_started.map_or(Instant::default(), |started| {
+            started + self.config.cycle_us()
+        })
     }
 
     /// One axis at this moment; `None` when there is no such axis.
     #[must_use]
-    pub fn snapshot(&self, axis: usize) -> Option<AxisSnapshot> {
-        self.axes.get(axis).map(Axis::snapshot)
+    pub fn snapshot(&self, axis: usize) -> Option<F::Snapshot> {
+        self.axes.get(axis).map(Life::snapshot)
     }
 
     /// The cycle counters.
@@ -329,7 +289,7 @@ impl<const N: usize> Master<N> {
     }
 
     /// The oldest event that was not read yet.
-    pub fn next_event(&mut self) -> Option<Event> {
+    pub fn next_event(&mut self) -> Option<Event<F::EventKind>> {
         self.events.pop()
     }
 }

@@ -1,31 +1,30 @@
 //! A frame that the master wants on the bus, and what it means to the books.
 
-use dyn_can::{DataFrame, PdStep, Request, ServoSwitch};
+use crate::dyn_axes::Dyn;
+use crate::family::{Family, Switch};
 
 /// What a frame is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) enum Purpose {
-    SetPoint(PdStep),
+pub(crate) enum Purpose<F: Family> {
+    SetPoint(F::SetPoint),
     /// A reading, or the command of a procedure.
-    Request(Request),
-    Switch(ServoSwitch),
+    Request(F::Request),
+    Switch(Switch),
 }
 
 /// A frame to hand to the controller.
 ///
 /// The books change only when `Master::on_accepted` gets it back: offering it twice, or never, counts nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[must_use]
-pub struct Outgoing {
-    pub(crate) frame: DataFrame,
+pub struct Outgoing<F: Family = Dyn> {
+    pub(crate) frame: F::Frame,
     pub(crate) axis: u8,
-    pub(crate) purpose: Purpose,
+    pub(crate) purpose: Purpose<F>,
 }
 
-impl AsRef<DataFrame> for Outgoing {
-    fn as_ref(&self) -> &DataFrame {
+impl<F: Family> AsRef<F::Frame> for Outgoing<F> {
+    fn as_ref(&self) -> &F::Frame {
         &self.frame
     }
 }

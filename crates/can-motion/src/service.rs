@@ -1,10 +1,9 @@
 //! The only place that touches a CAN driver.
 
-use dyn_can::DataFrame;
 use embedded_can::Error as _;
 use embedded_can::nb::Can;
 
-use crate::bus_user::BusUser;
+use crate::bus_user::{BusFrame, BusUser};
 use crate::event::BusErrorKind;
 use crate::time::Instant;
 
@@ -32,7 +31,7 @@ pub fn service<U: BusUser, C: Can>(user: &mut U, can: &mut C, now: Instant) -> P
 fn receive<U: BusUser, C: Can>(user: &mut U, can: &mut C, now: Instant) {
     loop {
         match can.receive() {
-            Ok(frame) => match DataFrame::from_can(&frame) {
+            Ok(frame) => match U::Frame::from_can(&frame) {
                 Ok(frame) => user.on_frame(now, &frame),
                 Err(error) => user.on_foreign_frame(now, error),
             },
@@ -56,7 +55,7 @@ fn transmit<U: BusUser, C: Can>(user: &mut U, can: &mut C, now: Instant) -> Prog
             Ok(None) => user.on_accepted(now, &outgoing),
             Ok(Some(displaced)) => {
                 user.on_accepted(now, &outgoing);
-                match DataFrame::from_can(&displaced) {
+                match U::Frame::from_can(&displaced) {
                     Ok(displaced) => user.on_displaced(now, &displaced),
                     Err(error) => user.on_foreign_frame(now, error),
                 }

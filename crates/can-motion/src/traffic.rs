@@ -1,35 +1,34 @@
 //! The master on the bus: which frame goes out next, and what the outcome of each means to the books.
 
-use dyn_can::{Address, DataFrame, FrameError, Request, ServoSwitch};
-
-use crate::bus_user::BusUser;
-use crate::event::{BusErrorKind, EventKind};
-use crate::fault::Fault;
+use crate::bus_user::{BusFrame, BusUser};
+use crate::event::BusErrorKind;
+use crate::family::{Family, FaultKind, Happening, Hears, Life, Sends, Switch};
 use crate::life::AxisState;
 use crate::master::Master;
 use crate::outgoing::{Outgoing, Purpose};
 use crate::time::Instant;
 
-impl<const N: usize> BusUser for Master<N> {
-    type Outgoing = Outgoing;
+impl<const N: usize, F: Family> BusUser for Master<N, F> {
+    type Outgoing = Outgoing<F>;
+    type Frame = F::Frame;
 
     /// The frame that should go out next; asking changes nothing.
     ///
     /// Disable commands first, then the set-points of this cycle in ascending order of drive id, then enable
     /// commands, then requests within their budget.
-    fn next_frame(&self) -> Option<Outgoing> {
+    fn next_frame(&self) -> Option<Outgoing<F>> {
         if self.bus_off {
             return None;
         }
-        self.switch_frame(AxisState::Disabling, ServoSwitch::Disable)
+        self.switch_frame(AxisState::Disabling, Switch::Disable)
             .or_else(|| self.set_point_frame())
-            .or_else(|| self.switch_frame(AxisState::Enabling, ServoSwitch::Enable))
+            .or_else(|| self.switch_frame(AxisState::Enabling, Switch::Enable))
             .or_else(|| self.request_frame())
     }
 
-    fn on_accepted(&mut self, now: Instant, outgoing: &Outgoing) {
+    fn on_accepted(&mut self, now: Instant, outgoing: &Outgoing<F>) {
         let (index, cycle) = (usize::from(outgoing.axis), self.cycle.cycles);
-        let reply_us = self.config.timeouts.reply_us;
+        let config = self.config;
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
@@ -40,7 +39,7 @@ impl<const N: usize> BusUser for Master<N> {
             }
             Purpose::Switch(switch) => axis.switched(switch, &mut log),
             Purpose::Request(request) => {
-                axis.requested(request, cycle, reply_us, &mut log);
+                axis.requested(request, cycle, &config, &mut log);
                 self.requests_left = self.requests_left.saturating_sub(1);
                 self.turn = (index as u8).wrapping_add(1);
                 self.choose_request(now);
@@ -48,27 +47,26 @@ impl<const N: usize> BusUser for Master<N> {
         }
     }
 
-    fn on_displaced(&mut self, now: Instant, frame: &DataFrame) {
+    fn on_displaced(&mut self, now: Instant, frame: &F::Frame) {
         let cycle = self.cycle.cycles;
-        let Some(index) = self.index_of(frame.address()) else {
-            self.events
-                .push(now, None, EventKind::ForeignFrame { id: frame.id() });
+        let Some(index) = self.index_of(frame) else {
+            self.events.push(now, None, F::foreign(frame));
             return;
         };
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
         axis.displaced(frame, cycle, &mut log);
-        if axis.state.sends_set_points() && axis.books.backlog_counts() != 0 {
+        if axis.state().sends_set_points() && axis.owes_set_point() {
             self.due |= 1 << index;
         }
     }
 
-    fn on_transmit_error(&mut self, now: Instant, outgoing: &Outgoing, kind: BusErrorKind) {
+    fn on_transmit_error(&mut self, now: Instant, outgoing: &Outgoing<F>, kind: BusErrorKind) {
         self.events
-            .push(now, Some(outgoing.axis), EventKind::BusError(kind));
+            .push(now, Some(outgoing.axis), Happening::BusError(kind));
         match outgoing.purpose {
-            Purpose::SetPoint(_) => self.raise(now, usize::from(outgoing.axis), Fault::Bus),
+            Purpose::SetPoint(_) => self.raise(now, usize::from(outgoing.axis), F::Fault::BUS),
             // A request that may be under way must not be asked again before its timeout; a command is repeated.
             Purpose::Request(_) => self.on_accepted(now, outgoing),
             Purpose::Switch(_) => {}
@@ -76,35 +74,34 @@ impl<const N: usize> BusUser for Master<N> {
     }
 
     fn on_receive_error(&mut self, now: Instant, kind: BusErrorKind) {
-        self.events.push(now, None, EventKind::BusError(kind));
+        self.events.push(now, None, Happening::BusError(kind));
     }
 
-    fn on_frame(&mut self, now: Instant, frame: &DataFrame) {
+    fn on_frame(&mut self, now: Instant, frame: &F::Frame) {
         let config = self.config;
-        let Some(index) = self.index_of(frame.address()) else {
-            self.events
-                .push(now, None, EventKind::ForeignFrame { id: frame.id() });
+        let Some(index) = self.index_of(frame) else {
+            self.events.push(now, None, F::foreign(frame));
             return;
         };
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
         if let Some(fault) = axis.hear(frame, &config, &mut log) {
-            if fault == Fault::AlarmFrame && axis.is_first_alarm() {
-                self.quiet_until = now + config.timeouts.alarm_quiet_us;
+            if let Some(quiet_us) = axis.quiet_us(fault, &config) {
+                self.quiet_until = now + quiet_us;
                 self.request = None;
             }
             self.raise(now, index, fault);
         }
     }
 
-    fn on_foreign_frame(&mut self, now: Instant, error: FrameError) {
-        self.events.push(now, None, EventKind::NotOurs(error));
+    fn on_foreign_frame(&mut self, now: Instant, error: <F::Frame as BusFrame>::Error) {
+        self.events.push(now, None, F::not_ours(error));
     }
 }
 
-impl<const N: usize> Master<N> {
-    fn set_point_frame(&self) -> Option<Outgoing> {
+impl<const N: usize, F: Family> Master<N, F> {
+    fn set_point_frame(&self) -> Option<Outgoing<F>> {
         let index = self.due.trailing_zeros();
         let (frame, step) = self.axes.get(index as usize)?.set_point();
         Some(Outgoing {
@@ -114,29 +111,19 @@ impl<const N: usize> Master<N> {
         })
     }
 
-    fn switch_frame(&self, state: AxisState, switch: ServoSwitch) -> Option<Outgoing> {
-        let index = self.axes.iter().position(|axis| axis.state == state)?;
-        let axis = self.axes.get(index)?;
-        let request = Request::ServoDisable(switch);
-        let frame = request
-            .encode(Address::Drive(axis.config.drive), axis.dialect())
-            .ok()?;
+    fn switch_frame(&self, state: AxisState, switch: Switch) -> Option<Outgoing<F>> {
+        let index = self.axes.iter().position(|axis| axis.state() == state)?;
         Some(Outgoing {
-            frame,
+            frame: self.axes.get(index)?.switch_frame(switch)?,
             axis: index as u8,
             purpose: Purpose::Switch(switch),
         })
     }
 
-    fn request_frame(&self) -> Option<Outgoing> {
+    fn request_frame(&self) -> Option<Outgoing<F>> {
         let (index, request) = self.request?;
-        let place = self.axes.get(usize::from(index));
-        let axis = place.filter(|axis| axis.slot.is_free())?;
-        let address = Address::Drive(axis.config.drive);
-        // Procedures were checked against the revision when they started, and readings exist in both.
-        let frame = request.encode(address, axis.dialect()).ok()?;
         Some(Outgoing {
-            frame,
+            frame: self.axes.get(usize::from(index))?.request_frame(request)?,
             axis: index,
             purpose: Purpose::Request(request),
         })

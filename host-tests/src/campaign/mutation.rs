@@ -108,6 +108,7 @@ impl Mutant<'_> {
 
 impl BusUser for Mutant<'_> {
     type Outgoing = Wanted;
+    type Frame = DataFrame;
 
     fn next_frame(&self) -> Option<Wanted> {
         let extra = self.memory.extra.front().copied().map(Wanted::Extra);

@@ -7,6 +7,7 @@ use dyn_can::{
 use super::{Axis, Log};
 use crate::config::{DialectChoice, MasterConfig, Timeouts};
 use crate::event::EventKind;
+use crate::family::{Hears, Life};
 use crate::fault::Fault;
 use crate::feedback::Stamped;
 use crate::life::{self, AxisState, Reason, Step};
@@ -16,9 +17,9 @@ use crate::time::Instant;
 /// Reads of the diagnostic counter that may be missed between two that are seen, by lost replies or repeated requests.
 const COUNTER_SLACK: u8 = 8;
 
-impl Axis {
+impl Hears for Axis {
     /// A frame of this drive came in.
-    pub(crate) fn hear(
+    fn hear(
         &mut self,
         frame: &DataFrame,
         config: &MasterConfig,
@@ -45,6 +46,20 @@ impl Axis {
         }
     }
 
+    fn quiet_us(&mut self, fault: Fault, config: &MasterConfig) -> Option<u32> {
+        // A drive that alarms for ever must not keep the requests to the others quiet for ever: only its first alarm counts.
+        let is_first =
+            fault == Fault::AlarmFrame && !core::mem::replace(&mut self.alarm_heard, true);
+        is_first.then_some(config.timeouts.alarm_quiet_us)
+    }
+
+    /// The bus failed: a reply that is still awaited may come late, or never.
+    fn abandon_request(&mut self, now: Instant, config: &MasterConfig) {
+        self.slot.close(now, config.timeouts.reply_us);
+    }
+}
+
+impl Axis {
     fn sends_no_reply(&self, function: FunctionCode) -> bool {
         function.admit_reply(self.dialect.revision).is_err()
     }

@@ -6,35 +6,28 @@ mod send;
 
 use dyn_can::Dialect;
 
-use crate::config::{AxisConfig, MasterConfig, Timeouts};
+use crate::config::{AxisConfig, GroupId, MasterConfig, Timeouts};
 use crate::drift::DriftWatch;
-use crate::event::{EventKind, Events};
-use crate::fault::Fault;
+use crate::dyn_axes::Dyn;
+use crate::event::EventKind;
+use crate::family::{self, Happening, Life};
+use crate::fault::{Fault, Reaction};
 use crate::feedback::Feedback;
 use crate::life::{AxisState, Reason};
 use crate::polls::PollClock;
 use crate::procedure::Run;
-use crate::ramp::Ramp;
+use crate::ramp::{Ramp, cycles_to_stop};
 use crate::request_slot::RequestSlot;
 use crate::set_point::SetPoint;
 use crate::snapshot::{AxisSnapshot, Counters};
 use crate::time::Instant;
 
 /// Where an axis writes its events.
-pub(crate) struct Log<'a> {
-    pub(crate) events: &'a mut Events,
-    pub(crate) now: Instant,
-    pub(crate) axis: u8,
-}
+pub(crate) type Log<'a> = family::Log<'a, EventKind>;
 
-impl Log<'_> {
-    pub(crate) fn push(&mut self, kind: EventKind) {
-        self.events.push(self.now, Some(self.axis), kind);
-    }
-}
-
+/// An axis with a DYN drive.
 #[derive(Debug)]
-pub(crate) struct Axis {
+pub struct Axis {
     pub(crate) config: AxisConfig,
     pub(crate) state: AxisState,
     pub(crate) fault: Option<Fault>,
@@ -92,20 +85,70 @@ impl Axis {
         }
     }
 
-    pub(crate) const fn dialect(&self) -> &Dialect {
-        &self.dialect
-    }
-
     /// The drive does not answer; asking it costs the others their turns.
     pub(crate) fn is_lost(&self) -> bool {
         self.fault == Some(Fault::Lost)
     }
 
-    pub(crate) const fn may_be_enabled(&self) -> bool {
+    fn backlog_fault(&self) -> Option<Fault> {
+        let counts = self.books.backlog_counts();
+        (counts.unsigned_abs() > self.config.limits.backlog).then_some(Fault::Backlog { counts })
+    }
+
+    fn miss_reply(&mut self, timeouts: &Timeouts) -> Option<Fault> {
+        self.timeouts_in_row = self.timeouts_in_row.saturating_add(1);
+        if self.timeouts_in_row < timeouts.lost_after || self.fault == Some(Fault::Lost) {
+            return None;
+        }
+        self.timeouts_in_row = 0;
+        Some(Fault::Lost)
+    }
+
+    /// Moves the target along the ramp; at its end the axis holds or is disabled.
+    fn advance_ramp(&mut self, log: &mut Log<'_>) {
+        let Some(ramp) = &mut self.ramp else { return };
+        if !ramp.is_done() {
+            self.books.set_target(ramp.next_target());
+        } else if self.books.backlog_counts() == 0 {
+            self.ramp = None;
+            let next = if self.disable_after_ramp {
+                AxisState::Disabling
+            } else {
+                AxisState::Holding
+            };
+            self.enter(next, Reason::Standstill, log);
+        }
+    }
+}
+
+impl Life for Axis {
+    type Family = Dyn;
+
+    fn group(&self) -> GroupId {
+        self.config.group
+    }
+
+    fn state(&self) -> AxisState {
+        self.state
+    }
+
+    fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    fn may_be_enabled(&self) -> bool {
         self.may_be_enabled
     }
 
-    pub(crate) fn snapshot(&self) -> AxisSnapshot {
+    fn reaction_to(&self, fault: Fault) -> Reaction {
+        self.config.reactions.to(fault)
+    }
+
+    fn cycles_to_stop(&self) -> u16 {
+        cycles_to_stop(self.books.velocity_counts(), self.config.limits.ramp_change)
+    }
+
+    fn snapshot(&self) -> AxisSnapshot {
         AxisSnapshot {
             drive: self.config.drive,
             group: self.config.group,
@@ -120,34 +163,10 @@ impl Axis {
         }
     }
 
-    pub(crate) fn enter(&mut self, to: AxisState, reason: Reason, log: &mut Log<'_>) {
-        // A stop that ends while a fault is latched, or without a known position, does not end in readiness.
-        let to = match to {
-            AxisState::Ready | AxisState::Holding if self.fault.is_some() => AxisState::Faulted,
-            AxisState::Ready if !self.referenced => AxisState::Anchoring,
-            other => other,
-        };
-        log.push(EventKind::State {
-            from: self.state,
-            to,
-            reason,
-        });
-        self.state = to;
-        self.since = log.now;
-        match to {
-            // Nothing read before is believed of a drive that may have been exchanged or restarted.
-            AxisState::Probing => self.feedback = Feedback::default(),
-            AxisState::AwaitingStandstill => self.still_since = None,
-            // Only a status read from now on may confirm.
-            AxisState::ConfirmingEnable | AxisState::ConfirmingDisable => {
-                self.feedback.status = None;
-            }
-            _ => {}
-        }
-    }
-
     /// Lets time pass.
-    pub(crate) fn tick(&mut self, timeouts: &Timeouts, log: &mut Log<'_>) -> Option<Fault> {
+    fn tick(&mut self, config: &MasterConfig, log: &mut Log<'_>) -> Option<Fault> {
+        let timeouts = &config.timeouts;
+        self.advance_ramp(log);
         self.drift.cycle(self.books.sent_counts());
         if let Some(run) = &mut self.run {
             run.tick(log.now);
@@ -181,47 +200,33 @@ impl Axis {
         }
     }
 
-    fn backlog_fault(&self) -> Option<Fault> {
-        let counts = self.books.backlog_counts();
-        (counts.unsigned_abs() > self.config.limits.backlog).then_some(Fault::Backlog { counts })
-    }
-
-    fn miss_reply(&mut self, timeouts: &Timeouts) -> Option<Fault> {
-        self.timeouts_in_row = self.timeouts_in_row.saturating_add(1);
-        if self.timeouts_in_row < timeouts.lost_after || self.fault == Some(Fault::Lost) {
-            return None;
-        }
-        self.timeouts_in_row = 0;
-        Some(Fault::Lost)
-    }
-
-    /// Moves the target along the ramp; at its end the axis holds or is disabled.
-    pub(crate) fn advance_ramp(&mut self, log: &mut Log<'_>) {
-        let Some(ramp) = &mut self.ramp else { return };
-        if !ramp.is_done() {
-            self.books.set_target(ramp.next_target());
-        } else if self.books.backlog_counts() == 0 {
-            self.ramp = None;
-            let next = if self.disable_after_ramp {
-                AxisState::Disabling
-            } else {
-                AxisState::Holding
-            };
-            self.enter(next, Reason::Standstill, log);
+    fn enter(&mut self, to: AxisState, reason: Reason, log: &mut Log<'_>) {
+        // A stop that ends while a fault is latched, or without a known position, does not end in readiness.
+        let to = match to {
+            AxisState::Ready | AxisState::Holding if self.fault.is_some() => AxisState::Faulted,
+            AxisState::Ready if !self.referenced => AxisState::Anchoring,
+            other => other,
+        };
+        log.push(Happening::State {
+            from: self.state,
+            to,
+            reason,
+        });
+        self.state = to;
+        self.since = log.now;
+        match to {
+            // Nothing read before is believed of a drive that may have been exchanged or restarted.
+            AxisState::Probing => self.feedback = Feedback::default(),
+            AxisState::AwaitingStandstill => self.still_since = None,
+            // Only a status read from now on may confirm.
+            AxisState::ConfirmingEnable | AxisState::ConfirmingDisable => {
+                self.feedback.status = None;
+            }
+            _ => {}
         }
     }
 
-    pub(crate) fn disable_after_ramp(&mut self) {
-        self.disable_after_ramp = true;
-    }
-
-    pub(crate) fn start_ramp(
-        &mut self,
-        cycles: u16,
-        then_disable: bool,
-        reason: Reason,
-        log: &mut Log<'_>,
-    ) {
+    fn start_ramp(&mut self, cycles: u16, then_disable: bool, reason: Reason, log: &mut Log<'_>) {
         let velocity = self.books.velocity_counts();
         self.books.drop_backlog();
         self.ramp = Some(Ramp::new(self.books.sent_counts(), velocity, cycles));
@@ -229,8 +234,12 @@ impl Axis {
         self.enter(AxisState::RampingDown, reason, log);
     }
 
+    fn disable_after_ramp(&mut self) {
+        self.disable_after_ramp = true;
+    }
+
     /// No further set-point; what is owed is forgotten.
-    pub(crate) fn halt(&mut self, to: AxisState, reason: Reason, log: &mut Log<'_>) {
+    fn halt(&mut self, to: AxisState, reason: Reason, log: &mut Log<'_>) {
         self.books.drop_backlog();
         self.ramp = None;
         self.held = self.state.is_enabled();
@@ -238,8 +247,8 @@ impl Axis {
     }
 
     /// Notes a fault; the first one of its own stays.
-    pub(crate) fn latch(&mut self, fault: Fault, log: &mut Log<'_>) {
-        log.push(EventKind::Fault(fault));
+    fn latch(&mut self, fault: Fault, log: &mut Log<'_>) {
+        log.push(Happening::Fault(fault));
         self.procedure_aborted(log);
         if self.fault.is_none_or(|latched| latched == Fault::Group) {
             self.fault = Some(fault);
@@ -249,19 +258,8 @@ impl Axis {
         }
     }
 
-    /// An alarm frame came. False when it only repeats one that is not cleared: a drive that alarms for ever must not keep the
-    /// polls of the others quiet for ever.
-    pub(crate) fn is_first_alarm(&mut self) -> bool {
-        !core::mem::replace(&mut self.alarm_heard, true)
-    }
-
-    /// The bus failed: a reply that is still awaited may come late, or never.
-    pub(crate) fn abandon_request(&mut self, now: Instant, quarantine_us: u32) {
-        self.slot.close(now, quarantine_us);
-    }
-
     /// The application has seen the fault.
-    pub(crate) fn clear(&mut self, log: &mut Log<'_>) {
+    fn clear(&mut self, log: &mut Log<'_>) {
         let Some(fault) = self.fault.take() else {
             return;
         };

@@ -4,6 +4,7 @@ use dyn_can::{Reply, ReplyKind, Request};
 
 use super::{Axis, Log};
 use crate::event::EventKind;
+use crate::family::Life;
 use crate::life::{AxisState, Reason};
 use crate::procedure::{Confirmation, Procedure, ProcedureEnd, ProcedureError, Run};
 use crate::time::Instant;

@@ -1,17 +1,19 @@
 //! Frames of one axis on their way out, and back.
 
-use dyn_can::{DataFrame, PdStep, ReplyKind, Request, ServoSwitch, go_relative_pos_pd};
+use dyn_can::{Address, DataFrame, PdStep, ReplyKind, Request, ServoSwitch, go_relative_pos_pd};
 
 use super::{Axis, Log};
+use crate::config::MasterConfig;
 use crate::event::EventKind;
+use crate::family::{Life, Sends, Switch};
 use crate::life::{AxisState, Reason};
 use crate::polls::PollKind;
 use crate::time::Instant;
 
-impl Axis {
+impl Sends for Axis {
     /// The request to send next, and for how many cycles it has been due: what a state waits for, then what a procedure
     /// wants, beat every poll.
-    pub(crate) fn wanted_request(&self, cycle: u32) -> Option<(Request, u32)> {
+    fn wanted_request(&self, cycle: u32) -> Option<(Request, u32)> {
         if !self.slot.is_free() {
             return None;
         }
@@ -32,7 +34,7 @@ impl Axis {
     }
 
     /// The set-point of this cycle.
-    pub(crate) fn set_point(&self) -> (DataFrame, PdStep) {
+    fn set_point(&self) -> (DataFrame, PdStep) {
         let step = self.books.next_step(self.config.limits.max_step);
         (
             go_relative_pos_pd(self.config.drive, step, self.dialect.number_order),
@@ -40,49 +42,39 @@ impl Axis {
         )
     }
 
-    /// The request that asks for a reading.
-    fn request(&self, kind: ReplyKind) -> Request {
-        use dyn_can::ReadSelector::{Position, Torque};
-        match kind {
-            ReplyKind::DriveId => Request::ReadDriveId,
-            ReplyKind::DriveConfig => Request::ReadDriveConfig,
-            ReplyKind::DriveStatus => Request::ReadDriveStatus,
-            ReplyKind::Position => Request::GeneralRead(Position),
-            ReplyKind::Torque => Request::GeneralRead(Torque),
-            ReplyKind::ParamGroup1 => Request::ReadParamGroup1,
-            ReplyKind::ParamGroup2 => Request::ReadParamGroup2,
-            ReplyKind::ParamGroup3 => Request::ReadParamGroup3,
-            ReplyKind::MotorSpeed => Request::ReadMotorSpeed,
-            ReplyKind::DriveReset => Request::DriveReset,
-            ReplyKind::Echo => Request::EchoFunction(self.echo_bytes()),
-            ReplyKind::DiagnosticCounter => Request::DiagnosticCounter,
-        }
+    fn switch_frame(&self, switch: Switch) -> Option<DataFrame> {
+        let switch = match switch {
+            Switch::Enable => ServoSwitch::Enable,
+            Switch::Disable => ServoSwitch::Disable,
+        };
+        let address = Address::Drive(self.config.drive);
+        let request = Request::ServoDisable(switch);
+        request.encode(address, &self.dialect).ok()
     }
 
-    pub(super) const fn echo_bytes(&self) -> [u8; 4] {
-        [
-            self.config.drive.get(),
-            self.echo_token,
-            !self.echo_token,
-            0x55,
-        ]
+    fn request_frame(&self, request: Request) -> Option<DataFrame> {
+        let address = Address::Drive(self.config.drive);
+        // Procedures were checked against the revision when they started, and readings exist in both.
+        let frame = request.encode(address, &self.dialect).ok()?;
+        self.slot.is_free().then_some(frame)
     }
 
     /// The controller accepted a set-point.
-    pub(crate) fn stepped(&mut self, step: PdStep, now: Instant) {
+    fn stepped(&mut self, step: PdStep, now: Instant) {
         self.books.sent(step);
         self.drift.stepped(step, now);
         self.counters.set_points = self.counters.set_points.wrapping_add(1);
     }
 
     /// The controller accepted the request.
-    pub(crate) fn requested(
+    fn requested(
         &mut self,
         request: Request,
         cycle: u32,
-        reply_us: u32,
+        config: &MasterConfig,
         log: &mut Log<'_>,
     ) {
+        let reply_us = config.timeouts.reply_us;
         self.counters.requests = self.counters.requests.wrapping_add(1);
         if self.wanted_command() == Some(request) {
             self.told(request, reply_us, log);
@@ -95,17 +87,17 @@ impl Axis {
     }
 
     /// The controller accepted the enable or disable command.
-    pub(crate) fn switched(&mut self, switch: ServoSwitch, log: &mut Log<'_>) {
-        self.may_be_enabled = switch == ServoSwitch::Enable;
+    fn switched(&mut self, switch: Switch, log: &mut Log<'_>) {
+        self.may_be_enabled = switch == Switch::Enable;
         let next = match switch {
-            ServoSwitch::Enable => AxisState::ConfirmingEnable,
-            ServoSwitch::Disable => AxisState::ConfirmingDisable,
+            Switch::Enable => AxisState::ConfirmingEnable,
+            Switch::Disable => AxisState::ConfirmingDisable,
         };
         self.enter(next, Reason::Sent, log);
     }
 
     /// The controller gave a frame back unsent.
-    pub(crate) fn displaced(&mut self, frame: &DataFrame, cycle: u32, log: &mut Log<'_>) {
+    fn displaced(&mut self, frame: &DataFrame, cycle: u32, log: &mut Log<'_>) {
         let Ok((_, request)) = Request::decode(frame, &self.dialect) else {
             log.push(EventKind::ForeignFrame { id: frame.id() });
             return;
@@ -133,6 +125,44 @@ impl Axis {
                 }
             }
         }
+    }
+
+    fn owes_set_point(&self) -> bool {
+        self.books.backlog_counts() != 0
+    }
+
+    fn merged(&mut self) {
+        self.counters.merged = self.counters.merged.wrapping_add(1);
+    }
+}
+
+impl Axis {
+    /// The request that asks for a reading.
+    fn request(&self, kind: ReplyKind) -> Request {
+        use dyn_can::ReadSelector::{Position, Torque};
+        match kind {
+            ReplyKind::DriveId => Request::ReadDriveId,
+            ReplyKind::DriveConfig => Request::ReadDriveConfig,
+            ReplyKind::DriveStatus => Request::ReadDriveStatus,
+            ReplyKind::Position => Request::GeneralRead(Position),
+            ReplyKind::Torque => Request::GeneralRead(Torque),
+            ReplyKind::ParamGroup1 => Request::ReadParamGroup1,
+            ReplyKind::ParamGroup2 => Request::ReadParamGroup2,
+            ReplyKind::ParamGroup3 => Request::ReadParamGroup3,
+            ReplyKind::MotorSpeed => Request::ReadMotorSpeed,
+            ReplyKind::DriveReset => Request::DriveReset,
+            ReplyKind::Echo => Request::EchoFunction(self.echo_bytes()),
+            ReplyKind::DiagnosticCounter => Request::DiagnosticCounter,
+        }
+    }
+
+    pub(super) const fn echo_bytes(&self) -> [u8; 4] {
+        [
+            self.config.drive.get(),
+            self.echo_token,
+            !self.echo_token,
+            0x55,
+        ]
     }
 
     /// An enable command is repeated only while it is still wanted; a disable command always.

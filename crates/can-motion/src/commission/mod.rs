@@ -159,6 +159,7 @@ impl<S: Script> Commissioner<S> {
 
 impl<S: Script> BusUser for Commissioner<S> {
     type Outgoing = DataFrame;
+    type Frame = DataFrame;
 
     fn next_frame(&self) -> Option<DataFrame> {
         match &self.phase {
