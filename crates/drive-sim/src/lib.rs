@@ -29,6 +29,7 @@
 //! | [`outage`] | time windows in which the bus is blocked or disturbed |
 //! | [`bus`] | virtual time, arbitration, delivery, retransmission, load |
 //! | [`log`], [`candump`] | what was on the wire, and its text form |
+//! | [`dyn_drive`], [`zlac_drive`] | simulated drives: DYN2/DYN4, and ZLAC8030L on CANopen |
 //! | [`device`], [`mod@bench`] | simulated devices and masters on one bus, in correct time order |
 //!
 //! # Example
@@ -87,6 +88,7 @@ pub mod receive;
 pub mod script;
 pub mod split_mix;
 pub mod wire;
+pub mod zlac_drive;
 
 pub use bench::{Bench, DeviceId};
 pub use bit_rate::{BitRate, UnsupportedBitRate};
@@ -113,3 +115,7 @@ pub use receive::{AcceptanceFilter, Overrun, RxQueue};
 pub use script::{FrameMatch, ScriptedFaults};
 pub use split_mix::SplitMix64;
 pub use wire::WireLength;
+pub use zlac_drive::{
+    EepromWear, OfflineReaction, ReplyDamage, ZlacBooks, ZlacDrive, ZlacDriveConfig, ZlacFaults,
+    ZlacQuirks,
+};

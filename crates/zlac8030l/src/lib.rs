@@ -21,6 +21,7 @@ pub mod objects;
 mod pdo;
 mod sdo;
 mod sdo_client;
+mod set_up;
 mod status_word;
 
 pub use abort::AbortCode;
@@ -38,5 +39,8 @@ pub use pdo::{MAX_ENTRIES, MappingEntry, MappingError, PdoDirection, PdoMapping,
 pub use sdo::{SdoReply, SdoRequest};
 pub use sdo_client::{
     SdoBusy, SdoClient, SdoEnd, SdoEvent, SdoHeard, SdoIgnored, SdoQuirks, SdoTimeouts,
+};
+pub use set_up::{
+    Firmware, PdoSetUp, SetUp, SetUpError, SetUpOptions, SetUpReport, SetUpStep, Setting,
 };
 pub use status_word::{State, StatusWord};

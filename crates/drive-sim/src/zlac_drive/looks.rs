@@ -1,0 +1,76 @@
+//! What a test may look at.
+//!
+//! Law: looking changes nothing. Methods that take `at_ns` tell the state at that instant if nothing happens until then.
+
+use zlac8030l::ObjectAddress;
+
+use super::config::ZlacDriveConfig;
+use super::memory::EepromWear;
+use super::network::NodeState;
+use super::{ZlacBooks, ZlacDrive, ZlacFaults};
+
+impl ZlacDrive {
+    /// Its configuration.
+    pub fn config(&self) -> &ZlacDriveConfig {
+        &self.config
+    }
+
+    /// What it heard and said since it was made.
+    pub fn books(&self) -> &ZlacBooks {
+        &self.books
+    }
+
+    /// How often its EEPROM was written.
+    pub fn eeprom_wear(&self) -> EepromWear {
+        self.memory.wear()
+    }
+
+    /// Faults, to command some.
+    pub fn faults_mut(&mut self) -> &mut ZlacFaults {
+        &mut self.faults
+    }
+
+    /// The value of an object as its bits; 0 for an object that it does not have.
+    pub fn object(&self, at_ns: u64, address: ObjectAddress) -> u32 {
+        self.read(at_ns, (address.index, address.sub))
+    }
+
+    /// The status word.
+    pub fn status_word(&self, at_ns: u64) -> u16 {
+        let with_cia402 = !self.config.quirks.status_word_without_cia402_bits;
+        let stopped = self.emergency_input && self.memory.has_emergency_input();
+        self.stage.status_bits(with_cia402)
+            | self.motion.at(at_ns).status_bits()
+            | u16::from(stopped) << 15
+    }
+
+    /// Whether the motor is energised and follows its targets.
+    pub fn is_enabled(&self) -> bool {
+        self.stage.is_enabled()
+    }
+
+    /// Whether PDOs run.
+    pub fn is_operational(&self) -> bool {
+        self.network.state() == NodeState::Operational
+    }
+
+    /// Speed of the wheel in r/min.
+    pub fn speed_rpm(&self, at_ns: u64) -> f64 {
+        self.motion.at(at_ns).speed_rpm()
+    }
+
+    /// Position that it reports, in counts.
+    pub fn position_counts(&self, at_ns: u64) -> i64 {
+        self.motion.at(at_ns).counts()
+    }
+
+    /// Distance of the wheel from where it stood at 0 ns, in counts; no clearing and no power cycle changes it.
+    pub fn travel_counts(&self, at_ns: u64) -> i64 {
+        self.motion.at(at_ns).travel_counts()
+    }
+
+    /// Counts of one turn: four a line of the encoder.
+    pub fn counts_per_turn(&self) -> f64 {
+        self.motion.counts_per_turn()
+    }
+}

@@ -1,0 +1,276 @@
+//! The wheel of one drive in lazy time.
+//!
+//! Law: time is cut into ticks of [`TICK_NS`]; speed changes by at most the acceleration in force, and looking changes nothing.
+//! Positions are in counts, four a line; speeds in counts a second.
+
+use super::config::ZlacDriveConfig;
+use super::memory::Memory;
+use super::objects;
+use super::power_stage::{PowerStage, Stage};
+
+/// Length of a tick.
+pub(super) const TICK_NS: u64 = 250_000;
+const TICK_S: f64 = TICK_NS as f64 * 1e-9;
+const MS_PER_S: f64 = 1_000.0;
+const S_PER_MIN: f64 = 60.0;
+
+/// What the motor tries to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Goal {
+    /// Power stage off.
+    Free,
+    /// A speed, reached with the accelerations in force.
+    Speed { target: f64 },
+    /// A position with a profile.
+    Position { target: f64, speed: f64 },
+    /// A current; it accelerates the wheel, friction brakes it.
+    Torque { ma: f64 },
+}
+
+/// Reference and wheel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Motion {
+    ticks: u64,
+    position: f64,
+    speed: f64,
+    goal: Goal,
+    acceleration: f64,
+    deceleration: f64,
+    motor_acceleration: f64,
+    coast: f64,
+    counts_per_turn: f64,
+    /// n of the speed resolution in force since power-on.
+    resolution: f64,
+    /// Where the wheel stands when the drive reports 0.
+    origin: f64,
+    set_point: Option<f64>,
+    acknowledged: bool,
+    mode: i8,
+    rpm_s: (f64, f64),
+}
+
+impl Motion {
+    pub(super) fn new(config: &ZlacDriveConfig) -> Self {
+        Self {
+            ticks: 0,
+            position: 0.0,
+            speed: 0.0,
+            goal: Goal::Free,
+            acceleration: 0.0,
+            deceleration: 0.0,
+            motor_acceleration: 0.0,
+            coast: 0.0,
+            counts_per_turn: 1.0,
+            resolution: 1.0,
+            origin: 0.0,
+            set_point: None,
+            acknowledged: false,
+            mode: 0,
+            rpm_s: (
+                config.motor_acceleration_rpm_s,
+                config.coast_deceleration_rpm_s,
+            ),
+        }
+    }
+
+    /// Takes over what changes at power-on only; the encoder is incremental, so the position is 0.
+    pub(super) fn power_on(&mut self, memory: &Memory) {
+        self.counts_per_turn = f64::from(memory.get(objects::ENCODER_LINES).max(1)) * 4.0;
+        self.resolution = f64::from(memory.get(objects::SPEED_RESOLUTION).max(1));
+        let (motor, coast) = self.rpm_s;
+        self.motor_acceleration = self.counts_s(motor);
+        self.coast = self.counts_s(coast);
+        self.origin = self.position;
+        self.set_point = None;
+        self.mode = 0;
+    }
+
+    fn counts_s(&self, rpm: f64) -> f64 {
+        rpm * self.counts_per_turn / S_PER_MIN
+    }
+
+    pub(super) fn advance_to(&mut self, at_ns: u64) {
+        let until = at_ns / TICK_NS;
+        while self.ticks < until && !self.at_rest() {
+            self.tick();
+            self.ticks += 1;
+        }
+        self.ticks = self.ticks.max(until);
+    }
+
+    /// Nothing changes until the next command.
+    pub(super) fn at_rest(&self) -> bool {
+        self.speed == 0.0
+            && match self.goal {
+                Goal::Free => true,
+                Goal::Speed { target } => target == 0.0,
+                Goal::Position { target, .. } => target == self.position,
+                Goal::Torque { ma } => ma == 0.0,
+            }
+    }
+
+    fn tick(&mut self) {
+        let (wanted, rate) = match self.goal {
+            Goal::Free => (0.0, self.coast),
+            Goal::Speed { target } => (target, self.rate_to(target)),
+            Goal::Position { target, speed } => {
+                let distance = target - self.position;
+                let braking = (2.0 * self.deceleration * distance.abs()).sqrt();
+                // Half a tick's way is arrival: the profile cannot be finer.
+                if distance.abs() <= 0.5 || distance.abs() <= self.deceleration * TICK_S * TICK_S {
+                    self.position = target;
+                    self.speed = 0.0;
+                    return;
+                }
+                let wanted = distance.signum() * braking.min(speed).min(distance.abs() / TICK_S);
+                (wanted, self.rate_to(wanted).max(self.deceleration * 1.1))
+            }
+            Goal::Torque { ma } => {
+                // 1 A accelerates the unloaded wheel twice as much as friction brakes it.
+                let drive = ma / MS_PER_S * 2.0 * self.coast;
+                let friction = self.coast.min(self.speed.abs() / TICK_S) * self.speed.signum();
+                self.speed += (drive - friction) * TICK_S;
+                self.position += self.speed * TICK_S;
+                return;
+            }
+        };
+        let change = (wanted - self.speed).clamp(-rate * TICK_S, rate * TICK_S);
+        let before = self.speed;
+        self.speed += change;
+        self.position += (before + self.speed) / 2.0 * TICK_S;
+    }
+
+    fn rate_to(&self, wanted: f64) -> f64 {
+        let slower = wanted.abs() < self.speed.abs() || wanted * self.speed < 0.0;
+        if slower {
+            self.deceleration
+        } else {
+            self.acceleration
+        }
+    }
+
+    pub(super) fn release(&mut self) {
+        self.goal = Goal::Free;
+    }
+
+    /// An acceleration that takes a time from standstill to the largest speed; 0 is as fast as the motor can.
+    fn ramp(&self, memory: &Memory, time_ms: u32) -> f64 {
+        let top = self.counts_s(f64::from(memory.get(objects::MAX_SPEED)));
+        match time_ms {
+            0 => self.motor_acceleration,
+            ms => (top * MS_PER_S / f64::from(ms)).min(self.motor_acceleration),
+        }
+    }
+
+    pub(super) fn drive(&mut self, stage: &PowerStage, emergency_input: bool, memory: &Memory) {
+        self.acceleration = self.ramp(memory, memory.get(objects::ACCELERATION_TIME));
+        let emergency = emergency_input || stage.stage() == Stage::QuickStop;
+        let time = if emergency {
+            objects::EMERGENCY_TIME
+        } else {
+            objects::DECELERATION_TIME
+        };
+        self.deceleration = self.ramp(memory, memory.get(time));
+        self.goal = match stage.stage() {
+            Stage::Enabled if emergency_input || stage.halted() => Goal::Speed { target: 0.0 },
+            Stage::Enabled => self.enabled_goal(memory),
+            Stage::QuickStop => Goal::Speed { target: 0.0 },
+            Stage::Off | Stage::Ready | Stage::SwitchedOn | Stage::Fault => {
+                self.set_point = None;
+                Goal::Free
+            }
+        };
+    }
+
+    fn enabled_goal(&self, memory: &Memory) -> Goal {
+        match self.mode {
+            1 => match self.set_point {
+                Some(target) => Goal::Position {
+                    target,
+                    speed: self.counts_s(f64::from(memory.get(objects::PROFILE_SPEED))),
+                },
+                None => Goal::Speed { target: 0.0 },
+            },
+            3 => Goal::Speed {
+                target: self
+                    .counts_s(f64::from(memory.signed(objects::TARGET_SPEED)) / self.resolution),
+            },
+            4 => Goal::Torque {
+                // The lower 16 bits are the object.
+                ma: f64::from(memory.get(objects::TARGET_TORQUE) as i16),
+            },
+            _ => Goal::Speed { target: 0.0 },
+        }
+    }
+
+    pub(super) fn set_mode(&mut self, mode: i8) {
+        self.mode = mode;
+        self.set_point = None;
+    }
+
+    pub(super) fn mode(&self) -> i8 {
+        self.mode
+    }
+
+    pub(super) fn new_set_point(&mut self, relative: bool, memory: &Memory) {
+        let counts = f64::from(memory.signed(objects::TARGET_POSITION));
+        let from = if relative { self.position } else { self.origin };
+        self.set_point = (self.mode == 1).then_some((from + counts).round());
+    }
+
+    pub(super) fn set_acknowledged(&mut self, acknowledged: bool) {
+        self.acknowledged = acknowledged && self.set_point.is_some();
+    }
+
+    pub(super) fn clear_position(&mut self) {
+        self.origin = self.position;
+    }
+
+    /// Position as reported.
+    pub(super) fn counts(&self) -> i64 {
+        (self.position - self.origin).round() as i64
+    }
+
+    /// Distance from where the wheel stood at 0 ns; nothing changes it but motion.
+    pub(super) fn travel_counts(&self) -> i64 {
+        self.position.round() as i64
+    }
+
+    pub(super) fn speed_rpm(&self) -> f64 {
+        self.speed / self.counts_per_turn * S_PER_MIN
+    }
+
+    pub(super) fn counts_per_turn(&self) -> f64 {
+        self.counts_per_turn
+    }
+
+    /// Bits 10, 12 and 14 of the status word.
+    pub(super) fn status_bits(&self) -> u16 {
+        let reached = match self.goal {
+            Goal::Free => false,
+            Goal::Speed { target } => (self.speed - target).abs() < 1e-6,
+            Goal::Position { target, .. } => target == self.position,
+            Goal::Torque { .. } => true,
+        };
+        let bit_12 = match self.mode {
+            1 => self.acknowledged,
+            3 => self.speed == 0.0,
+            _ => false,
+        };
+        u16::from(reached) << 10 | u16::from(bit_12) << 12 | u16::from(self.speed != 0.0) << 14
+    }
+
+    /// Current in mA.
+    pub(super) fn current_ma(&self) -> f64 {
+        match self.goal {
+            Goal::Torque { ma } => ma,
+            _ => 0.0,
+        }
+    }
+
+    /// The same motion at `at_ns`, if nothing happens until then.
+    pub(super) fn at(mut self, at_ns: u64) -> Self {
+        self.advance_to(at_ns);
+        self
+    }
+}

@@ -1,0 +1,81 @@
+//! Why a set-up stops.
+
+use core::fmt;
+
+use crate::abort::AbortCode;
+use crate::error::WidthError;
+use crate::object::ObjectAddress;
+
+/// Why a set-up stopped. Nothing is undone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum SetUpError {
+    /// Another drive than this codec knows, or another firmware than expected.
+    Identity {
+        /// What was compared.
+        address: ObjectAddress,
+        /// What this drive has.
+        expected: u32,
+        /// What is there.
+        actual: u32,
+    },
+    /// The drive refused.
+    Refused {
+        /// The object.
+        address: ObjectAddress,
+        /// Why.
+        code: AbortCode,
+    },
+    /// The drive did not answer, or not with an expedited transfer.
+    Silent {
+        /// The object.
+        address: ObjectAddress,
+    },
+    /// The drive holds the object in another width.
+    Width {
+        /// The object.
+        address: ObjectAddress,
+        /// Both widths.
+        error: WidthError,
+    },
+    /// The value read back is not the one that was written.
+    NotTaken {
+        /// The object.
+        address: ObjectAddress,
+        /// What was written.
+        expected: u32,
+        /// What is there.
+        actual: u32,
+    },
+}
+
+impl fmt::Display for SetUpError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Identity {
+                address,
+                expected,
+                actual,
+            } => write!(
+                f,
+                "this is another drive or firmware: {address} should be 0x{expected:X}, it is 0x{actual:X}"
+            ),
+            Self::Refused { address, code } => write!(f, "the drive refuses {address}: {code}"),
+            Self::Silent { address } => write!(f, "no answer about {address}"),
+            Self::Width { address, error } => write!(f, "{address}: {error}"),
+            Self::NotTaken {
+                address,
+                expected,
+                actual,
+            } => {
+                write!(
+                    f,
+                    "{address} was written as 0x{expected:X} and reads 0x{actual:X}"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for SetUpError {}
