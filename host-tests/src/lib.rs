@@ -11,6 +11,7 @@
 
 pub mod arguments;
 pub mod campaign;
+pub mod canopen_bridge;
 pub mod dyn_can_rejects;
 pub mod dyn_can_replies;
 pub mod dyn_can_requests;
