@@ -19,7 +19,7 @@
 //!
 //! # What is not here
 //!
-//! The real servo loop, supply voltage and temperature, lines and arcs (D56), the brake output, the serial port.
+//! The real servo loop, supply voltage and temperature, lines and arcs (D56), the brake output.
 
 mod books;
 mod config;
@@ -31,6 +31,7 @@ mod reference;
 mod registers;
 mod replies;
 mod requests;
+mod serial;
 mod servo;
 mod settings;
 mod state;
@@ -61,6 +62,7 @@ use power::Power;
 use registers::Registers;
 use replies::Outbox;
 use requests::WaveRegisters;
+use serial::SerialPort;
 use servo::Limits;
 
 /// Seconds in a minute, between rpm and counts per second.
@@ -84,6 +86,7 @@ pub struct DynDrive {
     last_alarm_frame_ns: Option<u64>,
     power: Power,
     outbox: Outbox,
+    serial: SerialPort,
     faults: DriveFaults,
     books: Books,
     /// When it wants to run. Kept, because a bench asks every drive at every event.
@@ -109,6 +112,7 @@ impl DynDrive {
             last_alarm_frame_ns: None,
             power: Power::On,
             outbox: Outbox::new(config.response_delay, config.seed),
+            serial: SerialPort::default(),
             faults: DriveFaults::default(),
             books: Books::default(),
             next_event_ns: None,

@@ -30,6 +30,7 @@
 //! | [`bus`] | virtual time, arbitration, delivery, retransmission, load |
 //! | [`log`], [`candump`] | what was on the wire, and its text form |
 //! | [`dyn_drive`], [`zlac_drive`] | simulated drives: DYN2/DYN4, and ZLAC8030L on CANopen |
+//! | [`serial_line`] | byte times of a serial line, and what the relays of a chain add |
 //! | [`device`], [`mod@bench`] | simulated devices and masters on one bus, in correct time order |
 //!
 //! # Example
@@ -86,6 +87,7 @@ pub mod outage;
 pub mod port;
 pub mod receive;
 pub mod script;
+pub mod serial_line;
 pub mod split_mix;
 pub mod wire;
 pub mod zlac_drive;
@@ -113,6 +115,7 @@ pub use outage::{EmptyOutage, Outage, OutageKind};
 pub use port::{NotBusOff, Port};
 pub use receive::{AcceptanceFilter, Overrun, RxQueue};
 pub use script::{FrameMatch, ScriptedFaults};
+pub use serial_line::{SerialDevice, SerialLine};
 pub use split_mix::SplitMix64;
 pub use wire::WireLength;
 pub use zlac_drive::{

@@ -24,6 +24,12 @@ pub struct Books {
     pub undecodable_frames: u64,
     /// Frames with the factory's function code 0x0F, which nobody may send.
     pub factory_frames: u64,
+    /// Packets to this drive over its serial port that are a request.
+    pub serial_requests: u64,
+    /// Packets to this drive over its serial port that are none, or that ask to store what cannot be stored.
+    pub undecodable_packets: u64,
+    /// Replies over the serial port that were prepared, dropped ones included.
+    pub serial_replies: u64,
     /// Replies that were prepared, dropped ones included.
     pub replies: u64,
     /// Data errors that were prepared.

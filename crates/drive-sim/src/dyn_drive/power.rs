@@ -34,6 +34,7 @@ impl DynDrive {
     pub(super) fn cut_power(&mut self, now_ns: u64, off_ns: u64) {
         self.motion.release();
         self.outbox.clear();
+        self.serial.clear();
         self.alarm = Alarm::None;
         self.last_alarm_frame_ns = None;
         self.power = Power::Down {

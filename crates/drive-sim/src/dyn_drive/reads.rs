@@ -47,7 +47,7 @@ impl DynDrive {
         DriveStatus::new(on_position, motion.is_free(), self.alarm, motion.is_busy())
     }
 
-    fn torque(&self, now_ns: u64) -> Torque {
+    pub(super) fn torque(&self, now_ns: u64) -> Torque {
         let full_scale = self.config.dialect.torque_full_scale;
         let steps = self.config.lost_phase_steps.unwrap_or(LOST_PHASE_STEPS);
         let gear_ratio = units::gear_ratio(self.registers.ram.group3.gear_number);

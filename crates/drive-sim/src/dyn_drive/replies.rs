@@ -58,7 +58,7 @@ impl Outbox {
     }
 
     /// The delay of a dropped reply is drawn too, so that a fault does not change the delays behind it.
-    fn draw_delay_ns(&mut self) -> u64 {
+    pub(super) fn draw_delay_ns(&mut self) -> u64 {
         let window_ns = self.delay.max_ns() - self.delay.min_ns();
         self.delay.min_ns() + self.random.up_to(window_ns)
     }

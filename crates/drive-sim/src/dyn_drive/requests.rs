@@ -85,7 +85,7 @@ impl DynDrive {
         }
     }
 
-    fn obey(&mut self, now_ns: u64, request: Request) {
+    pub(super) fn obey(&mut self, now_ns: u64, request: Request) {
         match request {
             Request::GoRelativePosPd(step) => self.step(step),
             Request::GoAbsolutePosPtp(_)

@@ -5,6 +5,7 @@ mod commands;
 mod faults;
 mod power;
 mod reads;
+mod serial;
 
 use dyn_can::{ConfigByte, Revision};
 

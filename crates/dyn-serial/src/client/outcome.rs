@@ -29,7 +29,7 @@ pub enum Poll {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Answer {
-    /// A command was sent. Nothing says whether a drive obeyed.
+    /// A command was handed over; its bytes may still be on their way. Nothing says whether a drive obeyed.
     Sent,
     /// A read was answered.
     Reply {

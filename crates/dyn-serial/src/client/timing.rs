@@ -15,7 +15,9 @@ pub struct Timing {
     pub quiet_us: u32,
     /// The longest wait for a quiet line.
     pub quiet_timeout_us: u32,
-    /// The longest wait for a reply, counted from when its request was handed over.
+    /// The longest wait for a reply, counted from when its request was handed over. It must be longer than any reply takes:
+    /// replies have no number, and one that comes later can be taken for the reply to a repetition, or to the next request
+    /// of the same function to the same drive.
     pub reply_timeout_us: u32,
     /// How often a read is sent at most.
     pub attempts: NonZeroU8,
