@@ -176,3 +176,119 @@ fn a_wrong_option_is_refused_and_says_what_is_right() {
         refusal(&["--trajectory", "no-such-file.csv"]).contains("cannot read no-such-file.csv")
     );
 }
+
+/// A folder of its own, removed afterwards.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        Self(std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id())))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // Nothing depends on it: the folder is temporary.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn the_report_has_every_frame_and_the_table_every_cycle() {
+    let file = Scratch::new("report.csv", SHORT);
+    let (log, table) = (
+        Scratch::new("report.log", ""),
+        Scratch::new("table.csv", ""),
+    );
+    let folder = Folder::new("report");
+    let output = sim(&[
+        "--trajectory",
+        file.as_str(),
+        "--report",
+        folder.0.to_str().expect("a path of plain text"),
+        "--csv",
+        table.as_str(),
+        "--candump",
+        log.as_str(),
+    ]);
+    assert!(output.status.success(), "{output:?}");
+    let page = std::fs::read_to_string(folder.0.join("index.html")).expect("the page");
+    let frames = std::fs::read_to_string(&log.0)
+        .expect("the log")
+        .lines()
+        .count();
+    assert!(page.contains(&format!("All {frames} frames of the run.")));
+    assert_eq!(page.matches("<figcaption>Axis ").count(), 2);
+    let rows: Vec<csv::StringRecord> = csv::Reader::from_path(&table.0)
+        .expect("the table")
+        .records()
+        .collect::<Result<_, _>>()
+        .expect("rows");
+    let last = rows.last().expect("a row");
+    // Behind time, load and late: target, sent and drive of axis 0, seven columns for each axis.
+    let column = |number: usize| last[number].parse::<i64>().expect("a number");
+    assert_eq!([column(3), column(4), column(5)], [16_384; 3]);
+    assert_eq!([column(10), column(11), column(12)], [-8_192; 3]);
+    let end_s: f64 = last[0].parse().expect("a number");
+    assert_eq!(rows.len(), (end_s * 1e3).round() as usize);
+}
+
+#[test]
+fn a_fault_script_shows_what_the_master_does() {
+    let file = Scratch::new("faults.csv", SHORT);
+    let run = |name: &str, script: &str| {
+        let script = Scratch::new(name, script);
+        summary(&["--trajectory", file.as_str(), "--faults", script.as_str()])
+    };
+    let (status, json) = run(
+        "alarm.toml",
+        "[[alarm]]\nat_s = 0.1\ndrive = 2\nalarm = \"over-current\"\n",
+    );
+    assert_eq!(status, 1, "{json}");
+    assert_eq!(json["axes"][1]["fault"], "the drive reports an alarm");
+    assert_eq!(
+        json["axes"][0]["fault"],
+        "another axis of the group has a fault"
+    );
+
+    // Missed cycles cost time and no position.
+    let (status, json) = run("missed.toml", "[[miss_cycles]]\nat_s = 0.1\ncycles = 2\n");
+    assert_eq!((status, &json["late_cycles"]), (1, &2.into()), "{json}");
+    assert_eq!(json["axes"][0]["received_counts"], 16_384);
+
+    // The drive has one step twice: the master sees it at standstill.
+    let (status, json) = run(
+        "twice.toml",
+        "[[repeat_set_point]]\nat_s = 0.1\ndrive = 1\n",
+    );
+    assert_eq!(status, 1, "{json}");
+    assert!(
+        json["axes"][0]["received_counts"].as_i64() > Some(16_384),
+        "{json}"
+    );
+
+    let (_, json) = run("disturb.toml", "[[disturb]]\nat_s = 0.1\nfor_s = 0.05\n");
+    assert_eq!(
+        json["axes"][0]["fault"],
+        "the bus failed, the fate of the latest set-points is unknown"
+    );
+}
+
+#[test]
+fn a_fault_script_that_cannot_be_played_is_refused() {
+    let file = Scratch::new("refused.csv", SHORT);
+    let script = Scratch::new("refused.toml", "[[unplug]]\nat_s = 0.1\ndrive = 3\n");
+    let with = |path: &str| refusal(&["--trajectory", file.as_str(), "--faults", path]);
+    let message = with(script.as_str());
+    assert!(message.contains("refused.toml: line 1: drive 3 takes no part; the drives are 1 2"));
+    assert!(with("no-such-script.toml").contains("cannot read no-such-script.toml"));
+}
+
+#[test]
+fn the_live_view_needs_a_terminal() {
+    let message = refusal(&["--live"]);
+    assert!(
+        message.contains("the live view needs a terminal"),
+        "{message}"
+    );
+}

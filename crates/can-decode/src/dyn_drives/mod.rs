@@ -22,6 +22,7 @@ use dyn_can::{
 use crate::conversation::{Conversation, Direction};
 use crate::frame::Frame;
 pub use message::{Content, Message, Note};
+pub use words::Said;
 
 /// How to listen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -16,23 +16,40 @@ const MS: f64 = 1e6;
 
 impl Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_party(f, self.direction(), self.address)?;
-        f.write_str(self.function.name())?;
-        f.write_str(": ")?;
-        match &self.content {
-            Content::Request(request) => write_request(f, request)?,
-            Content::Reply { reply, response_ns } => {
-                write_reply(f, reply)?;
-                if let (Some(ns), None) = (response_ns, self.note) {
-                    write!(f, " ({:.3} ms after the request)", *ns as f64 / MS)?;
-                }
-            }
-            Content::PositionOrTorque { value } => {
-                write!(f, "position or torque {value}, its request was not seen")?;
-            }
-            Content::Undecodable { error, .. } => write!(f, "does not decode: {error}")?,
+        self.said().fmt(f)?;
+        if let (Some(ns), None) = (self.response_ns(), self.note) {
+            write!(f, " ({:.3} ms after the request)", ns as f64 / MS)?;
         }
         self.note.map_or(Ok(()), |note| write!(f, " [{note}]"))
+    }
+}
+
+/// What a message says, without its place in time: equal messages have equal words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Said<'a>(&'a Message);
+
+impl Message {
+    /// What it says, without response time and note.
+    #[must_use]
+    pub const fn said(&self) -> Said<'_> {
+        Said(self)
+    }
+}
+
+impl Display for Said<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let message = self.0;
+        write_party(f, message.direction(), message.address)?;
+        f.write_str(message.function.name())?;
+        f.write_str(": ")?;
+        match &message.content {
+            Content::Request(request) => write_request(f, request),
+            Content::Reply { reply, .. } => write_reply(f, reply),
+            Content::PositionOrTorque { value } => {
+                write!(f, "position or torque {value}, its request was not seen")
+            }
+            Content::Undecodable { error, .. } => write!(f, "does not decode: {error}"),
+        }
     }
 }
 

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use can_motion::PollPeriods;
 use clap::ValueEnum;
 use drive_sim::{BitRate, TxOrder};
-use dyn_can::StepLimit;
+use dyn_can::{DriveId, StepLimit};
 
 use super::bench::{MOST_AXES, Setup};
 use super::error::SimError;
+use super::faults::Script;
 use crate::trajectory::{MotionFile, MotionOptions};
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 
@@ -17,6 +18,9 @@ Examples:
   cargo sim                                     the built-in four-axis pick-and-place
   cargo sim -- --trajectory plan.csv --axes 6   the first six columns behind time, in degrees
   cargo sim -- --trajectory plan.csv --columns shoulder,elbow --gear-ratio 50
+  cargo sim -- --report out                     and a page with pictures, out/index.html
+  cargo sim -- --live                           watch it in the terminal and interfere
+  cargo sim -- --faults examples/faults.toml    see what the master does when things go wrong
   cargo sim -- --candump run.log                and the bus traffic as a candump log
 
 Exit status: 0 every promise kept, 1 a promise broken (a sum differs, a cycle was late, an axis
@@ -51,6 +55,20 @@ pub(crate) struct Arguments {
     /// Write the bus traffic as a candump log; the time is the end of each frame.
     #[arg(long, value_name = "FILE")]
     pub(crate) candump: Option<PathBuf>,
+    /// Write a page with pictures, DIR/index.html: positions, errors, backlog, poll ages, jitter, load, events and
+    /// every frame. It needs no network.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) report: Option<PathBuf>,
+    /// Write a table with one row a cycle: positions, errors, backlog and poll ages of every axis.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Play the faults of a script, see docs/fault-scripts.md.
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
+    /// Show axes, load and events in the terminal while the motion runs in real time; keys stop it, raise alarms and pull
+    /// drives off the bus.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) live: bool,
     /// Print the summary as JSON, and no progress.
     #[arg(long)]
     pub(crate) json: bool,
@@ -74,8 +92,10 @@ impl Arguments {
                 actual: motion.axes(),
             });
         }
+        let drives = motion.drives().map_err(SimError::Motion)?;
         Ok(Setup {
-            drives: motion.drives().map_err(SimError::Motion)?,
+            faults: self.script(&drives)?,
+            drives,
             cycle_us: self.cycle_us,
             bit_rate: self.bit_rate,
             max_step: StepLimit::new(self.max_step).map_err(|source| SimError::Option {
@@ -92,6 +112,25 @@ impl Arguments {
                 TxOrderOption::Fifo => TxOrder::Fifo,
                 TxOrderOption::Identifier => TxOrder::ByIdentifier,
             },
+        })
+    }
+
+    /// Whether something will look at the record of the run.
+    pub(crate) fn records(&self) -> bool {
+        self.report.is_some() || self.csv.is_some() || self.live
+    }
+
+    fn script(&self, drives: &[DriveId]) -> Result<Script, SimError> {
+        let Some(path) = &self.faults else {
+            return Ok(Script::default());
+        };
+        let text = std::fs::read_to_string(path).map_err(|source| SimError::Read {
+            path: path.clone(),
+            source,
+        })?;
+        Script::parse(&text, drives).map_err(|source| SimError::Script {
+            path: path.clone(),
+            source,
         })
     }
 }

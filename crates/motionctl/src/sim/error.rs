@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use can_motion::ConfigError;
 use dyn_can::RangeError;
 
+use super::faults::ScriptError;
 use crate::trajectory::MotionError;
 
 /// A simulation that cannot be run, or whose result cannot be written.
@@ -13,12 +14,23 @@ use crate::trajectory::MotionError;
 pub(crate) enum SimError {
     /// The options make no motion.
     Motion(MotionError),
+    /// A file cannot be read.
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// The fault script is not usable.
+    Script { path: PathBuf, source: ScriptError },
+    /// A picture cannot be drawn.
+    Picture(String),
+    /// The live view cannot use the terminal.
+    Terminal(std::io::Error),
     /// A file cannot be written.
     Write {
         path: PathBuf,
         source: std::io::Error,
     },
-    /// The candump log cannot be written any further.
+    /// The candump log or the table cannot be written any further.
     Log(std::io::Error),
     /// The summary cannot be written as JSON.
     Json(serde_json::Error),
@@ -37,8 +49,15 @@ impl fmt::Display for SimError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Motion(source) => source.fmt(f),
+            Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
+            Self::Script { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Picture(reason) => write!(f, "cannot draw the report: {reason}"),
+            Self::Terminal(source) => write!(
+                f,
+                "the live view needs a terminal ({source}): leave out --live, or use --report"
+            ),
             Self::Write { path, source } => write!(f, "cannot write {}: {source}", path.display()),
-            Self::Log(source) => write!(f, "cannot write the candump log: {source}"),
+            Self::Log(source) => write!(f, "cannot write the log or the table: {source}"),
             Self::Json(source) => write!(f, "cannot write the summary: {source}"),
             Self::Option { name, source } => write!(f, "{name}: {source}"),
             Self::AxisCount { most, actual } => {

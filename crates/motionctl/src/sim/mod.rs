@@ -2,7 +2,13 @@
 
 mod arguments;
 mod bench;
+mod csv;
 mod error;
+mod faults;
+mod live;
+mod recording;
+mod report;
+mod spectator;
 mod summary;
 mod watch;
 
@@ -11,9 +17,13 @@ use std::io::BufWriter;
 use std::process::ExitCode;
 
 use crate::exit;
+use crate::trajectory::Plan;
 pub(crate) use arguments::Arguments;
-use bench::Bench;
+use bench::{Bench, Setup};
 use error::SimError;
+use live::LiveView;
+use recording::Recording;
+use spectator::Nobody;
 use summary::Summary;
 
 /// Checks everything, runs the motion, prints the summary.
@@ -24,16 +34,44 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
         .plan(setup.cycle_us, setup.max_step)
         .map_err(SimError::Motion)?;
     let candump = arguments.candump.as_deref().map(create).transpose()?;
+    let table = arguments.csv.as_deref().map(create).transpose()?;
+    if let Some(folder) = &arguments.report {
+        report::make_folder(folder)?;
+    }
     if let Some(note) = motion.note().filter(|_| !arguments.json) {
         eprintln!("{note}");
     }
-    let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
+    let (summary, recording) = simulate(arguments, setup, candump, &plan)?;
+    if let Some(recording) = recording {
+        if let Some(table) = table {
+            csv::write(table, &recording).map_err(SimError::Log)?;
+        }
+        if let Some(folder) = &arguments.report {
+            let page = report::write(folder, &recording, &summary)?;
+            eprintln!("report: {}", page.display());
+        }
+    }
     print(arguments, &summary)?;
     Ok(if summary.promises_kept() {
         ExitCode::SUCCESS
     } else {
         exit::BROKEN_PROMISE.into()
     })
+}
+
+/// Runs the motion, with the live view or without.
+fn simulate(
+    arguments: &Arguments,
+    setup: Setup,
+    candump: Option<BufWriter<File>>,
+    plan: &Plan,
+) -> Result<(Summary, Option<Recording>), SimError> {
+    if arguments.live {
+        let mut view = LiveView::open(&setup, plan)?;
+        Bench::new(setup, candump, true, &mut view)?.run(plan, false)
+    } else {
+        Bench::new(setup, candump, arguments.records(), &mut Nobody)?.run(plan, !arguments.json)
+    }
 }
 
 fn create(path: &std::path::Path) -> Result<BufWriter<File>, SimError> {

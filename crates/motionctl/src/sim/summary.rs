@@ -31,7 +31,7 @@ pub(crate) struct AxisSummary {
     pub(crate) worst_status_age_ms: f64,
     pub(crate) worst_position_age_ms: f64,
     pub(crate) reply_timeouts: u32,
-    /// The axis still streamed at the end, as it should.
+    /// The axis still streamed at the end, as it should, or held after a stop by the user.
     pub(crate) streamed: bool,
 }
 
@@ -45,7 +45,7 @@ impl AxisSummary {
 }
 
 /// A whole simulation.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(crate) struct Summary {
     pub(crate) promises_kept: bool,
     pub(crate) axes: Vec<AxisSummary>,
@@ -60,6 +60,8 @@ pub(crate) struct Summary {
     pub(crate) faults: u32,
     pub(crate) mean_bus_load: f64,
     pub(crate) peak_bus_load: f64,
+    /// The user stopped the motion before its end.
+    pub(crate) stopped: bool,
 }
 
 impl Summary {
@@ -68,6 +70,7 @@ impl Summary {
         counters: &CycleCounters,
         watch: &Watch,
         setup: &Setup,
+        stopped: bool,
     ) -> Self {
         let promises_kept = axes.iter().all(AxisSummary::promises_kept)
             && !axes.is_empty()
@@ -86,11 +89,23 @@ impl Summary {
             faults: watch.faults(),
             mean_bus_load: watch.mean_load,
             peak_bus_load: watch.peak_load,
+            stopped,
         }
     }
 
     pub(crate) fn promises_kept(&self) -> bool {
         self.promises_kept
+    }
+
+    /// The result in one sentence.
+    pub(crate) fn verdict(&self) -> &'static str {
+        if self.promises_kept && self.stopped {
+            "Stopped by the user. Every promise kept until then: each drive received exactly its target, and no cycle was late."
+        } else if self.promises_kept {
+            "Every promise kept: each drive received exactly its target, and no cycle was late."
+        } else {
+            "A promise was BROKEN: see the differences, late cycles, states and faults."
+        }
     }
 
     fn table(&self) -> Table {
@@ -148,10 +163,6 @@ impl fmt::Display for Summary {
             100.0 * self.peak_bus_load,
             self.faults,
         )?;
-        f.write_str(if self.promises_kept {
-            "Every promise kept: each drive received exactly its target, and no cycle was late."
-        } else {
-            "A promise was BROKEN: see the differences, late cycles, states and faults above."
-        })
+        f.write_str(self.verdict())
     }
 }

@@ -1,7 +1,7 @@
 //! What is measured while a simulation runs.
 
 use can_motion::{AxisSnapshot, AxisState, Event, EventKind, Instant, Master, PollKind};
-use drive_sim::{Bus, DynDrive, LoadMark, NodeId, Outcome, Record};
+use drive_sim::{Bus, DynDrive, FaultModel, LoadMark, NodeId, Outcome, Record};
 use dyn_can::FunctionCode;
 use embedded_can::{Frame as _, Id};
 
@@ -59,7 +59,7 @@ impl Watch {
         self.this_cycle = Some(mark);
     }
 
-    pub(crate) fn stop(&mut self, bus: &Bus) {
+    pub(crate) fn stop<F: FaultModel>(&mut self, bus: &Bus<F>) {
         self.running = false;
         if let Some(mark) = &self.whole {
             self.mean_load = bus.load_since(mark);
@@ -119,16 +119,19 @@ impl Watch {
         }
     }
 
-    pub(crate) fn cycle_ends(&mut self, bus: &Bus) {
+    /// Returns whether a set-point had not ended on the wire.
+    pub(crate) fn cycle_ends<F: FaultModel>(&mut self, bus: &Bus<F>) -> bool {
         if !self.running {
-            return;
+            return false;
         }
+        let is_late = self.ended < self.owed;
         self.cycles += 1;
-        self.late_cycles += u32::from(self.ended < self.owed);
+        self.late_cycles += u32::from(is_late);
         if let Some(mark) = &self.this_cycle {
             self.peak_load = self.peak_load.max(bus.load_since(mark));
         }
         self.this_cycle = Some(bus.load_mark());
+        is_late
     }
 
     pub(crate) fn axis_summary(
@@ -156,7 +159,7 @@ impl Watch {
             worst_status_age_ms: ms(watch.worst_status_age_us),
             worst_position_age_ms: ms(watch.worst_position_age_us),
             reply_timeouts: snapshot.counters.timeouts,
-            streamed: snapshot.state == AxisState::Streaming,
+            streamed: matches!(snapshot.state, AxisState::Streaming | AxisState::Holding),
         }
     }
 }

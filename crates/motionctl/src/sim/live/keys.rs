@@ -1,0 +1,211 @@
+//! What the keys do.
+
+use dyn_can::{Alarm, DriveId};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use crate::sim::faults::Fault;
+use crate::sim::spectator::Order;
+
+/// Speeds to choose from, in virtual seconds a second.
+const SPEEDS: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+const REAL_TIME: usize = 4;
+
+/// A key that means something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Key {
+    Up,
+    Down,
+    Stop,
+    Alarm,
+    Plug,
+    Pause,
+    Faster,
+    Slower,
+    Leave,
+}
+
+impl Key {
+    /// The meaning of a key event; releases mean nothing.
+    pub(super) fn of(event: &KeyEvent) -> Option<Self> {
+        if event.kind == KeyEventKind::Release {
+            return None;
+        }
+        Some(match event.code {
+            KeyCode::Char('c') if event.modifiers.contains(KeyModifiers::CONTROL) => Self::Leave,
+            KeyCode::Up | KeyCode::Char('k') => Self::Up,
+            KeyCode::Down | KeyCode::Char('j') => Self::Down,
+            KeyCode::Char('s') => Self::Stop,
+            KeyCode::Char('a') => Self::Alarm,
+            KeyCode::Char('p') => Self::Plug,
+            KeyCode::Char(' ') => Self::Pause,
+            KeyCode::Char('+' | '=') => Self::Faster,
+            KeyCode::Char('-') => Self::Slower,
+            KeyCode::Char('q') | KeyCode::Esc => Self::Leave,
+            _ => return None,
+        })
+    }
+}
+
+/// What a key asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Wish {
+    /// Of the simulation.
+    Order(Order),
+    /// Of the clock.
+    Speed(f64),
+}
+
+/// The state behind the keys.
+#[derive(Debug)]
+pub(super) struct Panel {
+    drives: Vec<DriveId>,
+    unplugged: Vec<bool>,
+    selected: usize,
+    speed: usize,
+    is_paused: bool,
+    is_leaving: bool,
+}
+
+impl Panel {
+    pub(super) fn new(drives: Vec<DriveId>) -> Self {
+        Self {
+            unplugged: vec![false; drives.len()],
+            drives,
+            selected: 0,
+            speed: REAL_TIME,
+            is_paused: false,
+            is_leaving: false,
+        }
+    }
+
+    /// Obeys a key.
+    pub(super) fn press(&mut self, key: Key) -> Option<Wish> {
+        match key {
+            Key::Up => self.selected = self.selected.saturating_sub(1),
+            Key::Down => {
+                self.selected = (self.selected + 1).min(self.drives.len().saturating_sub(1))
+            }
+            Key::Pause => self.is_paused = !self.is_paused,
+            Key::Faster => return self.set_speed(self.speed + 1),
+            Key::Slower => return self.set_speed(self.speed.saturating_sub(1)),
+            Key::Stop => return Some(Wish::Order(Order::Stop)),
+            Key::Alarm => return self.alarm(),
+            Key::Plug => return self.plug(),
+            Key::Leave => {
+                self.is_leaving = true;
+                self.is_paused = false;
+                return Some(Wish::Order(Order::Stop));
+            }
+        }
+        None
+    }
+
+    fn set_speed(&mut self, speed: usize) -> Option<Wish> {
+        self.speed = speed.min(SPEEDS.len() - 1);
+        Some(Wish::Speed(self.speed()))
+    }
+
+    fn alarm(&self) -> Option<Wish> {
+        let fault = Fault::Alarm {
+            drive: *self.drives.get(self.selected)?,
+            alarm: Alarm::OverCurrent,
+            repeat_ns: None,
+        };
+        Some(Wish::Order(Order::Fault(fault)))
+    }
+
+    fn plug(&mut self) -> Option<Wish> {
+        let drive = *self.drives.get(self.selected)?;
+        let unplugged = self.unplugged.get_mut(self.selected)?;
+        *unplugged = !*unplugged;
+        let fault = if *unplugged {
+            Fault::Unplug { drive }
+        } else {
+            Fault::PlugIn { drive }
+        };
+        Some(Wish::Order(Order::Fault(fault)))
+    }
+
+    pub(super) fn selected(&self) -> usize {
+        self.selected
+    }
+
+    pub(super) fn is_unplugged(&self, axis: usize) -> bool {
+        self.unplugged.get(axis).is_some_and(|unplugged| *unplugged)
+    }
+
+    pub(super) fn speed(&self) -> f64 {
+        SPEEDS[self.speed]
+    }
+
+    pub(super) fn is_paused(&self) -> bool {
+        self.is_paused
+    }
+
+    /// Whether the view shall close.
+    pub(super) fn is_leaving(&self) -> bool {
+        self.is_leaving
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel() -> Panel {
+        Panel::new(DriveId::all().take(2).collect())
+    }
+
+    fn key(code: KeyCode) -> Option<Key> {
+        Key::of(&KeyEvent::new(code, KeyModifiers::NONE))
+    }
+
+    #[test]
+    fn alarms_and_plugs_concern_the_selected_drive() {
+        let mut panel = panel();
+        panel.press(Key::Down);
+        panel.press(Key::Down);
+        assert_eq!(panel.selected(), 1);
+        let drive = DriveId::new(2).unwrap();
+        let order = |fault| Some(Wish::Order(Order::Fault(fault)));
+        assert_eq!(panel.press(Key::Plug), order(Fault::Unplug { drive }));
+        assert!(panel.is_unplugged(1) && !panel.is_unplugged(0));
+        assert_eq!(panel.press(Key::Plug), order(Fault::PlugIn { drive }));
+        let alarm = Fault::Alarm {
+            drive,
+            alarm: Alarm::OverCurrent,
+            repeat_ns: None,
+        };
+        assert_eq!(panel.press(Key::Alarm), order(alarm));
+    }
+
+    #[test]
+    fn leaving_stops_and_ends_a_pause() {
+        let mut panel = panel();
+        panel.press(Key::Pause);
+        assert!(panel.is_paused());
+        assert_eq!(panel.press(Key::Leave), Some(Wish::Order(Order::Stop)));
+        assert!(panel.is_leaving() && !panel.is_paused());
+    }
+
+    #[test]
+    fn speed_stays_within_its_steps() {
+        let mut panel = panel();
+        for _ in 0..9 {
+            panel.press(Key::Faster);
+        }
+        assert_eq!(panel.speed(), 10.0);
+        for _ in 0..9 {
+            panel.press(Key::Slower);
+        }
+        assert_eq!(panel.speed(), 0.01);
+    }
+
+    #[test]
+    fn control_c_leaves_and_a_plain_c_does_not() {
+        let control = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+        assert_eq!(Key::of(&control), Some(Key::Leave));
+        assert_eq!(key(KeyCode::Char('c')), None);
+        assert_eq!(key(KeyCode::Char('s')), Some(Key::Stop));
+    }
+}

@@ -1,0 +1,188 @@
+//! What a simulation leaves behind to look at: samples of every cycle, events, frames, intervals.
+
+mod frames;
+mod intervals;
+
+use can_motion::{AxisSnapshot, Event, Instant, PollKind};
+use drive_sim::{NodeId, Record};
+use dyn_can::DriveId;
+
+pub(crate) use frames::{Frames, Sighting};
+pub(crate) use intervals::Intervals;
+
+/// One axis at the end of a cycle; positions in command counts as the master counts them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct AxisSample {
+    pub(crate) target: i32,
+    pub(crate) sent: i32,
+    /// Where the motor stands, which the drive alone knows.
+    pub(crate) drive: i64,
+    pub(crate) backlog: i32,
+    /// Age of the latest status and position; `None` before the first.
+    pub(crate) status_age_us: Option<u32>,
+    pub(crate) position_age_us: Option<u32>,
+}
+
+/// Everything at the end of one cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sample {
+    pub(crate) at_us: u64,
+    /// Busy share of the bus in this cycle, 0 ..= 1.
+    pub(crate) load: f64,
+    /// A set-point of this cycle had not ended on the wire.
+    pub(crate) is_late: bool,
+    pub(crate) axes: Vec<AxisSample>,
+}
+
+/// Something that happened, in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Happening {
+    pub(crate) at_us: u64,
+    pub(crate) axis: Option<usize>,
+    pub(crate) kind: Kind,
+    pub(crate) text: String,
+}
+
+/// What kind of thing happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A fault was commanded: by the script or a key.
+    Cause,
+    /// The master latched a fault.
+    Fault,
+    /// The master noticed something.
+    Notice,
+    /// An axis changed its state.
+    State,
+    /// A phase of the run began.
+    Phase,
+}
+
+/// The record of a run.
+#[derive(Debug)]
+pub(crate) struct Recording {
+    pub(crate) drives: Vec<DriveId>,
+    pub(crate) cycle_us: u32,
+    pub(crate) bit_ns: u64,
+    pub(crate) samples: Vec<Sample>,
+    pub(crate) happenings: Vec<Happening>,
+    /// When the motion began; nothing is polled and no set-point is sent before.
+    pub(crate) motion_start_us: Option<u64>,
+    pub(crate) frames: Frames,
+    pub(crate) intervals: Intervals,
+}
+
+impl Recording {
+    pub(crate) fn new(drives: Vec<DriveId>, master: NodeId, cycle_us: u32, bit_ns: u64) -> Self {
+        Self {
+            intervals: Intervals::new(master, &drives),
+            drives,
+            cycle_us,
+            bit_ns,
+            samples: Vec::new(),
+            happenings: Vec::new(),
+            motion_start_us: None,
+            frames: Frames::default(),
+        }
+    }
+
+    pub(crate) fn frame(&mut self, record: &Record) {
+        self.intervals.frame(record, self.cycle_us);
+        self.frames.push(record, self.bit_ns);
+    }
+
+    /// `axis` is its place in the motion, not in the master.
+    pub(crate) fn event(&mut self, event: &Event, axis: Option<usize>) {
+        let (kind, text) = words(event);
+        self.happened(event.at.as_us(), axis, kind, text);
+    }
+
+    pub(crate) fn happened(
+        &mut self,
+        at_us: u64,
+        axis: Option<usize>,
+        kind: Kind,
+        text: impl Into<String>,
+    ) {
+        self.happenings.push(Happening {
+            at_us,
+            axis,
+            kind,
+            text: text.into(),
+        });
+    }
+
+    /// Time of the last sample in seconds.
+    pub(crate) fn end_s(&self) -> f64 {
+        self.samples
+            .last()
+            .map_or(0.0, |sample| sample.at_us as f64 * 1e-6)
+    }
+}
+
+impl AxisSample {
+    pub(crate) fn new(snapshot: &AxisSnapshot, drive_counts: i64, now: Instant) -> Self {
+        let age_us = |kind| {
+            let at = snapshot.feedback.polled_at(kind)?;
+            u32::try_from(now.us_since(at)).ok()
+        };
+        Self {
+            target: snapshot.target_counts,
+            sent: snapshot.sent_counts,
+            drive: drive_counts,
+            backlog: snapshot.backlog_counts,
+            status_age_us: age_us(PollKind::Status),
+            position_age_us: age_us(PollKind::Position),
+        }
+    }
+
+    /// Target minus the motor's position.
+    pub(crate) fn error(&self) -> i64 {
+        i64::from(self.target) - self.drive
+    }
+}
+
+/// An event of the master in plain words.
+fn words(event: &Event) -> (Kind, String) {
+    use can_motion::EventKind as E;
+    match event.kind {
+        E::State { from, to, reason } => (
+            Kind::State,
+            format!("{from} -> {to} ({})", reason_words(reason)),
+        ),
+        E::Fault(fault) => (Kind::Fault, fault.to_string()),
+        E::Revision(revision) => (Kind::Notice, format!("the drive has revision {revision}")),
+        E::SetPointMerged => (
+            Kind::Notice,
+            "a set-point missed its cycle; its step is in the next".to_owned(),
+        ),
+        E::CyclesMissed(missed) => (Kind::Notice, format!("{missed} cycles missed")),
+        E::ReplyTimeout(kind) => (Kind::Notice, format!("no reply to {}", kind.function())),
+        E::LateReply(function) => (
+            Kind::Notice,
+            format!("a reply to {function} came late or twice and was dropped"),
+        ),
+        E::StrayReply(function) => (Kind::Notice, format!("nobody asked for this {function}")),
+        E::BadReply(error) => (Kind::Notice, format!("a reply does not decode: {error}")),
+        E::BusOff => (Kind::Fault, "the master's controller is bus-off".to_owned()),
+        E::BusRecovered => (Kind::Notice, "the controller is back on the bus".to_owned()),
+        E::BusError(kind) => (
+            Kind::Notice,
+            format!("the controller reports: {kind:?} error"),
+        ),
+        other => (Kind::Notice, format!("{other:?}")),
+    }
+}
+
+const fn reason_words(reason: can_motion::Reason) -> &'static str {
+    use can_motion::Reason as R;
+    match reason {
+        R::Command => "command",
+        R::Reading => "reading",
+        R::Sent => "sent",
+        R::Displaced => "displaced",
+        R::Elapsed => "time is over",
+        R::Standstill => "standstill",
+        R::Fault => "fault",
+    }
+}
