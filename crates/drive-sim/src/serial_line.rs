@@ -141,7 +141,8 @@ impl SerialLine {
             .sort_by_key(|(at_ns, _)| *at_ns);
     }
 
-    fn next_arrival_ns(&self) -> Option<u64> {
+    /// When the next byte arrives at a drive.
+    pub fn next_arrival_ns(&self) -> Option<u64> {
         let first = self.to_drives.iter().filter_map(VecDeque::front);
         first.map(|(at_ns, _)| *at_ns).min()
     }

@@ -11,11 +11,13 @@ use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 const EXAMPLES: &str = "\
 Examples:
   motionctl bench --drives 1,2,3 --slcan /tmp/can-adapter
+  motionctl bench --drives 1,2 --slcan /tmp/can-adapter --serial /tmp/drive-port
   motionctl run --slcan /tmp/can-adapter --drives 1,2 --axes 2     in another terminal
   slcand -o -s8 /tmp/can-adapter can0                              as a network interface, on Linux
 
 The adapter speaks the Lawicel protocol (S0..S8, O, L, C, t, T, r, R, F, V, N, Z) and drives a virtual
-bus with exact bit timing, in real time. Ctrl-C ends it and shows what each drive has received.
+bus with exact bit timing, in real time. The serial port is that of the same drives: 38400 baud, DYN232M.
+Ctrl-C ends it and shows what each drive has received.
 
 Exit status: 0 ended on request, 2 the bench could not be set up, 3 the terminal failed.";
 
@@ -26,9 +28,8 @@ pub(crate) struct Arguments {
     /// Ids of the drives on the bus, in any order: numbers and ranges, as in 1,2,5-7.
     #[arg(long, value_name = "IDS", default_value = "1", value_parser = drive_ids)]
     pub(crate) drives: std::vec::Vec<DriveId>,
-    /// Where to put the adapter's terminal: a link that does not exist yet.
-    #[arg(long, value_name = "PATH")]
-    pub(crate) slcan: PathBuf,
+    #[command(flatten)]
+    pub(crate) terminals: Terminals,
     /// Bit rate of the bus in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000.
     #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
     pub(crate) bit_rate: BitRate,
@@ -37,4 +38,16 @@ pub(crate) struct Arguments {
     /// Print what the drives have received as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Where to put the terminals: links that do not exist yet, one at least.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = true)]
+pub(crate) struct Terminals {
+    /// Terminal of a CAN adapter (slcan): a link that does not exist yet.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) slcan: Option<PathBuf>,
+    /// Terminal of the drives' serial line: a link that does not exist yet.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) serial: Option<PathBuf>,
 }

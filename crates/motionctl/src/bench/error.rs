@@ -13,8 +13,8 @@ pub(crate) enum BenchError {
     Interrupt(ctrlc::Error),
     /// The terminal cannot be made.
     Create { link: PathBuf, source: io::Error },
-    /// The terminal failed while the bench ran.
-    Terminal { link: PathBuf, source: io::Error },
+    /// A terminal failed while the bench ran.
+    Terminal(io::Error),
     /// The report cannot be written as JSON.
     Json(serde_json::Error),
 }
@@ -22,7 +22,7 @@ pub(crate) enum BenchError {
 impl BenchError {
     pub(crate) const fn exit_code(&self) -> u8 {
         match self {
-            Self::Terminal { .. } => exit::LINK_FAILED,
+            Self::Terminal(_) => exit::LINK_FAILED,
             _ => exit::BAD_INPUT,
         }
     }
@@ -46,13 +46,7 @@ impl fmt::Display for BenchError {
                     link.display()
                 )
             }
-            Self::Terminal { link, source } => {
-                write!(
-                    f,
-                    "the pseudo-terminal at {} failed: {source}",
-                    link.display()
-                )
-            }
+            Self::Terminal(source) => write!(f, "a pseudo-terminal failed: {source}"),
             Self::Json(source) => write!(f, "cannot write the report: {source}"),
         }
     }

@@ -5,6 +5,7 @@ mod arguments;
 mod error;
 mod report;
 mod rig;
+mod serial;
 
 use std::process::ExitCode;
 
@@ -18,11 +19,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
     interrupt::listen().map_err(BenchError::Interrupt)?;
     let mut rig = Rig::new(arguments)?;
     eprintln!(
-        "{} virtual drives at {} kbit/s on {} ({}); Ctrl-C ends",
+        "{} virtual drives at {} kbit/s on {}; Ctrl-C ends",
         arguments.drives.len(),
         arguments.bit_rate.kbit_per_s(),
-        arguments.slcan.display(),
-        rig.terminal().display(),
+        rig.terminals(),
     );
     rig.serve()?;
     let report = rig.report();

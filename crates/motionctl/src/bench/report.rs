@@ -16,6 +16,8 @@ struct DriveReport {
     set_points: u64,
     /// Set-points that came while the servo was off or in alarm.
     ignored_set_points: u64,
+    /// Requests over the serial port that the drive has taken.
+    serial_requests: u64,
     position_counts: i64,
     enabled: bool,
     alarm: Option<String>,
@@ -40,6 +42,7 @@ impl Report {
             received_counts: drive.commanded_counts(),
             set_points: drive.books().pd_frames,
             ignored_set_points: drive.books().pd_frames_ignored,
+            serial_requests: drive.books().serial_requests,
             position_counts: drive.position_counts(now_ns),
             enabled: drive.is_enabled(),
             alarm: drive.alarm().is_alarm().then(|| drive.alarm().to_string()),
@@ -61,6 +64,7 @@ impl fmt::Display for Report {
             "set-\npoints",
             "ignored",
             "received\ncounts",
+            "serial\nrequests",
             "position\ncounts",
             "state",
         ]);
@@ -71,6 +75,7 @@ impl fmt::Display for Report {
                 drive.set_points.to_string(),
                 drive.ignored_set_points.to_string(),
                 drive.received_counts.to_string(),
+                drive.serial_requests.to_string(),
                 drive.position_counts.to_string(),
                 drive.alarm.clone().unwrap_or_else(|| state.to_owned()),
             ]);

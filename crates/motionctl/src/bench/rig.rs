@@ -1,29 +1,33 @@
 //! Drives, bus and adapter, moved along with the clock on the wall.
 
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use drive_sim::{Bench, Bus, ControllerConfig, DynDrive, NodeId};
+use drive_sim::{Bench, Bus, ControllerConfig, DeviceId, DynDrive, NodeId};
 
 use super::adapter::Adapter;
 use super::arguments::Arguments;
 use super::error::BenchError;
 use super::report::Report;
+use super::serial::Serial;
 use crate::interrupt;
-use crate::pty::Pty;
+use crate::pty::{self, Pty};
 
 /// The longest wait, so that Ctrl-C is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(10);
 /// The wait for a host that reads too slowly.
 const WAIT_FOR_ROOM: Duration = Duration::from_millis(1);
 
-/// A bench behind a pseudo-terminal.
+/// A bench behind pseudo-terminals.
 pub(super) struct Rig<'a> {
     arguments: &'a Arguments,
     bench: Bench<DynDrive>,
     node: NodeId,
+    /// Closed for ever where it has no terminal.
     adapter: Adapter,
-    pty: Pty,
+    adapter_pty: Option<Pty>,
+    serial: Option<Serial>,
     start: Instant,
     /// The bit rate that the user was warned of.
     warned_kbit_per_s: Option<u32>,
@@ -33,65 +37,100 @@ impl<'a> Rig<'a> {
     pub(super) fn new(arguments: &'a Arguments) -> Result<Self, BenchError> {
         let mut bench = Bench::new(Bus::new(arguments.bit_rate));
         let node = bench.add_master(ControllerConfig::device());
-        for &drive in &arguments.drives {
-            bench.add_device(
-                arguments.drive_options.drive(drive),
-                ControllerConfig::device(),
-            );
-        }
+        let drives: Vec<DeviceId> = arguments
+            .drives
+            .iter()
+            .map(|&drive| {
+                let drive = arguments.drive_options.drive(drive);
+                bench.add_device(drive, ControllerConfig::device())
+            })
+            .collect();
         let adapter = Adapter::new(&mut bench, node);
-        let pty = Pty::create(&arguments.slcan).map_err(|source| BenchError::Create {
-            link: arguments.slcan.clone(),
-            source,
-        })?;
+        let terminals = &arguments.terminals;
         Ok(Self {
             arguments,
             bench,
             node,
             adapter,
-            pty,
+            adapter_pty: create(terminals.slcan.as_ref(), Pty::create)?,
+            serial: create(terminals.serial.as_ref(), |link| {
+                Serial::create(link, &drives)
+            })?,
             start: Instant::now(),
             warned_kbit_per_s: None,
         })
     }
 
-    /// The terminal behind the link.
-    pub(super) fn terminal(&self) -> &Path {
-        self.pty.line_path()
+    /// The terminals behind the links, for a message.
+    pub(super) fn terminals(&self) -> String {
+        let names: Vec<String> = self.ptys().map(ToString::to_string).collect();
+        names.join(" and ")
+    }
+
+    fn ptys(&self) -> impl Iterator<Item = &Pty> {
+        let serial = self.serial.as_ref().map(Serial::pty);
+        self.adapter_pty.iter().chain(serial)
     }
 
     /// Runs until the user asks to stop.
     pub(super) fn serve(&mut self) -> Result<(), BenchError> {
         while interrupt::requests() == 0 {
-            self.step().map_err(|source| BenchError::Terminal {
-                link: self.arguments.slcan.clone(),
-                source,
-            })?;
+            self.step().map_err(BenchError::Terminal)?;
         }
         Ok(())
     }
 
-    /// The bus up to now, commands in, answers and frames out, wait.
-    fn step(&mut self) -> std::io::Result<()> {
-        let now_ns = self.now_ns();
+    /// Bus and line up to now, bytes in, answers and frames out, wait.
+    fn step(&mut self) -> io::Result<()> {
+        self.run_to(self.now_ns());
+        let adapter_is_behind = self.serve_adapter()?;
+        if let Some(serial) = &mut self.serial {
+            serial.exchange(&mut self.bench)?;
+        }
+        let wait = if adapter_is_behind {
+            WAIT_FOR_ROOM
+        } else {
+            LONGEST_WAIT
+        };
+        let serial = self.serial.as_ref();
+        let due_ns = self.bench.next_event_ns().into_iter();
+        let due_ns = due_ns
+            .chain(serial.and_then(|serial| serial.next_event_ns(&self.bench)))
+            .min()
+            .unwrap_or(u64::MAX);
+        let until_due = Duration::from_nanos(due_ns.saturating_sub(self.now_ns()));
+        pty::wait(self.ptys(), wait.min(until_due))
+    }
+
+    /// Lets time pass until `now_ns`; bytes reach the drives at their own instants.
+    fn run_to(&mut self, now_ns: u64) {
+        while let Some(serial) = &mut self.serial
+            && let Some(at_ns) = serial.next_arrival_ns().filter(|at_ns| *at_ns <= now_ns)
+        {
+            while self.bench.step_to(at_ns) {
+                self.adapter.hand_on(&mut self.bench);
+            }
+            serial.deliver(&mut self.bench);
+        }
         while self.bench.step_to(now_ns) {
             self.adapter.hand_on(&mut self.bench);
         }
-        let mut buffer = [0; 4_096];
-        let heard = self.pty.read(&mut buffer)?;
-        self.adapter.hear(heard, &mut self.bench);
-        self.warn_of_bit_rate();
-        let outbox = self.adapter.outbox();
-        let written = self.pty.write(outbox)?;
-        outbox.drain(..written);
-        let wait = if outbox.is_empty() {
-            LONGEST_WAIT
-        } else {
-            WAIT_FOR_ROOM
+    }
+
+    /// Commands in, answers and frames out; tells whether something waits for a host that reads too slowly.
+    fn serve_adapter(&mut self) -> io::Result<bool> {
+        let Some(pty) = &self.adapter_pty else {
+            return Ok(false);
         };
-        let due_ns = self.bench.next_event_ns().unwrap_or(u64::MAX);
-        let until_due = Duration::from_nanos(due_ns.saturating_sub(self.now_ns()));
-        self.pty.wait(wait.min(until_due))
+        let mut buffer = [0; 4_096];
+        let heard = pty.read(&mut buffer)?;
+        self.adapter.hear(heard, &mut self.bench);
+        let outbox = self.adapter.outbox();
+        let written = pty.write(outbox)?;
+        outbox.drain(..written);
+        let is_behind = !outbox.is_empty();
+        self.warn_of_bit_rate();
+        Ok(is_behind)
     }
 
     fn now_ns(&self) -> u64 {
@@ -113,4 +152,18 @@ impl<'a> Rig<'a> {
     pub(super) fn report(&self) -> Report {
         Report::new(&self.bench, self.node)
     }
+}
+
+/// A terminal at the link, where the user wants one.
+fn create<T>(
+    link: Option<&PathBuf>,
+    create: impl FnOnce(&Path) -> io::Result<T>,
+) -> Result<Option<T>, BenchError> {
+    link.map(|link| {
+        create(link).map_err(|source| BenchError::Create {
+            link: link.clone(),
+            source,
+        })
+    })
+    .transpose()
 }

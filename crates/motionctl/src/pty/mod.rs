@@ -1,5 +1,6 @@
 //! A pseudo-terminal that other programs open like a serial port.
 
+use core::fmt;
 use std::fs::{self, File};
 use std::io;
 use std::os::fd::OwnedFd;
@@ -55,11 +56,6 @@ impl Pty {
         })
     }
 
-    /// The path behind the link.
-    pub(crate) fn line_path(&self) -> &Path {
-        &self.line_path
-    }
-
     /// Reads what others have written; an empty slice when there is nothing.
     pub(crate) fn read<'a>(&self, buffer: &'a mut [u8]) -> io::Result<&'a [u8]> {
         match rustix::io::read(&self.device, &mut *buffer) {
@@ -77,20 +73,31 @@ impl Pty {
             Err(error) => Err(error.into()),
         }
     }
+}
 
-    /// Waits until others have written something, at most so long.
-    pub(crate) fn wait(&self, most: Duration) -> io::Result<()> {
-        let timeout = Timespec {
-            tv_sec: most.as_secs().try_into().unwrap_or(i64::MAX),
-            tv_nsec: most.subsec_nanos().into(),
-        };
-        match poll(
-            &mut [PollFd::new(&self.device, PollFlags::IN)],
-            Some(&timeout),
-        ) {
-            Ok(_) | Err(Errno::INTR) => Ok(()),
-            Err(error) => Err(error.into()),
-        }
+/// Waits until others have written something to one of the terminals, at most so long.
+pub(crate) fn wait<'a>(
+    terminals: impl IntoIterator<Item = &'a Pty>,
+    most: Duration,
+) -> io::Result<()> {
+    let timeout = Timespec {
+        tv_sec: most.as_secs().try_into().unwrap_or(i64::MAX),
+        tv_nsec: most.subsec_nanos().into(),
+    };
+    let terminals = terminals.into_iter();
+    let mut watched: Vec<_> = terminals
+        .map(|terminal| PollFd::new(&terminal.device, PollFlags::IN))
+        .collect();
+    match poll(&mut watched, Some(&timeout)) {
+        Ok(_) | Err(Errno::INTR) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+impl fmt::Display for Pty {
+    /// The link and what is behind it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.link.display(), self.line_path.display())
     }
 }
 
@@ -128,7 +135,7 @@ mod tests {
         let pty = Pty::create(&link).unwrap();
         let mut line = File::options().read(true).write(true).open(&link).unwrap();
         line.write_all(b"V\r\x03\n\x07").unwrap();
-        pty.wait(Duration::from_secs(10)).unwrap();
+        wait([&pty], Duration::from_secs(10)).unwrap();
         let mut buffer = [0; 64];
         assert_eq!(pty.read(&mut buffer).unwrap(), b"V\r\x03\n\x07");
         assert_eq!(pty.read(&mut buffer).unwrap(), b"");
@@ -143,7 +150,7 @@ mod tests {
         let link = scratch("link");
         symlink("/dev/pts/no-such-terminal", &link).unwrap();
         let pty = Pty::create(&link).unwrap();
-        assert_eq!(fs::read_link(&link).unwrap(), pty.line_path());
+        assert_eq!(fs::read_link(&link).unwrap(), pty.line_path);
         drop(pty);
         assert!(fs::symlink_metadata(&link).is_err());
     }
