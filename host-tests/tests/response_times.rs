@@ -84,10 +84,17 @@ fn releases(streams: &[Stream]) -> Vec<Release> {
     releases
 }
 
-/// A node for each identifier, what it has to send, and who listens.
+/// The only sender of an identifier, and the frames that it was handed: their message and arrival.
+struct Sender {
+    id: u16,
+    node: NodeId,
+    sent: VecDeque<(usize, u64)>,
+}
+
+/// A node for each identifier, and one that listens.
 struct Nodes {
     bus: Bus,
-    nodes: Vec<(u16, NodeId, VecDeque<(usize, u64)>)>,
+    senders: Vec<Sender>,
 }
 
 impl Nodes {
@@ -96,31 +103,31 @@ impl Nodes {
         bus.set_log(LogMode::Full);
         bus.add_node(ControllerConfig::device());
         let ids = streams.iter().flat_map(|stream| &stream.ids);
-        let nodes = ids
-            .map(|&id| {
-                (
-                    id,
-                    bus.add_node(ControllerConfig::device()),
-                    VecDeque::new(),
-                )
+        let senders = ids
+            .map(|&id| Sender {
+                id,
+                node: bus.add_node(ControllerConfig::device()),
+                sent: VecDeque::new(),
             })
             .collect();
-        Self { bus, nodes }
+        Self { bus, senders }
     }
 
     fn send(&mut self, release: &Release, payload: &[u8]) {
         self.bus.advance_to(release.at_bits * BIT_NS);
         let id = StandardId::new(release.id).expect("11 bits");
         let frame = Frame::new(id, payload).expect("at most 8 bytes");
-        for (own, node, sent) in &mut self.nodes {
-            if *own == release.id {
-                self.bus
-                    .port(*node)
-                    .transmit(&frame)
-                    .expect("an unbounded queue");
-                sent.push_back((release.message, release.arrival_bits));
-            }
-        }
+        let mut senders = self.senders.iter_mut();
+        let sender = senders
+            .find(|sender| sender.id == release.id)
+            .expect("a sender for each identifier");
+        self.bus
+            .port(sender.node)
+            .transmit(&frame)
+            .expect("an unbounded queue");
+        sender
+            .sent
+            .push_back((release.message, release.arrival_bits));
     }
 
     /// Longest response of each message, from arrival to the end of the interframe space.
@@ -129,12 +136,13 @@ impl Nodes {
         let mut longest = vec![0; messages];
         for record in self.bus.log_mut().drain() {
             assert_eq!(record.outcome, Outcome::Delivered);
-            let sender = self.nodes.iter_mut().find(|node| node.1 == record.node);
-            let sent = sender.and_then(|(_, _, sent)| sent.pop_front());
+            let mut senders = self.senders.iter_mut();
+            let sender = senders.find(|sender| sender.node == record.node);
+            let sent = sender.and_then(|sender| sender.sent.pop_front());
             let (message, arrival_bits) = sent.expect("a frame that was handed over");
             longest[message] = longest[message].max(record.free_ns / BIT_NS - arrival_bits);
         }
-        assert!(self.nodes.iter().all(|(_, _, sent)| sent.is_empty()));
+        assert!(self.senders.iter().all(|sender| sender.sent.is_empty()));
         longest
     }
 }

@@ -10,6 +10,7 @@ use crate::family::{CycleConfig, Family, FaultKind};
 use crate::fault::Fault;
 use crate::life::AxisState;
 use crate::master::Master;
+use crate::placement::Placement;
 use crate::procedure::{Confirmation, Procedure, ProcedureError};
 use crate::snapshot::AxisSnapshot;
 use crate::time::Instant;
@@ -69,7 +70,9 @@ impl<const N: usize> Master<N> {
     pub fn new(config: MasterConfig, axes: &[AxisConfig]) -> Result<Self, ConfigError> {
         config.validate(axes, N)?;
         let plan = config.plan(axes)?;
+        let may_choose = plan.has_room_for_requests();
         let mut master = Self::empty(config);
+        master.placement = Placement::new(config.cycle_us, plan.burst(&config), may_choose);
         for warning in plan.warnings().into_iter().flatten() {
             master
                 .events

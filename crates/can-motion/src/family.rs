@@ -11,6 +11,7 @@ use crate::config::GroupId;
 use crate::event::{BusErrorKind, Events};
 use crate::fault::Reaction;
 use crate::life::{AxisState, Reason};
+use crate::plan::ResponseWindow;
 use crate::time::Instant;
 
 /// Drives that speak one protocol.
@@ -173,8 +174,8 @@ pub trait Sends: Life {
     fn set_point(&self) -> (FrameOf<Self>, SetPointOf<Self>);
     /// The frame that switches the drive.
     fn switch_frame(&self, switch: Switch) -> Option<FrameOf<Self>>;
-    /// The request to send next, and for how many cycles it has been due.
-    fn wanted_request(&self, cycle: u32) -> Option<(RequestOf<Self>, u32)>;
+    /// The request to send next, and for how many cycles it has been due; below 0 it is not due yet.
+    fn wanted_request(&self, cycle: u32) -> Option<(RequestOf<Self>, i32)>;
     /// The frame of a request; `None` while the drive owes a reply.
     fn request_frame(&self, request: RequestOf<Self>) -> Option<FrameOf<Self>>;
 
@@ -190,8 +191,8 @@ pub trait Sends: Life {
         config: &ConfigOf<Self>,
         log: &mut LogOf<'_, Self>,
     );
-    /// The controller gave a frame back unsent.
-    fn displaced(&mut self, frame: &FrameOf<Self>, cycle: u32, log: &mut LogOf<'_, Self>);
+    /// The controller gave a frame back unsent. Returns whether it was a request.
+    fn displaced(&mut self, frame: &FrameOf<Self>, cycle: u32, log: &mut LogOf<'_, Self>) -> bool;
     /// The set-point of this cycle is to be sent again.
     fn owes_set_point(&self) -> bool;
     /// The set-point of the cycle before was never accepted.
@@ -200,6 +201,12 @@ pub trait Sends: Life {
 
 /// Frames on their way in.
 pub trait Hears: Life {
+    /// A request to this drive leaves the controller at this time.
+    fn expect_reply(&mut self, _leaves: Instant) {}
+    /// How long the drive takes to answer, as far as is known.
+    fn response_window(&self) -> Option<ResponseWindow> {
+        None
+    }
     /// A frame of this drive came in.
     fn hear(
         &mut self,

@@ -6,9 +6,15 @@ use crate::event::{Event, Events};
 use crate::family::{CycleConfig, Family, FaultKind, Happening, Hears, Life, Log, Sends};
 use crate::fault::Reaction;
 use crate::life::{AxisState, Reason};
+use crate::placement::Placement;
+use crate::plan::Burst;
+use crate::response_watch::union;
 use crate::snapshot::CycleCounters;
 use crate::time::Instant;
 use heapless::Vec;
+
+/// Cycles from one choice of the place of requests to the next.
+const PLACEMENT_CYCLES: u32 = 32;
 
 /// Place in `Master::axis_of` of an address without an axis.
 const NO_AXIS: u8 = u8::MAX;
@@ -30,6 +36,7 @@ pub struct Master<const N: usize, F: Family = Dyn> {
     pub(crate) request: Option<(u8, F::Request)>,
     /// Where the search for the next request starts, so that equals take turns.
     pub(crate) turn: u8,
+    pub(crate) placement: Placement,
     pub(crate) quiet_until: Instant,
     pub(crate) cycle_started: Option<Instant>,
     pub(crate) cycle: CycleCounters,
@@ -40,6 +47,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// A master without axes.
     pub(crate) fn empty(config: F::Config) -> Self {
         Self {
+            placement: Placement::new(config.cycle_us(), Burst::NONE, false),
             config,
             axes: Vec::new(),
             events: Events::new(),
@@ -80,7 +88,18 @@ impl<const N: usize, F: Family> Master<N, F> {
             }
         }
         self.requests_left = self.config.requests_per_cycle();
+        self.place_requests();
         self.choose_request(now);
+    }
+
+    /// Chooses the place of the requests every now and then, by what is known of the drives.
+    fn place_requests(&mut self) {
+        self.placement.begin_cycle();
+        if self.cycle.cycles.is_multiple_of(PLACEMENT_CYCLES) {
+            let windows = self.axes.iter().map(Hears::response_window);
+            let window = windows.fold(None, union);
+            self.placement.choose(self.axes.len() as u8, window);
+        }
     }
 
     fn count_cycle(&mut self, now: Instant) {
@@ -138,7 +157,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         ))
     }
 
-    /// Picks the reading to ask for next: what a state waits for, then the poll that is due longest.
+    /// Picks the reading to ask for next: what a state waits for, then the poll that is due longest, or soonest.
     pub(crate) fn choose_request(&mut self, now: Instant) {
         self.request = None;
         if self.requests_left == 0 || self.bus_off || now < self.quiet_until {
@@ -146,12 +165,14 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
         let (turn, cycle) = (usize::from(self.turn), self.cycle.cycles);
         let axes = || self.axes.iter().enumerate();
-        let mut longest = 0;
+        // Where set-points come behind the requests, a cycle without a request would move them.
+        let may_be_early = self.placement.needs_requests() && self.due != 0;
+        let mut longest = if may_be_early { i32::MIN } else { -1 };
         for (index, axis) in axes().skip(turn).chain(axes().take(turn)) {
             let Some((request, overdue)) = axis.wanted_request(cycle) else {
                 continue;
             };
-            if self.request.is_none() || overdue > longest {
+            if overdue > longest {
                 longest = overdue;
                 self.request = Some((index as u8, request));
             }

@@ -89,8 +89,8 @@ pub(crate) struct PollClock {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct DuePoll {
     pub(crate) kind: PollKind,
-    /// Cycles since it was due.
-    pub(crate) overdue: u32,
+    /// Cycles since it was due; below 0 it is not due yet.
+    pub(crate) overdue: i32,
 }
 
 impl PollClock {
@@ -107,31 +107,33 @@ impl PollClock {
         Self { due }
     }
 
-    /// The poll that is due longest.
+    /// The poll that is due longest, or soonest when none is due.
     pub(crate) fn most_overdue(&self, cycle: u32) -> Option<DuePoll> {
-        let mut found: Option<DuePoll> = None;
-        for (due, kind) in self.due.iter().zip(PollKind::ALL) {
-            let overdue = cycle.wrapping_sub(due.next);
-            // A due date ahead wraps to a huge number.
-            if due.period == 0 || overdue > u32::MAX / 2 {
-                continue;
-            }
-            if found.is_none_or(|other| overdue > other.overdue) {
-                found = Some(DuePoll { kind, overdue });
-            }
-        }
-        found
+        let polls = self.due.iter().zip(PollKind::ALL);
+        polls
+            .filter(|(due, _)| due.period != 0)
+            .map(|(due, kind)| DuePoll {
+                kind,
+                overdue: cycle.wrapping_sub(due.next).cast_signed(),
+            })
+            .reduce(|first, other| {
+                if other.overdue > first.overdue {
+                    other
+                } else {
+                    first
+                }
+            })
     }
 
-    /// A request went out: the next one is due a period after the date, or after now when that has passed.
+    /// A request went out: the next one is due a period after the date, or after now when the request came early or a whole
+    /// period late.
     pub(crate) fn asked(&mut self, kind: PollKind, cycle: u32) {
         if let Some(due) = self.due.get_mut(kind as usize) {
-            let on_date = due.next.wrapping_add(due.period);
-            let is_past = cycle.wrapping_sub(on_date) <= u32::MAX / 2;
-            due.next = if is_past {
-                cycle.wrapping_add(due.period)
+            let late = cycle.wrapping_sub(due.next);
+            due.next = if late < due.period {
+                due.next.wrapping_add(due.period)
             } else {
-                on_date
+                cycle.wrapping_add(due.period)
             };
         }
     }
@@ -163,7 +165,7 @@ mod tests {
         let mut clock = clock();
         let mut asked = [0; 2];
         for cycle in 0..200 {
-            if let Some(poll) = clock.most_overdue(cycle) {
+            if let Some(poll) = clock.most_overdue(cycle).filter(|poll| poll.overdue >= 0) {
                 asked[poll.kind as usize] += 1;
                 clock.asked(poll.kind, cycle);
             }
@@ -188,10 +190,17 @@ mod tests {
     fn a_late_poll_does_not_come_twice_to_catch_up() {
         let mut clock = clock();
         clock.asked(PollKind::Status, 500);
-        assert!(
-            clock
-                .most_overdue(519)
-                .is_none_or(|poll| poll.kind != PollKind::Status)
-        );
+        let next = clock.most_overdue(519).unwrap();
+        assert_ne!(next.kind, PollKind::Status);
+    }
+
+    #[test]
+    fn an_early_poll_does_not_put_the_next_one_off() {
+        let mut clock = clock();
+        for cycle in (0..1_000).step_by(5) {
+            let soonest = clock.most_overdue(cycle).unwrap();
+            assert!((-20..5).contains(&soonest.overdue));
+            clock.asked(soonest.kind, cycle);
+        }
     }
 }

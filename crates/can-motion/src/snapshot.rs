@@ -6,6 +6,7 @@ use crate::config::GroupId;
 use crate::fault::Fault;
 use crate::feedback::Feedback;
 use crate::life::AxisState;
+use crate::plan::ResponseWindow;
 
 /// What happened to one axis since the start; each number wraps after 2^32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -55,6 +56,9 @@ pub struct AxisSnapshot {
     pub backlog_counts: i32,
     /// The latest readings.
     pub feedback: Feedback,
+    /// How long the drive took to answer lately, as far as the master can know; `None` before its first reply. Put it,
+    /// with a margin, into the plan of the bus.
+    pub response: Option<ResponseWindow>,
     /// What happened so far.
     pub counters: Counters,
 }

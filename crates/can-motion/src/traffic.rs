@@ -15,12 +15,14 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     /// The frame that should go out next; asking changes nothing.
     ///
     /// Disable commands first, then the set-points of this cycle in ascending order of drive id, then enable
-    /// commands, then requests within their budget.
+    /// commands. Requests within their budget go behind all of them, or to the place among the set-points from which
+    /// their replies meet none.
     fn next_frame(&self) -> Option<Outgoing<F>> {
         if self.bus_off {
             return None;
         }
         self.switch_frame(AxisState::Disabling, Switch::Disable)
+            .or_else(|| self.placed_request_frame())
             .or_else(|| self.set_point_frame())
             .or_else(|| self.switch_frame(AxisState::Enabling, Switch::Enable))
             .or_else(|| self.request_frame())
@@ -29,6 +31,8 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     fn on_accepted(&mut self, now: Instant, outgoing: &Outgoing<F>) {
         let (index, cycle) = (usize::from(outgoing.axis), self.cycle.cycles);
         let config = self.config;
+        let cycle_started = self.cycle_started.unwrap_or(now);
+        let leaves = self.placement.request_leaves(now, cycle_started);
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
@@ -36,10 +40,12 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             Purpose::SetPoint(step) => {
                 axis.stepped(step, now);
                 self.due &= !(1 << index);
+                self.placement.set_point_accepted();
             }
             Purpose::Switch(switch) => axis.switched(switch, &mut log),
             Purpose::Request(request) => {
                 axis.requested(request, cycle, &config, &mut log);
+                axis.expect_reply(leaves);
                 self.requests_left = self.requests_left.saturating_sub(1);
                 self.turn = (index as u8).wrapping_add(1);
                 self.choose_request(now);
@@ -56,9 +62,15 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
-        axis.displaced(frame, cycle, &mut log);
+        let was_request = axis.displaced(frame, cycle, &mut log);
         if axis.state().sends_set_points() && axis.owes_set_point() {
             self.due |= 1 << index;
+        }
+        if was_request {
+            // It did not use its place in the budget. Without another try in this cycle the requests of the highest drive
+            // would give way for ever to those of lower ones in a controller that sorts by identifier.
+            self.requests_left = self.requests_left.saturating_add(1);
+            self.choose_request(now);
         }
     }
 
@@ -118,6 +130,12 @@ impl<const N: usize, F: Family> Master<N, F> {
             axis: index as u8,
             purpose: Purpose::Switch(switch),
         })
+    }
+
+    /// A request whose place is before set-points that are still to come.
+    fn placed_request_frame(&self) -> Option<Outgoing<F>> {
+        let is_its_turn = self.due != 0 && self.placement.is_reached(self.due);
+        is_its_turn.then(|| self.request_frame())?
     }
 
     fn request_frame(&self) -> Option<Outgoing<F>> {

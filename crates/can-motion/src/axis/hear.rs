@@ -11,6 +11,7 @@ use crate::family::{Hears, Life};
 use crate::fault::Fault;
 use crate::feedback::Stamped;
 use crate::life::{self, AxisState, Reason, Step};
+use crate::plan::ResponseWindow;
 use crate::request_slot::Unawaited;
 use crate::time::Instant;
 
@@ -44,6 +45,14 @@ impl Hears for Axis {
                 None
             }
         }
+    }
+
+    fn expect_reply(&mut self, leaves: Instant) {
+        self.responses.asked(leaves);
+    }
+
+    fn response_window(&self) -> Option<ResponseWindow> {
+        self.responses.window()
     }
 
     fn quiet_us(&mut self, fault: Fault, config: &MasterConfig) -> Option<u32> {
@@ -95,6 +104,8 @@ impl Axis {
             Ok(reply) => {
                 self.counters.replies = self.counters.replies.wrapping_add(1);
                 self.timeouts_in_row = 0;
+                self.responses
+                    .replied(log.now, config.bus.usual_us(frame.len()));
                 self.feedback.note(log.now, reply);
                 self.note_standstill(reply, log.now);
                 self.procedure_replied(kind, reply, log);

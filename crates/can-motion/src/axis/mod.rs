@@ -18,6 +18,7 @@ use crate::polls::PollClock;
 use crate::procedure::Run;
 use crate::ramp::{Ramp, cycles_to_stop};
 use crate::request_slot::RequestSlot;
+use crate::response_watch::ResponseWatch;
 use crate::set_point::SetPoint;
 use crate::snapshot::{AxisSnapshot, Counters};
 use crate::time::Instant;
@@ -49,6 +50,7 @@ pub struct Axis {
     alarm_heard: bool,
     feedback: Feedback,
     drift: DriftWatch,
+    responses: ResponseWatch,
     timeouts_in_row: u8,
     still_since: Option<Instant>,
     /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
@@ -77,6 +79,7 @@ impl Axis {
             alarm_heard: false,
             feedback: Feedback::default(),
             drift: DriftWatch::new(),
+            responses: ResponseWatch::default(),
             timeouts_in_row: 0,
             still_since: None,
             echo_token: 0,
@@ -159,6 +162,7 @@ impl Life for Axis {
             sent_counts: self.books.sent_counts(),
             backlog_counts: self.books.backlog_counts(),
             feedback: self.feedback,
+            response: self.responses.window(),
             counters: self.counters,
         }
     }

@@ -13,21 +13,21 @@ use crate::time::Instant;
 impl Sends for Axis {
     /// The request to send next, and for how many cycles it has been due: what a state waits for, then what a procedure
     /// wants, beat every poll.
-    fn wanted_request(&self, cycle: u32) -> Option<(Request, u32)> {
+    fn wanted_request(&self, cycle: u32) -> Option<(Request, i32)> {
         if !self.slot.is_free() {
             return None;
         }
         if let Some(kind) = self.state.wanted_reading() {
-            return Some((self.request(kind), u32::MAX));
+            return Some((self.request(kind), i32::MAX));
         }
         if !self.state.may_poll() || self.is_lost() {
             return None;
         }
         if let Some(request) = self.wanted_command() {
-            return Some((request, u32::MAX));
+            return Some((request, i32::MAX));
         }
         if let Some(kind) = self.run.and_then(|run| run.wanted_reading()) {
-            return Some((self.request(kind), u32::MAX));
+            return Some((self.request(kind), i32::MAX));
         }
         let poll = self.polls.most_overdue(cycle)?;
         Some((self.request(poll.kind.reply_kind()), poll.overdue))
@@ -97,10 +97,10 @@ impl Sends for Axis {
     }
 
     /// The controller gave a frame back unsent.
-    fn displaced(&mut self, frame: &DataFrame, cycle: u32, log: &mut Log<'_>) {
+    fn displaced(&mut self, frame: &DataFrame, cycle: u32, log: &mut Log<'_>) -> bool {
         let Ok((_, request)) = Request::decode(frame, &self.dialect) else {
             log.push(EventKind::ForeignFrame { id: frame.id() });
-            return;
+            return false;
         };
         self.counters.displaced = self.counters.displaced.wrapping_add(1);
         match request {
@@ -110,8 +110,12 @@ impl Sends for Axis {
                     self.books.drop_backlog();
                 }
                 log.push(EventKind::SetPointDisplaced);
+                return false;
             }
-            Request::ServoDisable(switch) => self.switch_displaced(switch, log),
+            Request::ServoDisable(switch) => {
+                self.switch_displaced(switch, log);
+                return false;
+            }
             Request::DriveReset => self.command_returned(request),
             other => {
                 if let Some(kind) = other.reply_kind() {
@@ -125,6 +129,7 @@ impl Sends for Axis {
                 }
             }
         }
+        true
     }
 
     fn owes_set_point(&self) -> bool {

@@ -2,14 +2,15 @@
 
 use dyn_can::DriveId;
 
-use super::analysis::{Response, max};
+use super::analysis::Response;
+use super::burst::Burst;
 use super::cycle::{Cycle, RequestPlace, narrow};
-use super::frames::{Exchange, alarm_bits, set_point_bits};
+use super::demand::{cycle_of, poll_stretch_permille};
+use super::frames::{set_point_bits, usual_set_point_bits};
 use super::refusal::{Refusal, Warning};
 use super::remedies::Remedies;
-use super::setup::{BusSetup, TxOrder};
+use super::setup::TxOrder;
 use crate::config::{AxisConfig, MasterConfig};
-use crate::polls::PollKind;
 
 /// The worst case of a bus, and whether it is good enough.
 ///
@@ -68,6 +69,11 @@ impl<'a> BusPlan<'a> {
     /// Takes no notice of what [`Master::new`](crate::Master::new) checks and the bus does not care about.
     #[must_use]
     pub const fn new(config: &MasterConfig, axes: &'a [AxisConfig]) -> Self {
+        // The master chooses the place of the requests when that puts no set-point at risk.
+        let plan = Self::of(config, axes, true, RequestPlace::Anywhere);
+        if plan.refusal.is_none() {
+            return plan;
+        }
         let plan = Self::of(config, axes, true, RequestPlace::Behind);
         match &plan.refusal {
             Some(refusal) if refusal.is_about_time() => Self {
@@ -91,7 +97,7 @@ impl<'a> BusPlan<'a> {
             cycle,
             requests_end_bits: None,
             poll_stretch_permille: poll_stretch_permille(config, axes, cycle.requests),
-            refusal: refused_outright(&config.bus, axes),
+            refusal: Refusal::outright(&config.bus, axes),
             remedies: Remedies::NONE,
         };
         if plan.refusal.is_none() {
@@ -102,6 +108,26 @@ impl<'a> BusPlan<'a> {
             plan.refusal = plan.late_frame();
         }
         plan
+    }
+
+    /// Whether the master may choose the place of the requests among the set-points. A controller that sorts by identifier would
+    /// give them back when set-points come behind them.
+    pub(crate) const fn has_room_for_requests(&self) -> bool {
+        matches!(
+            (self.cycle.order, self.cycle.place),
+            (TxOrder::Fifo, RequestPlace::Anywhere)
+        ) && self.cycle.requests > 0
+    }
+
+    /// The usual times on the wire.
+    pub(crate) const fn burst(&self, config: &MasterConfig) -> Burst {
+        let (rate, cycle) = (config.bus.bit_rate, &self.cycle);
+        Burst {
+            set_point_us: rate.us_covering(usual_set_point_bits(self.axes)),
+            request_us: rate.us_covering(narrow(cycle.request_bits)),
+            reply_us: rate.us_covering(narrow(cycle.reply_bits)),
+            requests: narrow(cycle.requests),
+        }
     }
 
     /// Whether every frame is in time.
@@ -262,104 +288,6 @@ impl<'a> BusPlan<'a> {
             (_, _, Some(response)) if !response.is_met() => Some(Refusal::LateAlarm { response }),
             _ => None,
         }
-    }
-}
-
-const fn cycle_of(
-    config: &MasterConfig,
-    axes: &[AxisConfig],
-    is_polled: bool,
-    place: RequestPlace,
-) -> Cycle {
-    let setup = &config.bus;
-    let rate = setup.bit_rate;
-    let exchange = Exchange::of(axes, setup.requests, is_polled);
-    let budget = config.requests_per_cycle as u64;
-    let (mut set_points_bits, mut longest_bits, mut rest) = (0, 0, axes);
-    while let Some((axis, behind)) = rest.split_first() {
-        let bits = set_point_bits(axis) as u64;
-        set_points_bits += bits;
-        longest_bits = max(longest_bits, bits);
-        rest = behind;
-    }
-    Cycle {
-        bits: rate.bits_within(config.cycle_us),
-        bits_rounded_up: rate.bits_covering(config.cycle_us),
-        set_points_bits,
-        set_point_bits: longest_bits,
-        requests: if exchange.axes < budget {
-            exchange.axes
-        } else {
-            budget
-        },
-        request_bits: exchange.request_bits as u64,
-        shortest_request_bits: exchange.shortest_request_bits as u64,
-        reply_bits: exchange.reply_bits as u64,
-        response_min_bits: rate.bits_within(setup.response.min_us),
-        response_max_bits: rate.bits_covering(setup.response.max_us),
-        alarms: setup.alarm_burst as u64,
-        alarm_bits: alarm_bits(axes) as u64,
-        jitter_bits: rate.bits_covering(setup.release_jitter_us),
-        reply_timeout_bits: rate.bits_within(config.timeouts.reply_us),
-        place: match setup.order {
-            TxOrder::Fifo => place,
-            TxOrder::Identifier => RequestPlace::Anywhere,
-        },
-        order: setup.order,
-        error_interval_bits: match setup.error_interval_us {
-            Some(us) => Some(narrow(rate.bits_within(us))),
-            None => None,
-        },
-    }
-}
-
-const fn refused_outright(setup: &BusSetup, axes: &[AxisConfig]) -> Option<Refusal> {
-    let mut rest = axes;
-    while let [lower, behind @ ..] = rest {
-        if let [upper, ..] = behind
-            && upper.drive.get() <= lower.drive.get()
-        {
-            return Some(Refusal::Order { drive: upper.drive });
-        }
-        rest = behind;
-    }
-    let window = setup.response;
-    if window.min_us > window.max_us {
-        return Some(Refusal::ResponseWindow { window });
-    }
-    let Some(canopen) = &setup.canopen else {
-        return None;
-    };
-    if let Some(actual) = canopen.invalid_node() {
-        return Some(Refusal::CanopenNode { actual });
-    }
-    match canopen.clash(axes) {
-        Some(clash) => Some(Refusal::Clash(clash)),
-        None => None,
-    }
-}
-
-/// Real period of the polls per configured period, in thousandths, at least 1000.
-const fn poll_stretch_permille(config: &MasterConfig, axes: &[AxisConfig], requests: u64) -> u32 {
-    let (mut due_ppm, mut rest) = (0_u64, axes);
-    while let Some((axis, behind)) = rest.split_first() {
-        let mut kinds: &[PollKind] = &PollKind::ALL;
-        while let Some((kind, others)) = kinds.split_first() {
-            if let Some(period_us) = axis.polls.of(*kind) {
-                // The master counts in whole cycles, at least one.
-                let cycles = match period_us.checked_div(config.cycle_us) {
-                    Some(cycles) => max(cycles as u64, 1),
-                    None => 1,
-                };
-                due_ppm += 1_000_000_u64.div_ceil(cycles);
-            }
-            kinds = others;
-        }
-        rest = behind;
-    }
-    match due_ppm.checked_div(1_000 * requests) {
-        Some(permille) if permille > 1_000 => narrow(permille),
-        _ => 1_000,
     }
 }
 

@@ -134,6 +134,20 @@ pub(super) const fn set_point_bits(axis: &AxisConfig) -> u16 {
     if switch > bits { switch } else { bits }
 }
 
+/// Half way between the longest set-point of these axes and the same without stuff bits.
+pub(super) const fn usual_set_point_bits(axes: &[AxisConfig]) -> u32 {
+    let (mut longest, mut rest) = (0, axes);
+    while let Some((axis, behind)) = rest.split_first() {
+        let bits = set_point_bits(axis);
+        if bits > longest {
+            longest = bits;
+        }
+        rest = behind;
+    }
+    let bytes = if longest > bound_bits(1) { 2 } else { 1 };
+    (SHORTEST_BITS + 8 * bytes + longest) as u32 / 2
+}
+
 /// Longest alarm frame of these axes.
 pub(super) const fn alarm_bits(axes: &[AxisConfig]) -> u16 {
     let mut bits = 0;

@@ -30,16 +30,19 @@
 //!
 //! Every request of the budget counts as the longest poll of any axis, every reply as the longest reply, and a cycle may see
 //! as many late replies as the response window allows. Polls that are rarer than the budget, and replies that are kept out of
-//! the set-points by the place of their request, gain nothing here.
+//! the set-points by the place of their request, gain nothing here. Where requests may come before set-points without harm,
+//! the bounds are those for the worst place.
 //!
 //! # Cost
 //!
 //! In a `const`, compile time. At run time the master needs the table of [`wire::worst_bits`] in flash (8 KiB).
 
 pub mod analysis;
+mod burst;
 mod bus_plan;
 mod canopen;
 mod cycle;
+mod demand;
 mod frames;
 mod refusal;
 mod remedies;
@@ -50,6 +53,7 @@ mod worst_case;
 #[cfg(test)]
 mod worst_case_search;
 
+pub(crate) use burst::Burst;
 pub use bus_plan::BusPlan;
 pub use canopen::{Canopen, CanopenService, Clash};
 pub use refusal::{Refusal, Warning};

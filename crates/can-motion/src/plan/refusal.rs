@@ -6,8 +6,9 @@ use dyn_can::DriveId;
 
 use super::analysis::Response;
 use super::canopen::Clash;
-use super::setup::ResponseWindow;
+use super::setup::{BusSetup, ResponseWindow};
 use super::text::Text;
+use crate::config::AxisConfig;
 
 /// Why the bus cannot carry what is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,6 +67,33 @@ pub enum Refusal {
 }
 
 impl Refusal {
+    /// What no rate and no number of axes would help against.
+    pub(super) const fn outright(setup: &BusSetup, axes: &[AxisConfig]) -> Option<Self> {
+        let mut rest = axes;
+        while let [lower, behind @ ..] = rest {
+            if let [upper, ..] = behind
+                && upper.drive.get() <= lower.drive.get()
+            {
+                return Some(Self::Order { drive: upper.drive });
+            }
+            rest = behind;
+        }
+        let window = setup.response;
+        if window.min_us > window.max_us {
+            return Some(Self::ResponseWindow { window });
+        }
+        let Some(canopen) = &setup.canopen else {
+            return None;
+        };
+        if let Some(actual) = canopen.invalid_node() {
+            return Some(Self::CanopenNode { actual });
+        }
+        match canopen.clash(axes) {
+            Some(clash) => Some(Self::Clash(clash)),
+            None => None,
+        }
+    }
+
     /// Whether other rates, polls or axes would help.
     pub(crate) const fn is_about_time(&self) -> bool {
         !matches!(

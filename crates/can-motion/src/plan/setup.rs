@@ -1,6 +1,7 @@
 //! What the plan must know about the bus beyond the settings of the master.
 
 use super::canopen::Canopen;
+use super::wire::{INTERFRAME_BITS, bound_bits};
 
 /// Bit rates of the drives (1.6A section 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -172,6 +173,16 @@ impl BusSetup {
         error_interval_us: None,
         canopen: None,
     };
+}
+
+impl BusSetup {
+    /// Time on the wire of a frame with so many bytes, half way between its shortest and its longest form.
+    pub(crate) const fn usual_us(&self, len: u8) -> u32 {
+        let shortest_bits = 44 + 8 * len as u32;
+        let longest_bits = (bound_bits(len) - INTERFRAME_BITS) as u32;
+        self.bit_rate
+            .us_covering((shortest_bits + longest_bits) / 2)
+    }
 }
 
 impl Default for BusSetup {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::config::PollPeriods;
-use crate::plan::{BitRate, Canopen, RequestMix, ResponseWindow, TxOrder};
+use crate::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use std::string::ToString;
 use std::vec::Vec;
 

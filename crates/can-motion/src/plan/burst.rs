@@ -1,0 +1,51 @@
+//! The usual time on the wire of the frames of a cycle, and what it leaves to replies.
+
+use super::setup::ResponseWindow;
+
+/// Usual times on the wire, interframe space included, in microseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Burst {
+    /// A set-point, half way between its shortest and its longest frame.
+    pub(crate) set_point_us: u32,
+    /// The longest request.
+    pub(crate) request_us: u32,
+    /// The longest reply.
+    pub(crate) reply_us: u32,
+    /// Requests of a cycle.
+    pub(crate) requests: u32,
+}
+
+impl Burst {
+    /// Frames that take no time.
+    pub(crate) const NONE: Self = Self {
+        set_point_us: 0,
+        request_us: 0,
+        reply_us: 0,
+        requests: 0,
+    };
+
+    /// How far replies stay away from set-points at least, when the requests of a cycle go out behind `before` of its set-points;
+    /// `None` when they may meet.
+    pub(crate) fn slack_us(
+        &self,
+        cycle_us: u32,
+        set_points: u8,
+        before: u8,
+        window: ResponseWindow,
+    ) -> Option<u32> {
+        let set_points_us = |count: u8| self.set_point_us.checked_mul(u32::from(count));
+        let requests_us = self.request_us.checked_mul(self.requests)?;
+        let burst_us = set_points_us(set_points)?.checked_add(requests_us)?;
+        let first_us = set_points_us(before)?
+            .checked_add(self.request_us)?
+            .checked_add(window.min_us)?;
+        let last_us = set_points_us(before)?
+            .checked_add(requests_us)?
+            .checked_add(window.max_us)?
+            .checked_add(self.reply_us.checked_mul(self.requests)?)?;
+        let cycle_start_us = first_us.checked_sub(first_us.checked_rem(cycle_us)?)?;
+        let behind_us = first_us.checked_sub(cycle_start_us.checked_add(burst_us)?)?;
+        let ahead_us = cycle_start_us.checked_add(cycle_us)?.checked_sub(last_us)?;
+        Some(behind_us.min(ahead_us))
+    }
+}

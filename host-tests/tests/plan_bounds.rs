@@ -1,0 +1,265 @@
+//! The bus plan against the unmodified master on the simulated bus: what is admitted is in time, and no frame ends after its bound.
+
+use can_motion::plan::{BusPlan, BusSetup, ResponseWindow, TxOrder};
+use can_motion::{AxisConfig, Limits, MasterConfig, PollPeriods, Timeouts};
+use drive_sim::{DynDriveConfig, NodeId, Outcome, Record, ResponseDelay};
+use dyn_can::{DriveId, FunctionCode};
+use embedded_can::{Frame as _, Id};
+use host_tests::rig::Rig;
+use proptest::prelude::*;
+
+/// One bit at 1 Mbit/s.
+const BIT_NS: u64 = 1_000;
+const CYCLES: usize = 150;
+
+/// A bus with its axes, and how they move.
+#[derive(Debug, Clone)]
+struct Case {
+    drives: Vec<DriveId>,
+    config: MasterConfig,
+    polls: PollPeriods,
+    steps: Vec<i32>,
+    seed: u64,
+}
+
+impl Case {
+    fn axes(&self) -> Vec<AxisConfig> {
+        let axis = |&drive: &DriveId| AxisConfig {
+            polls: self.polls,
+            limits: Limits {
+                following_error: u32::MAX,
+                drift_tolerance: u32::MAX,
+                ..Limits::WIDEST
+            },
+            ..AxisConfig::new(drive)
+        };
+        self.drives.iter().map(axis).collect()
+    }
+
+    /// Drives that follow any step and do not mind.
+    fn simulated(&self) -> Vec<DynDriveConfig> {
+        let ResponseWindow { min_us, max_us } = self.config.bus.response;
+        let window = ResponseDelay::between(u64::from(min_us) * 1_000, u64::from(max_us) * 1_000)
+            .expect("a window");
+        let drive = |&drive: &DriveId| DynDriveConfig {
+            response_delay: window,
+            seed: self.seed + u64::from(drive.get()),
+            power_on_delay_ns: 0,
+            lost_phase_steps: None,
+            ..DynDriveConfig::new(drive)
+        };
+        self.drives.iter().map(drive).collect()
+    }
+
+    /// The step of an axis in a cycle, on the whole back and forth.
+    fn step(&self, axis: usize, cycle: usize) -> i32 {
+        let sign = if (axis + cycle).is_multiple_of(2) {
+            1
+        } else {
+            -1
+        };
+        sign * self.steps[(axis * 7 + cycle * 3) % self.steps.len()]
+    }
+}
+
+/// As many of the axes as the plan admits.
+fn admitted(mut case: Case) -> Option<Case> {
+    while !case.drives.is_empty() {
+        if BusPlan::new(&case.config, &case.axes()).check().is_ok() {
+            return Some(case);
+        }
+        case.drives.pop();
+    }
+    None
+}
+
+fn case() -> impl Strategy<Value = Case> {
+    let ids = proptest::sample::subsequence((1..=63).collect::<Vec<i32>>(), 1..=14);
+    let first_ids = (1..=14).prop_map(|count| (1..=count).collect::<Vec<i32>>());
+    let period = || prop_oneof![1 => Just(None), 3 => (2..40_u32).prop_map(|ms| Some(ms * 1_000))];
+    (
+        prop_oneof![ids, first_ids],
+        (
+            prop_oneof![1 => Just(500_u32), 3 => Just(1_000), 1 => Just(2_000)],
+            1..=3_u8,
+            any::<bool>(),
+        ),
+        (50..2_500_u32, 0..=40_u32),
+        (period(), period(), period()),
+        // Some steps whose frames are stuffed most, some random ones. None is 0: a set-point that a mailbox controller gives back is
+        // sent again only when its step is owed.
+        proptest::collection::vec(
+            prop_oneof![Just(8_191), Just(-4_096), Just(1), 1..=16_384, -16_384..=-1],
+            1..40,
+        ),
+        any::<u32>(),
+    )
+        .prop_map(
+            |(
+                ids,
+                (cycle_us, requests_per_cycle, is_fifo),
+                (delay_us, percent),
+                periods,
+                steps,
+                seed,
+            )| {
+                let spread_us = delay_us * percent / 100;
+                let order = if is_fifo {
+                    TxOrder::Fifo
+                } else {
+                    TxOrder::Identifier
+                };
+                let (status_us, position_us, torque_us) = periods;
+                Case {
+                    drives: ids
+                        .into_iter()
+                        .map(|id| DriveId::new(id).expect("1..=63"))
+                        .collect(),
+                    config: MasterConfig {
+                        cycle_us,
+                        requests_per_cycle,
+                        timeouts: Timeouts {
+                            power_on_us: 1,
+                            standstill_us: 20_000,
+                            ..Timeouts::DEFAULT
+                        },
+                        bus: BusSetup {
+                            order,
+                            response: ResponseWindow {
+                                min_us: delay_us - spread_us,
+                                max_us: delay_us + spread_us,
+                            },
+                            ..BusSetup::DEFAULT
+                        },
+                    },
+                    polls: PollPeriods {
+                        status_us,
+                        position_us,
+                        torque_us,
+                        ..PollPeriods::OFF
+                    },
+                    steps,
+                    seed: u64::from(seed),
+                }
+            },
+        )
+}
+
+/// Which drive and function a frame is of.
+fn meaning(record: &Record) -> (u16, FunctionCode) {
+    let Id::Standard(id) = record.frame.id() else {
+        panic!("the protocol has no extended frames");
+    };
+    (id.as_raw() >> 5, FunctionCode::from_can_id(id.as_raw()))
+}
+
+/// Frames on the wire, judged one by one.
+struct Judge<'a> {
+    plan: BusPlan<'a>,
+    case: &'a Case,
+    master: NodeId,
+    cycle_bits: u64,
+    /// Set-points of each axis, counted.
+    set_points: Vec<u64>,
+    /// Cycle in which each drive was asked last.
+    asked_in: [u64; 64],
+}
+
+impl Judge<'_> {
+    fn axis(&self, drive: u16) -> usize {
+        let mut drives = self.case.drives.iter();
+        drives
+            .position(|other| u16::from(other.get()) == drive)
+            .expect("a drive of the case")
+    }
+
+    /// The bound that a frame of the stream breaks, with the bits that it took.
+    fn judge(&mut self, record: &Record, first_cycle: u64) -> Result<(), String> {
+        assert_eq!(record.outcome, Outcome::Delivered);
+        let (drive, function) = meaning(record);
+        let axis = self.axis(drive);
+        let (from, bound) = match function {
+            FunctionCode::GoRelativePosPd => {
+                // One in each cycle: the n-th is of the n-th cycle.
+                let cycle = first_cycle + self.set_points[axis];
+                self.set_points[axis] += 1;
+                (cycle, self.plan.set_point(axis))
+            }
+            _ if record.node == self.master => {
+                let cycle = record.start_ns / BIT_NS / self.cycle_bits;
+                self.asked_in[usize::from(drive)] = cycle;
+                (cycle, self.plan.requests())
+            }
+            _ => (self.asked_in[usize::from(drive)], self.plan.replies()),
+        };
+        let bound = bound.and_then(|bound| bound.bits).expect("a bound");
+        let took_bits = record.free_ns / BIT_NS - from * self.cycle_bits;
+        if took_bits > u64::from(bound) {
+            return Err(format!(
+                "{function:?} of drive {drive} took {took_bits} bits, its bound is {bound}"
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn run(case: &Case) -> Result<(), String> {
+    let axes = case.axes();
+    let order = match case.config.bus.order {
+        TxOrder::Fifo => drive_sim::TxOrder::Fifo,
+        TxOrder::Identifier => drive_sim::TxOrder::ByIdentifier,
+    };
+    let mut rig = Rig::new(case.config, &axes, case.simulated(), order);
+    rig.stream();
+    let cycle_bits = u64::from(case.config.cycle_us);
+    let mut judge = Judge {
+        plan: BusPlan::new(&case.config, &axes),
+        case,
+        master: rig.node,
+        cycle_bits,
+        set_points: vec![0; axes.len()],
+        asked_in: [0; 64],
+    };
+    // Requests of the cycles before are answered among the first set-points.
+    rig.cycles(8);
+    let first_cycle = rig.now().as_us() / cycle_bits;
+    let skip = rig.traffic.len();
+    for cycle in 0..CYCLES {
+        for axis in 0..axes.len() {
+            let target = rig.axis(axis).target_counts + case.step(axis, cycle);
+            rig.master
+                .set_target(axis, target)
+                .expect("a streaming axis");
+        }
+        rig.cycle();
+    }
+    let asked_before = rig.traffic[..skip]
+        .iter()
+        .filter(|record| record.node == rig.node);
+    for record in asked_before {
+        let (drive, _) = meaning(record);
+        judge.asked_in[usize::from(drive)] = record.start_ns / BIT_NS / cycle_bits;
+    }
+    for record in &rig.traffic[skip..] {
+        judge.judge(record, first_cycle)?;
+    }
+    let all = vec![CYCLES as u64; axes.len()];
+    if judge.set_points != all {
+        return Err(format!(
+            "set-points {:?}, not {CYCLES} each",
+            judge.set_points
+        ));
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3_000))]
+
+    #[test]
+    fn what_is_admitted_is_in_time(case in case()) {
+        if let Some(case) = admitted(case) {
+            prop_assert_eq!(run(&case), Ok(()));
+        }
+    }
+}
