@@ -267,6 +267,10 @@ fn a_fault_script_shows_what_the_master_does() {
         "{json}"
     );
 
+    let late = "[[disable]]\nat_s = 0.05\ndrive = 1\n[[block]]\nat_s = 9.0\nfor_s = 0.1\n";
+    let (_, json) = run("late.toml", late);
+    assert_eq!(json["faults_not_reached"], 1);
+
     let (_, json) = run("disturb.toml", "[[disturb]]\nat_s = 0.1\nfor_s = 0.05\n");
     assert_eq!(
         json["axes"][0]["fault"],

@@ -62,6 +62,8 @@ pub(crate) struct Summary {
     pub(crate) peak_bus_load: f64,
     /// The user stopped the motion before its end.
     pub(crate) stopped: bool,
+    /// Faults of the script whose time did not come.
+    pub(crate) faults_not_reached: usize,
 }
 
 impl Summary {
@@ -90,6 +92,7 @@ impl Summary {
             mean_bus_load: watch.mean_load,
             peak_bus_load: watch.peak_load,
             stopped,
+            faults_not_reached: setup.faults.left(),
         }
     }
 
@@ -163,6 +166,13 @@ impl fmt::Display for Summary {
             100.0 * self.peak_bus_load,
             self.faults,
         )?;
+        if self.faults_not_reached > 0 {
+            writeln!(
+                f,
+                "{} faults of the script were not reached.",
+                self.faults_not_reached
+            )?;
+        }
         f.write_str(self.verdict())
     }
 }

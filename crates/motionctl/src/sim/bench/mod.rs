@@ -1,0 +1,144 @@
+//! The bench: the firmware's master, a virtual bus, and simulated drives, in virtual time.
+
+mod cycle;
+mod record;
+mod run;
+
+use std::fs::File;
+use std::io::BufWriter;
+
+use can_motion::{AxisConfig, GroupId, Instant, Limits, Master, MasterConfig, PollPeriods};
+use drive_sim::{
+    BitRate, Bus, ControllerConfig, DeviceId, DynDrive, LoadMark, LogMode, NodeId, ScriptedFaults,
+    TxOrder,
+};
+use dyn_can::{DriveId, StepLimit};
+
+use super::error::SimError;
+use super::faults::Script;
+use super::recording::Recording;
+use super::spectator::Spectator;
+use super::watch::Watch;
+use crate::virtual_drives::VirtualDriveOptions;
+
+/// Axes that a simulation can hold: the widest choice of a bus at any bit rate and cycle.
+pub(crate) const MOST_AXES: usize = 63;
+
+const GROUP: GroupId = GroupId(0);
+/// What to simulate.
+#[derive(Debug)]
+pub(crate) struct Setup {
+    /// Drive of each axis, in the order of the columns.
+    pub(crate) drives: Vec<DriveId>,
+    pub(crate) cycle_us: u32,
+    pub(crate) bit_rate: BitRate,
+    pub(crate) max_step: StepLimit,
+    pub(crate) polls: PollPeriods,
+    pub(crate) drive_options: VirtualDriveOptions,
+    pub(crate) tx_order: TxOrder,
+    pub(crate) faults: Script,
+}
+
+/// A bench that is ready to run.
+pub(crate) struct Bench<'a> {
+    bench: drive_sim::Bench<DynDrive, ScriptedFaults>,
+    node: NodeId,
+    devices: Vec<DeviceId>,
+    master: Master<MOST_AXES>,
+    /// Place in the master of each axis: the master wants its drives in ascending order.
+    places: Vec<usize>,
+    setup: Setup,
+    watch: Watch,
+    candump: Option<BufWriter<File>>,
+    spectator: &'a mut dyn Spectator,
+    recording: Option<Recording>,
+    /// Begin of the present cycle, for its load.
+    cycle_mark: LoadMark,
+    cycle: u64,
+    /// When the motion began; fault scripts count from there.
+    motion_start_ns: Option<u64>,
+    /// Cycles in which the application is to do nothing.
+    cycles_to_miss: u32,
+    stopped: bool,
+}
+
+impl<'a> Bench<'a> {
+    /// Connects master and drives. `records` keeps what a report or a view needs.
+    pub(crate) fn new(
+        setup: Setup,
+        candump: Option<BufWriter<File>>,
+        records: bool,
+        spectator: &'a mut dyn Spectator,
+    ) -> Result<Self, SimError> {
+        let mut bus = Bus::with_faults(setup.bit_rate, ScriptedFaults::new());
+        bus.set_log(LogMode::Full);
+        let mut bench = drive_sim::Bench::new(bus);
+        let node = bench.add_master(ControllerConfig::bxcan(setup.tx_order));
+        let devices = setup
+            .drives
+            .iter()
+            .map(|&drive| {
+                bench.add_device(setup.drive_options.drive(drive), ControllerConfig::device())
+            })
+            .collect();
+        let mut ascending = setup.drives.clone();
+        ascending.sort_unstable();
+        let axes: Vec<AxisConfig> = ascending
+            .iter()
+            .map(|&drive| axis_of(&setup, drive))
+            .collect();
+        let config = MasterConfig {
+            cycle_us: setup.cycle_us,
+            bus: setup
+                .drive_options
+                .bus_setup(setup.bit_rate, setup.tx_order),
+            ..MasterConfig::DEFAULT
+        };
+        let master = Master::new(config, &axes).map_err(SimError::Config)?;
+        let place = |drive| {
+            ascending
+                .iter()
+                .position(|other| other == drive)
+                .unwrap_or(0)
+        };
+        let places: Vec<usize> = setup.drives.iter().map(place).collect();
+        let watch = Watch::new(node, setup.drives.len());
+        let recording = records.then(|| {
+            let bit_ns = setup.bit_rate.bit_ns();
+            Recording::new(setup.drives.clone(), node, setup.cycle_us, bit_ns)
+        });
+        let cycle_mark = bench.bus().load_mark();
+        Ok(Self {
+            bench,
+            node,
+            devices,
+            master,
+            places,
+            setup,
+            watch,
+            candump,
+            spectator,
+            recording,
+            cycle_mark,
+            cycle: 0,
+            motion_start_ns: None,
+            cycles_to_miss: 0,
+            stopped: false,
+        })
+    }
+
+    fn now(&self) -> Instant {
+        Instant::from_us(self.bench.now_ns() / 1_000)
+    }
+}
+
+fn axis_of(setup: &Setup, drive: DriveId) -> AxisConfig {
+    AxisConfig {
+        limits: Limits {
+            max_step: setup.max_step,
+            ..Limits::WIDEST
+        },
+        polls: setup.polls,
+        ..AxisConfig::new(drive)
+    }
+}

@@ -1,0 +1,100 @@
+//! What is kept and told of a cycle, and what the spectator makes of it.
+
+use std::io::Write;
+
+use can_motion::{Event, Instant};
+use drive_sim::CandumpLine;
+
+use super::{Bench, GROUP};
+use crate::sim::error::SimError;
+use crate::sim::recording::{AxisSample, Sample};
+use crate::sim::spectator::Order;
+
+impl Bench<'_> {
+    pub(super) fn drain_log(&mut self) -> Result<(), SimError> {
+        for record in self.bench.bus_mut().log_mut().drain() {
+            self.watch.record(&record);
+            if let Some(recording) = &mut self.recording {
+                recording.frame(&record);
+            }
+            if let (Some(file), Some(line)) = (&mut self.candump, CandumpLine::new(&record, "can0"))
+            {
+                writeln!(file, "{line}").map_err(SimError::Log)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn collect_events(&mut self) {
+        while let Some(event) = self.master.next_event() {
+            self.watch.event(&event);
+            self.report(&event);
+            let axis = event.axis.and_then(|axis| {
+                self.places
+                    .iter()
+                    .position(|place| *place == usize::from(axis))
+            });
+            if let Some(recording) = &mut self.recording {
+                recording.event(&event, axis);
+            }
+        }
+    }
+
+    fn report(&self, event: &Event) {
+        if self.spectator.owns_terminal() {
+            return;
+        }
+        if let can_motion::EventKind::Fault(fault) = event.kind {
+            let axis = event
+                .axis
+                .map_or(String::new(), |axis| format!(" axis {axis}:"));
+            eprintln!("{} s:{axis} {fault}", event.at);
+        }
+    }
+
+    pub(super) fn record_sample(&mut self, is_late: bool) {
+        let Some(recording) = &mut self.recording else {
+            return;
+        };
+        let (now, now_ns) = (
+            Instant::from_us(self.bench.now_ns() / 1_000),
+            self.bench.now_ns(),
+        );
+        let axes = self.places.iter().zip(&self.devices);
+        recording.samples.push(Sample {
+            at_us: now.as_us(),
+            load: self.bench.bus().load_since(&self.cycle_mark),
+            is_late,
+            axes: axes
+                .filter_map(|(&place, &device)| {
+                    let position = self.bench.device(device).position_counts(now_ns);
+                    Some(AxisSample::new(
+                        &self.master.snapshot(place)?,
+                        position,
+                        now,
+                    ))
+                })
+                .collect(),
+        });
+        self.cycle_mark = self.bench.bus().load_mark();
+    }
+
+    pub(super) fn obey_spectator(&mut self) -> Result<(), SimError> {
+        let Some(recording) = &self.recording else {
+            return Ok(());
+        };
+        for order in self
+            .spectator
+            .after_cycle(recording, &self.master, &self.places)?
+        {
+            match order {
+                Order::Stop => {
+                    self.master.stop(self.now(), GROUP);
+                    self.stopped = true;
+                }
+                Order::Fault(fault) => self.apply(fault),
+            }
+        }
+        Ok(())
+    }
+}

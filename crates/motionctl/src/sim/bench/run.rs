@@ -1,0 +1,159 @@
+//! A run from power-on to rest.
+
+use std::io::Write;
+
+use can_motion::AxisState;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{Bench, GROUP};
+use crate::sim::error::SimError;
+use crate::sim::recording::{Kind, Recording};
+use crate::sim::summary::Summary;
+use crate::trajectory::Plan;
+
+/// Time for the drives to become ready, and to be enabled, before the simulation gives up.
+const START_UP_LIMIT_US: u64 = 10_000_000;
+/// Time after the motion for the drives to arrive and to be read once more.
+const SETTLE_US: u64 = 300_000;
+/// Cycles between two updates of the progress bar.
+const PROGRESS_STEP: usize = 100;
+
+impl Bench<'_> {
+    /// Runs a motion from power-on to rest.
+    pub(crate) fn run(
+        mut self,
+        plan: &Plan,
+        show_progress: bool,
+    ) -> Result<(Summary, Option<Recording>), SimError> {
+        let ready = self.wait_for(AxisState::Ready)?
+            && self.master.enable(self.now(), GROUP).is_ok()
+            && self.wait_for(AxisState::Streaming)?;
+        let anchors = self.targets();
+        if ready {
+            self.begin_motion();
+            self.watch.start(self.bench.bus().load_mark());
+            self.follow(plan, &anchors, show_progress)?;
+            self.phase(if self.stopped {
+                "stopped by the user"
+            } else {
+                "the motion ends"
+            });
+            self.settle()?;
+            self.watch.stop(self.bench.bus());
+        }
+        if let Some(candump) = &mut self.candump {
+            candump.flush().map_err(SimError::Log)?;
+        }
+        let summary = self.summary(plan, &anchors);
+        if let Some(recording) = &self.recording {
+            self.spectator.end(recording, &summary)?;
+        }
+        Ok((summary, self.recording))
+    }
+
+    fn begin_motion(&mut self) {
+        self.motion_start_ns = Some(self.bench.now_ns());
+        let now_us = self.now().as_us();
+        if let Some(recording) = &mut self.recording {
+            recording.motion_start_us = Some(now_us);
+        }
+        self.phase("the motion begins");
+    }
+
+    fn phase(&mut self, text: &str) {
+        let at_us = self.now().as_us();
+        if let Some(recording) = &mut self.recording {
+            recording.happened(at_us, None, Kind::Phase, text);
+        }
+    }
+
+    fn targets(&self) -> Vec<i32> {
+        let target = |&place| {
+            self.master
+                .snapshot(place)
+                .map_or(0, |axis| axis.target_counts)
+        };
+        self.places.iter().map(target).collect()
+    }
+
+    fn wait_for(&mut self, state: AxisState) -> Result<bool, SimError> {
+        let deadline_us = self.now().as_us() + START_UP_LIMIT_US;
+        while self.now().as_us() < deadline_us && !self.watch.saw_fault() && !self.stopped {
+            self.one_cycle()?;
+            if self.master.all_are(GROUP, state) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn follow(
+        &mut self,
+        plan: &Plan,
+        anchors: &[i32],
+        show_progress: bool,
+    ) -> Result<(), SimError> {
+        let bar = progress_bar(plan.cycles.len(), show_progress);
+        for (index, row) in plan.cycles.iter().enumerate() {
+            for (axis, (&place, &offset)) in self.places.iter().zip(row).enumerate() {
+                // A refusal is an axis that stopped by a fault, which the watch has seen.
+                let _ = self
+                    .master
+                    .set_target(place, anchors[axis].wrapping_add(offset));
+            }
+            self.one_cycle()?;
+            if index % PROGRESS_STEP == 0 {
+                bar.set_position(index as u64);
+            }
+            if self.watch.saw_fault() || self.stopped {
+                break;
+            }
+        }
+        bar.finish_and_clear();
+        Ok(())
+    }
+
+    fn settle(&mut self) -> Result<(), SimError> {
+        for _ in 0..SETTLE_US.div_ceil(u64::from(self.setup.cycle_us)) {
+            self.one_cycle()?;
+        }
+        Ok(())
+    }
+
+    fn summary(&self, plan: &Plan, anchors: &[i32]) -> Summary {
+        let last = plan.last();
+        let axes = self.places.iter().enumerate().filter_map(|(axis, &place)| {
+            let snapshot = self.master.snapshot(place)?;
+            let drive = self.bench.device(self.devices[axis]);
+            let planned = anchors[axis].wrapping_add(last.get(axis).copied().unwrap_or(0));
+            // Where the ramp of a stop ends is as good as any target.
+            let target = if self.stopped {
+                snapshot.target_counts
+            } else {
+                planned
+            };
+            let now_ns = self.bench.now_ns();
+            let (watch, anchor) = (&self.watch, anchors[axis]);
+            Some(watch.axis_summary(axis, &snapshot, drive, now_ns, anchor, target))
+        });
+        Summary::new(
+            axes.collect(),
+            &self.master.cycle_counters(),
+            &self.watch,
+            &self.setup,
+            self.stopped,
+        )
+    }
+}
+
+fn progress_bar(cycles: usize, show: bool) -> ProgressBar {
+    if !show {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} cycles, {eta} left");
+    let bar = ProgressBar::new(cycles as u64);
+    match style {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
