@@ -254,6 +254,10 @@ fn a_fault_script_shows_what_the_master_does() {
     // Missed cycles cost time and no position.
     let (status, json) = run("missed.toml", "[[miss_cycles]]\nat_s = 0.1\ncycles = 2\n");
     assert_eq!((status, &json["late_cycles"]), (1, &2.into()), "{json}");
+    assert_eq!(
+        json["late_hand_overs"], 0,
+        "the application was not there to hand over"
+    );
     assert_eq!(json["axes"][0]["received_counts"], 16_384);
 
     // The drive has one step twice: the master sees it at standstill.
