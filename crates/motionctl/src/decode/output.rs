@@ -5,7 +5,7 @@ use std::io::{BufWriter, Stdout, Write};
 use can_decode::log::Entry;
 use can_decode::statistics::Statistics;
 use can_decode::{Frame, Meaning};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::Totals;
 use super::source::Damage;
@@ -29,8 +29,10 @@ enum Line<'a> {
         id: u32,
         extended: bool,
         remote: bool,
-        data: &'a [u8],
-        text: String,
+        /// Two hexadecimal digits a byte.
+        data: Hex<'a>,
+        #[serde(serialize_with = "as_text")]
+        text: &'a Meaning,
         #[serde(flatten)]
         meaning: &'a Meaning,
     },
@@ -46,10 +48,29 @@ enum Line<'a> {
     Statistics(Overview<'a>),
 }
 
+/// Bytes without anything between them.
+struct Hex<'a>(&'a [u8]);
+
+impl Serialize for Hex<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
+        let mut text = String::with_capacity(2 * self.0.len());
+        for byte in self.0 {
+            text.push(char::from(DIGITS[usize::from(byte >> 4)]));
+            text.push(char::from(DIGITS[usize::from(byte & 0xF)]));
+        }
+        serializer.serialize_str(&text)
+    }
+}
+
+fn as_text<S: Serializer>(meaning: &Meaning, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(meaning)
+}
+
 impl Output {
     pub(super) fn new(json: bool, source_name: String) -> Self {
         Self {
-            out: BufWriter::new(std::io::stdout()),
+            out: BufWriter::with_capacity(1 << 16, std::io::stdout()),
             json,
             source_name,
         }
@@ -68,8 +89,8 @@ impl Output {
                 id: frame.id(),
                 extended: frame.is_extended(),
                 remote: frame.is_remote(),
-                data: frame.data(),
-                text: meaning.to_string(),
+                data: Hex(frame.data()),
+                text: meaning,
                 meaning,
             });
         }
@@ -137,5 +158,5 @@ impl Output {
 }
 
 fn seconds(ns: u64) -> f64 {
-    ns as f64 * 1e-9
+    ns as f64 / 1e9
 }

@@ -242,9 +242,8 @@ impl Screen<'_> {
             .axis
             .map_or("bus   ".to_owned(), |axis| format!("axis {axis}"));
         let text = format!(
-            "{:9.3} s  {axis:7} {}",
+            "{:9.3} s  {axis:7} {happening}",
             happening.at_us as f64 * 1e-6,
-            happening.text
         );
         Line::styled(text, Style::new().fg(color))
     }

@@ -3,6 +3,8 @@
 mod frames;
 mod intervals;
 
+use core::fmt;
+
 use can_motion::{AxisSnapshot, Event, Instant, PollKind};
 use drive_sim::{NodeId, Record};
 use dyn_can::DriveId;
@@ -41,6 +43,8 @@ pub(crate) struct Happening {
     pub(crate) axis: Option<usize>,
     pub(crate) kind: Kind,
     pub(crate) text: String,
+    /// How often in a row; `at_us` is the first time.
+    pub(crate) times: u32,
 }
 
 /// What kind of thing happened.
@@ -104,11 +108,20 @@ impl Recording {
         kind: Kind,
         text: impl Into<String>,
     ) {
+        let text = text.into();
+        // A controller that is bus-off says so every cycle.
+        if let Some(last) = self.happenings.last_mut()
+            && (last.axis, last.kind, &last.text) == (axis, kind, &text)
+        {
+            last.times = last.times.saturating_add(1);
+            return;
+        }
         self.happenings.push(Happening {
             at_us,
             axis,
             kind,
-            text: text.into(),
+            text,
+            times: 1,
         });
     }
 
@@ -117,6 +130,17 @@ impl Recording {
         self.samples
             .last()
             .map_or(0.0, |sample| sample.at_us as f64 * 1e-6)
+    }
+}
+
+/// The words, and how often they were said.
+impl fmt::Display for Happening {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)?;
+        if self.times > 1 {
+            write!(f, " ({} times)", self.times)?;
+        }
+        Ok(())
     }
 }
 

@@ -161,7 +161,7 @@ fn event_rows(recording: &Recording) -> String {
             happening.at_us as f64 * 1e-6,
             kind.0,
             kind.1,
-            escaped(&happening.text),
+            escaped(&happening.to_string()),
         );
     }
     let left = recording.happenings.len().saturating_sub(MOST_EVENTS);
@@ -178,7 +178,12 @@ fn data(recording: &Recording) -> String {
         .iter()
         .filter(|happening| happening.kind != Kind::State)
         .take(MOST_EVENTS)
-        .map(|happening| (happening.at_us, happening.text.as_str()))
+        .map(|happening| {
+            let axis = happening
+                .axis
+                .map_or(String::new(), |axis| format!("axis {axis}: "));
+            (happening.at_us, format!("{axis}{happening}"))
+        })
         .collect();
     let drives: Vec<u8> = recording.drives.iter().map(|drive| drive.get()).collect();
     let data = serde_json::json!({

@@ -44,8 +44,9 @@
     return result;
   }
 
-  // What is shown, in microseconds.
-  let from = data.motionUs - data.cycleUs * 0.5, to = data.motionUs + data.cycleUs * 5.5;
+  // What is shown, in microseconds: first the begin of the motion, or what is left of it.
+  const begin = Math.max(data.motionUs, frames.startUs[0] ?? 0);
+  let from = begin - data.cycleUs * 0.5, to = begin + data.cycleUs * 5.5;
   const dark = matchMedia("(prefers-color-scheme: dark)");
 
   const width = () => canvas.clientWidth;

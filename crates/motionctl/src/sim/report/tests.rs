@@ -105,8 +105,18 @@ fn colours_come_from_the_style_sheet() {
 fn texts_cannot_leave_their_place() {
     let page = text();
     assert!(page.contains("drive 1 &lt;/script&gt; &amp; &lt;b&gt;"));
-    assert!(page.contains("drive 1 \\u003c/script>"));
+    assert!(page.contains("axis 0: drive 1 \\u003c/script>"));
     assert_eq!(page.matches("</script>").count(), 2);
+}
+
+#[test]
+fn what_is_said_again_and_again_is_counted() {
+    let mut recording = recording();
+    for at_us in [1_500, 1_600, 1_700] {
+        recording.happened(at_us, None, Kind::Notice, "bus-off");
+    }
+    let page = page::page(&recording, &Summary::default()).unwrap();
+    assert!(page.contains(">bus-off (3 times)<") && page.contains("0.001500"));
 }
 
 #[test]
