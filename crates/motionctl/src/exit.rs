@@ -13,6 +13,12 @@ pub(crate) const LINK_FAILED: u8 = 3;
 /// The user asked to stop before the end; the number that shells use for Ctrl-C.
 pub(crate) const INTERRUPTED: u8 = 130;
 
+/// An error that knows the exit status that it ends the tool with.
+pub(crate) trait Coded: Error + 'static {
+    /// The exit status.
+    fn exit_code(&self) -> u8;
+}
+
 /// An error, and the exit status that it ends the tool with.
 #[derive(Debug)]
 pub(crate) struct Failure {
@@ -22,9 +28,9 @@ pub(crate) struct Failure {
 
 impl Failure {
     /// An error with a status of its own.
-    pub(crate) fn new(code: u8, error: impl Error + 'static) -> Self {
+    pub(crate) fn coded(error: impl Coded) -> Self {
         Self {
-            code,
+            code: error.exit_code(),
             error: Box::new(error),
         }
     }
@@ -33,6 +39,9 @@ impl Failure {
 impl<E: Error + 'static> From<E> for Failure {
     /// An error that was found before anything ran.
     fn from(error: E) -> Self {
-        Self::new(BAD_INPUT, error)
+        Self {
+            code: BAD_INPUT,
+            error: Box::new(error),
+        }
     }
 }

@@ -3,25 +3,34 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod completions;
 mod confirm;
 mod decode;
+mod disable;
 mod drive_ids;
+mod drives;
+mod enable;
 mod exit;
 mod interrupt;
+mod jog;
 mod lawicel;
 mod link;
+mod monitor;
 mod pty;
+mod read;
 mod revision;
 mod run;
+mod scan;
 mod sim;
 mod station;
 mod trajectory;
 mod virtual_drives;
+mod write;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use exit::Failure;
 
@@ -44,6 +53,22 @@ enum Command {
     Bench(bench::Arguments),
     /// Run a motion on the drives of a real bus, in real time.
     Run(Box<run::Arguments>),
+    /// Find the drives on a real bus, and their revisions.
+    Scan(scan::Arguments),
+    /// Read the state and the parameters of a drive, in units.
+    Read(read::Arguments),
+    /// Change parameters of a drive: compare, ask, write, read back.
+    Write(write::Arguments),
+    /// Enable drives and hold them where they stand, until Ctrl-C.
+    Enable(enable::Arguments),
+    /// Disable drives.
+    Disable(disable::Arguments),
+    /// Turn one motor a little, slowly.
+    Jog(jog::Arguments),
+    /// Show the state of drives again and again.
+    Monitor(monitor::Arguments),
+    /// Print a script that completes this command line in a shell.
+    Completions(completions::Arguments),
 }
 
 /// `cargo sim -- --trajectory FILE` reaches the tool as `sim -- --trajectory FILE`. Everything of `sim` is an option, so
@@ -61,12 +86,16 @@ fn main() -> ExitCode {
     let result: Result<ExitCode, Failure> = match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Into::into),
-        Command::Bench(arguments) => {
-            bench::run(arguments).map_err(|error| Failure::new(error.exit_code(), error))
-        }
-        Command::Run(arguments) => {
-            run::run(arguments).map_err(|error| Failure::new(error.exit_code(), error))
-        }
+        Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),
+        Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
+        Command::Scan(arguments) => scan::run(arguments).map_err(Failure::coded),
+        Command::Read(arguments) => read::run(arguments).map_err(Failure::coded),
+        Command::Write(arguments) => write::run(arguments).map_err(Failure::coded),
+        Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
+        Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
+        Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
+        Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
+        Command::Completions(arguments) => Ok(completions::run(arguments, Arguments::command())),
     };
     result.unwrap_or_else(|failure| {
         eprintln!("error: {}", failure.error);
@@ -77,7 +106,6 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -3,7 +3,7 @@
 use dyn_can::{Address, Dialect, DriveId, Request, Revision};
 use heapless::Vec;
 
-use super::{Exchange, Heard, Script};
+use super::{Exchange, Heard, LISTEN_US, Script};
 
 /// A drive that answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,13 +19,31 @@ pub struct FoundDrive {
 pub type ScanResult = Vec<FoundDrive, 63>;
 
 /// Asks every id from 1 to 63 for its parameter group 3, which is harmless in both revisions.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Scan {
     found: ScanResult,
     asked: Option<DriveId>,
+    listen_us: u32,
+}
+
+impl Default for Scan {
+    /// Listens longer to each id than any response that was measured (D65).
+    fn default() -> Self {
+        Self::listening(LISTEN_US)
+    }
 }
 
 impl Scan {
+    /// Listens to each id for so many microseconds: for adapters that hold replies back.
+    #[must_use]
+    pub const fn listening(listen_us: u32) -> Self {
+        Self {
+            found: Vec::new(),
+            asked: None,
+            listen_us,
+        }
+    }
+
     /// The id that is asked at the moment, for a progress bar; `None` before the first.
     #[must_use]
     pub const fn position(&self) -> Option<DriveId> {
@@ -52,7 +70,12 @@ impl Script for Scan {
             Address::Drive(drive),
             &Dialect::V1_6A,
         );
-        ask.ok_or_else(|| self.found.clone())
+        let listen_us = self.listen_us;
+        ask.map(|exchange| Exchange {
+            listen_us,
+            ..exchange
+        })
+        .ok_or_else(|| self.found.clone())
     }
 
     fn dialect(&self) -> &Dialect {

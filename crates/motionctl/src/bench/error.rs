@@ -4,7 +4,7 @@ use core::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use crate::exit;
+use crate::exit::{self, Coded};
 
 /// A bench that cannot be set up, or that failed.
 #[derive(Debug)]
@@ -19,8 +19,8 @@ pub(crate) enum BenchError {
     Json(serde_json::Error),
 }
 
-impl BenchError {
-    pub(crate) const fn exit_code(&self) -> u8 {
+impl Coded for BenchError {
+    fn exit_code(&self) -> u8 {
         match self {
             Self::Terminal(_) => exit::LINK_FAILED,
             _ => exit::BAD_INPUT,

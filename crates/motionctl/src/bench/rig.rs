@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use drive_sim::dyn_drive::POWER_ON_DELAY_NS;
 use drive_sim::{Bench, Bus, ControllerConfig, DeviceId, DynDrive, NodeId};
 
 use super::adapter::Adapter;
@@ -133,8 +134,10 @@ impl<'a> Rig<'a> {
         Ok(is_behind)
     }
 
+    /// The drives were powered on so long before that they answer from the start.
     fn now_ns(&self) -> u64 {
-        u64::try_from(self.start.elapsed().as_nanos()).unwrap_or(u64::MAX)
+        let elapsed_ns = u64::try_from(self.start.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        elapsed_ns.saturating_add(POWER_ON_DELAY_NS)
     }
 
     fn warn_of_bit_rate(&mut self) {

@@ -27,6 +27,12 @@ pub(crate) fn drive_ids(text: &str) -> Result<Vec<DriveId>, String> {
     Ok(ids)
 }
 
+/// The ids for a message, as in `1, 2, 5`.
+pub(crate) fn list(drives: &[DriveId]) -> String {
+    let numbers: Vec<String> = drives.iter().map(ToString::to_string).collect();
+    numbers.join(", ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

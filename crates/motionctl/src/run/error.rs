@@ -5,7 +5,7 @@ use core::fmt;
 use can_motion::ConfigError;
 
 use crate::confirm::NotConfirmed;
-use crate::exit;
+use crate::exit::{self, Coded};
 use crate::link::OpenError;
 use crate::trajectory::MotionError;
 
@@ -26,8 +26,8 @@ pub(crate) enum RunError {
     Json(serde_json::Error),
 }
 
-impl RunError {
-    pub(crate) const fn exit_code(&self) -> u8 {
+impl Coded for RunError {
+    fn exit_code(&self) -> u8 {
         match self {
             Self::Open(_) => exit::LINK_FAILED,
             _ => exit::BAD_INPUT,

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::summary::{AxisSummary, Outcome, Summary};
 use crate::interrupt;
 use crate::link::LinkFault;
-use crate::station::{GROUP, ShutDown, Station};
+use crate::station::{GROUP, Station};
 use crate::trajectory::Plan;
 
 /// Time for the drives to become ready, and to be enabled.
@@ -34,8 +34,8 @@ impl From<LinkFault> for Stop {
 }
 
 /// A motion under way.
-pub(super) struct Follow {
-    station: Station,
+pub(super) struct Follow<'link> {
+    station: Station<'link>,
     read_back: ReadBackScale,
     /// Place in the master of each axis: the master wants its drives in ascending order.
     places: Vec<usize>,
@@ -44,8 +44,12 @@ pub(super) struct Follow {
     saw_fault: bool,
 }
 
-impl Follow {
-    pub(super) fn new(station: Station, drives: &[DriveId], read_back: ReadBackScale) -> Self {
+impl<'link> Follow<'link> {
+    pub(super) fn new(
+        station: Station<'link>,
+        drives: &[DriveId],
+        read_back: ReadBackScale,
+    ) -> Self {
         let place = |drive| drives.iter().filter(|&other| other < drive).count();
         Self {
             station,
@@ -72,17 +76,15 @@ impl Follow {
             Err(Stop::Link(fault)) => Err(fault),
             _ => self.shut_down(),
         };
-        let outcome = match (moved, shut_down) {
-            (Err(Stop::Link(fault)), _) | (_, Err(fault)) => Outcome::LinkFailed(fault),
+        let outcome = match (moved, &shut_down) {
+            (Err(Stop::Link(fault)), _) => Outcome::LinkFailed(fault),
+            (_, Err(fault)) => Outcome::LinkFailed(*fault),
             (Err(Stop::Fault), _) => Outcome::Faulted,
             (Err(Stop::NotReady), _) => Outcome::NotReady,
             (Err(Stop::Interrupted), _) => Outcome::Interrupted,
             (Ok(()), Ok(_)) => Outcome::Completed,
         };
-        let unconfirmed = match shut_down {
-            Ok(ShutDown::Unconfirmed(drives)) => drives,
-            _ => 0,
-        };
+        let unconfirmed = shut_down.unwrap_or_default();
         let axes = before_end
             .iter()
             .zip(&self.anchors)
@@ -94,10 +96,10 @@ impl Follow {
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;
-        Summary::new(outcome, unconfirmed, axes, pace, late)
+        Summary::new(outcome, &unconfirmed, axes, pace, late)
     }
 
-    fn shut_down(&mut self) -> Result<ShutDown, LinkFault> {
+    fn shut_down(&mut self) -> Result<Vec<DriveId>, LinkFault> {
         let end = self.station.shut_down();
         self.take_events();
         end

@@ -10,7 +10,9 @@ use std::process::ExitCode;
 use dyn_can::{DriveId, StepLimit};
 
 use crate::confirm::confirm;
+use crate::drive_ids::list;
 use crate::interrupt;
+use crate::link::Link;
 use crate::station::Station;
 use crate::trajectory::Plan;
 pub(crate) use arguments::Arguments;
@@ -30,7 +32,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     if let Some(note) = motion.note().filter(|_| !arguments.json) {
         eprintln!("{note}");
     }
-    let station = station(arguments, &drives, &plan)?;
+    let mut link = arguments.link.open().map_err(RunError::Open)?;
+    let station = station(arguments, &mut link, &drives, &plan)?;
     confirm(&question(arguments, &drives, &plan), arguments.yes).map_err(RunError::NotConfirmed)?;
     interrupt::listen().map_err(RunError::Interrupt)?;
     let follow = Follow::new(station, &drives, arguments.axes.scale());
@@ -46,7 +49,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     Ok(summary.exit_code())
 }
 
-fn station(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> Result<Station, RunError> {
+fn station<'link>(
+    arguments: &Arguments,
+    link: &'link mut Link,
+    drives: &[DriveId],
+    plan: &Plan,
+) -> Result<Station<'link>, RunError> {
     let max_step = arguments.max_step.unwrap_or_else(|| catch_up(plan));
     let mut ascending = drives.to_vec();
     ascending.sort_unstable();
@@ -54,7 +62,6 @@ fn station(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> Result<Sta
         .iter()
         .map(|&drive| arguments.axes.axis(drive, max_step, arguments.polls()))
         .collect();
-    let link = arguments.link.open().map_err(RunError::Open)?;
     Station::new(link, &axes, arguments.cycle_us).map_err(RunError::Config)
 }
 
@@ -65,11 +72,10 @@ fn catch_up(plan: &Plan) -> StepLimit {
 }
 
 fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {
-    let ids: Vec<String> = drives.iter().map(ToString::to_string).collect();
     let seconds = plan.cycles.len() as f64 * f64::from(arguments.cycle_us) * 1e-6;
     format!(
         "The motors of drives {} will be enabled and MOVE for {seconds:.1} s, at most {} counts in {} us. Is everybody clear of the machine?",
-        ids.join(", "),
+        list(drives),
         plan.largest_step(),
         arguments.cycle_us
     )

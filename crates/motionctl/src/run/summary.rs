@@ -6,11 +6,12 @@ use std::process::ExitCode;
 use can_motion::{AxisSnapshot, ReadBackScale};
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{CellAlignment, Table};
+use dyn_can::DriveId;
 use serde::Serialize;
 
 use crate::exit;
 use crate::link::LinkFault;
-use crate::station::PaceCounts;
+use crate::station::{LINK_WARNING, PaceCounts, warning};
 
 /// How a motion ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +92,9 @@ pub(super) struct Summary {
     /// Cycles whose set-points the link did not all accept in time.
     late_hand_overs: u32,
     /// Drives that did not say that they are disabled.
-    unconfirmed: usize,
+    unconfirmed: Vec<u8>,
+    #[serde(skip)]
+    warning: Option<String>,
     #[serde(skip)]
     exit_code: u8,
 }
@@ -99,7 +102,7 @@ pub(super) struct Summary {
 impl Summary {
     pub(super) fn new(
         outcome: Outcome,
-        unconfirmed: usize,
+        unconfirmed: &[DriveId],
         axes: Vec<AxisSummary>,
         pace: PaceCounts,
         late_hand_overs: u32,
@@ -107,7 +110,7 @@ impl Summary {
         let sums_are_equal = axes
             .iter()
             .all(|axis| axis.sent_counts == axis.target_counts);
-        let completed = outcome == Outcome::Completed && sums_are_equal && unconfirmed == 0;
+        let completed = outcome == Outcome::Completed && sums_are_equal && unconfirmed.is_empty();
         let exit_code = match outcome {
             Outcome::LinkFailed(_) => exit::LINK_FAILED,
             Outcome::Interrupted => exit::INTERRUPTED,
@@ -120,7 +123,8 @@ impl Summary {
             axes,
             pace,
             late_hand_overs,
-            unconfirmed,
+            unconfirmed: unconfirmed.iter().map(|drive| drive.get()).collect(),
+            warning: (!unconfirmed.is_empty()).then(|| warning(unconfirmed)),
             exit_code,
         }
     }
@@ -177,18 +181,11 @@ impl fmt::Display for Summary {
             pace.merged,
             self.late_hand_overs
         )?;
-        if self.unconfirmed > 0 {
-            writeln!(
-                f,
-                "{} drives did not confirm that they are DISABLED: use the emergency stop before you go near",
-                self.unconfirmed
-            )?;
+        if let Some(warning) = &self.warning {
+            writeln!(f, "{warning}")?;
         }
         if self.exit_code == exit::LINK_FAILED {
-            writeln!(
-                f,
-                "No command gets through any more. The drives hold where the last set-point took them and may still be ENABLED: use the emergency stop before you go near."
-            )?;
+            writeln!(f, "{LINK_WARNING}")?;
         }
         write!(f, "The motion: {}.", self.outcome)
     }

@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use dyn_can::{DriveId, StepLimit};
 
 /// How the drives report their position.
-#[derive(Debug, Clone, Copy, clap::Args)]
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub(crate) struct AxisOptions {
     /// Unit of the position that the drives report. The documents do not say (D44): turn a shaft once and compare.
     #[arg(long, value_enum, default_value_t)]

@@ -14,7 +14,7 @@ use crate::link::{Link, LinkFault};
 pub(crate) use axis_options::AxisOptions;
 pub(crate) use clock::{Clock, serve_until};
 pub(crate) use pace::{Pace, PaceCounts};
-pub(crate) use shut_down::ShutDown;
+pub(crate) use shut_down::{LINK_WARNING, warning};
 
 /// The master of this tool: room for every drive that a bus can carry.
 pub(crate) type PcMaster = Master<63>;
@@ -32,20 +32,20 @@ const TIMEOUTS: Timeouts = Timeouts {
 
 /// A master with its link.
 #[derive(Debug)]
-pub(crate) struct Station {
+pub(crate) struct Station<'link> {
     master: PcMaster,
-    link: Link,
+    link: &'link mut Link,
     clock: Clock,
     pace: Pace,
 }
 
-impl Station {
+impl<'link> Station<'link> {
     /// A master for these axes, in ascending order of drive id. Nothing is sent yet.
     ///
     /// # Errors
     /// When the configuration cannot work.
     pub(crate) fn new(
-        link: Link,
+        link: &'link mut Link,
         axes: &[AxisConfig],
         cycle_us: u32,
     ) -> Result<Self, can_motion::ConfigError> {
@@ -86,17 +86,12 @@ impl Station {
         &mut self,
         prepare: impl FnOnce(&mut PcMaster, u64),
     ) -> Result<(), LinkFault> {
-        serve_until(
-            &mut self.master,
-            &mut self.link,
-            &self.clock,
-            self.pace.due(),
-        )?;
+        serve_until(&mut self.master, self.link, &self.clock, self.pace.due())?;
         let now = self.clock.now();
         let number = self.pace.begin(now);
         prepare(&mut self.master, number);
         self.master.begin_cycle(now);
-        let progress = can_motion::service(&mut self.master, &mut self.link, now);
+        let progress = can_motion::service(&mut self.master, self.link, now);
         match (progress, self.link.fault()) {
             (_, Some(fault)) => Err(fault),
             (Progress::Idle | Progress::Blocked, None) => Ok(()),

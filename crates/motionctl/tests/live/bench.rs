@@ -35,7 +35,7 @@ fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Starts a command and reads its error output until it has said something.
+/// Starts a command and reads its error output until it has said something, or has ended.
 pub(crate) fn start_and_wait_for(mut command: Command, text: &str) -> Child {
     let mut child = command.spawn().expect("motionctl starts");
     let errors = child.stderr.as_mut().expect("it is piped");

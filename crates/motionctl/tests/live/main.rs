@@ -1,4 +1,5 @@
 //! The tool and a bench as two processes that talk over a pseudo-terminal, as users run them.
 
 mod bench;
+mod commission;
 mod run;

@@ -1,0 +1,160 @@
+//! A move by hand, streamed as a minimum-jerk profile.
+
+use can_motion::motion::{Keyframe, KeyframeMotion};
+use can_motion::{AxisState, Fault, PollPeriods};
+use dyn_can::{DriveId, StepLimit, units};
+
+use super::procedure::answering_station;
+use crate::drives::{DrivesError, Jog, JogEnd};
+use crate::interrupt;
+use crate::link::Link;
+use crate::station::{AxisOptions, GROUP, Station};
+
+/// Cycle of the set-points. A jog is slow, and adapters on slow serial ports shall carry it too.
+const CYCLE_US: u32 = 5_000;
+/// Time for the drive to become ready, and to be enabled.
+const START_UP_LIMIT_US: u64 = 10_000_000;
+/// Time after the move for the drive to arrive and to be read once more.
+const SETTLE_US: u64 = 300_000;
+/// The highest speed of a minimum-jerk move is 15/8 of the mean one.
+const PEAK_OVER_MEAN: f64 = 15.0 / 8.0;
+
+/// Enables, moves, disables.
+pub(super) fn jog(
+    link: &mut Link,
+    axes: AxisOptions,
+    drive: DriveId,
+    jog: Jog,
+) -> Result<JogEnd, DrivesError> {
+    let asked_counts = distance_counts(link, axes, drive, jog)?;
+    let minutes = jog.turns.abs() * PEAK_OVER_MEAN / jog.rpm;
+    // The options bound turns and speed; a float that is too large becomes the largest number.
+    let duration_ms = ((minutes * 60_000.0).ceil() as u32).max(1);
+    let keyframes = [(0, 0), (duration_ms, asked_counts)].map(|(at_ms, counts)| Keyframe {
+        at_ms,
+        positions_counts: [counts],
+    });
+    let no_motion = |error: can_motion::motion::MotionError| DrivesError::Fault {
+        drive,
+        reason: error.to_string(),
+    };
+    let motion = KeyframeMotion::new(&keyframes).map_err(no_motion)?;
+    let [peak] = motion.peak_step_counts(CYCLE_US);
+    let max_step =
+        StepLimit::new((peak + peak / 4).try_into().unwrap_or(i32::MAX)).unwrap_or(StepLimit::MAX);
+    let axis = axes.axis(drive, max_step, PollPeriods::DEFAULT);
+    let mut station = Station::new(link, &[axis], CYCLE_US).map_err(DrivesError::Config)?;
+    let moved = Move {
+        station: &mut station,
+        drive,
+    }
+    .along(&motion);
+    // Whatever has happened, the drive shall not stay enabled.
+    let shut_down = station.shut_down();
+    let (sent_counts, read_counts, interrupted) = DrivesError::after_shut_down(moved, shut_down)?;
+    Ok(JogEnd {
+        asked_counts,
+        sent_counts,
+        read_counts: read_counts.and_then(|counts| axes.scale().to_command_counts(counts)),
+        interrupted,
+    })
+}
+
+/// Turns in the command counts of the drive, which depend on its gear number.
+fn distance_counts(
+    link: &mut Link,
+    axes: AxisOptions,
+    drive: DriveId,
+    jog: Jog,
+) -> Result<i32, DrivesError> {
+    let mut station = answering_station(link, axes, drive, PollPeriods::OFF)?;
+    let axis = station.master().snapshot(0);
+    let group = axis.and_then(|axis| axis.feedback.group3);
+    let gear = group.ok_or(DrivesError::Incomplete { drive })?.gear_number;
+    let counts = jog.turns * f64::from(units::command_counts_per_turn(gear));
+    Ok(counts.round() as i32)
+}
+
+struct Move<'a, 'link> {
+    station: &'a mut Station<'link>,
+    drive: DriveId,
+}
+
+impl Move<'_, '_> {
+    /// Runs the move; returns the counts that were sent, those that were read, and whether it was interrupted.
+    fn along(
+        &mut self,
+        motion: &KeyframeMotion<'_, 1>,
+    ) -> Result<(i32, Option<i32>, bool), DrivesError> {
+        self.wait_for(AxisState::Ready)?;
+        let now = self.station.now();
+        let enabled = self.station.master().enable(now, GROUP);
+        enabled.map_err(|error| DrivesError::Fault {
+            drive: self.drive,
+            reason: error.to_string(),
+        })?;
+        self.wait_for(AxisState::Streaming)?;
+        let (anchor, read_anchor) = self.positions();
+        let start = self.station.now();
+        let end_us = motion.duration_us() + SETTLE_US;
+        let mut elapsed_us = 0;
+        while elapsed_us < end_us && interrupt::requests() == 0 {
+            elapsed_us = self.station.now().us_since(start);
+            let [offset] = motion.position(elapsed_us);
+            self.station.cycle(|master, _| {
+                // A refusal is an axis that stopped by a fault, which the check below tells.
+                let _ = master.set_target(0, anchor.wrapping_add(offset));
+            })?;
+            self.check()?;
+        }
+        let (sent, read) = self.positions();
+        let read_counts = read
+            .zip(read_anchor)
+            .map(|(read, anchor)| read.wrapping_sub(anchor));
+        Ok((
+            sent.wrapping_sub(anchor),
+            read_counts,
+            interrupt::requests() > 0,
+        ))
+    }
+
+    /// Where the set-points have led, in command counts, and where the drive says it is, in read-back counts.
+    fn positions(&mut self) -> (i32, Option<i32>) {
+        self.station.master().snapshot(0).map_or((0, None), |axis| {
+            let position = axis.feedback.position;
+            (axis.sent_counts, position.map(|position| position.value))
+        })
+    }
+
+    fn wait_for(&mut self, state: AxisState) -> Result<(), DrivesError> {
+        let start = self.station.now();
+        while self.station.now().us_since(start) < START_UP_LIMIT_US {
+            self.station.cycle(|_, _| {})?;
+            self.check()?;
+            if interrupt::requests() > 0 {
+                return Err(DrivesError::Interrupted);
+            }
+            if self.station.master().all_are(GROUP, state) {
+                return Ok(());
+            }
+        }
+        Err(DrivesError::Incomplete { drive: self.drive })
+    }
+
+    fn check(&mut self) -> Result<(), DrivesError> {
+        let drive = self.drive;
+        match self
+            .station
+            .master()
+            .snapshot(0)
+            .and_then(|axis| axis.fault)
+        {
+            None => Ok(()),
+            Some(Fault::Lost) => Err(DrivesError::NoAnswer { drive }),
+            Some(fault) => Err(DrivesError::Fault {
+                drive,
+                reason: fault.to_string(),
+            }),
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! The seam between the commissioning commands and whatever connects the drives.
+//!
+//! `scan`, `read`, `write` and `jog` know [`Drives`] and no protocol. Each protocol implements it in its own folder and is
+//! chosen in [`open`] by the options of the link.
+
+mod can;
+mod error;
+mod parameter;
+mod readings;
+
+use dyn_can::DriveId;
+use serde::Serialize;
+
+use crate::link::{LinkOptions, OpenError};
+use crate::station::AxisOptions;
+use can::CanDrives;
+pub(crate) use can::state_of;
+pub(crate) use error::DrivesError;
+pub(crate) use parameter::{Parameter, Setting};
+pub(crate) use readings::{DriveState, Readings};
+
+/// A drive that answered.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct FoundDrive {
+    pub(crate) drive: u8,
+    /// The protocol that it speaks, with its revision where that is known.
+    pub(crate) protocol: String,
+}
+
+/// How a write ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum WriteEnd {
+    /// The drive already had the value: nothing was written.
+    Unchanged,
+    /// Written, and read back as written.
+    Written,
+}
+
+/// A move by hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Jog {
+    /// Motor turns, positive clockwise.
+    pub(crate) turns: f64,
+    /// Highest speed on the way, in rpm.
+    pub(crate) rpm: f64,
+}
+
+/// Where a jog has led.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct JogEnd {
+    /// The distance asked for, in command counts.
+    pub(crate) asked_counts: i32,
+    /// The distance that was commanded: less when the jog was stopped.
+    pub(crate) sent_counts: i32,
+    /// The distance that the drive reports, in command counts.
+    pub(crate) read_counts: Option<i32>,
+    /// It was stopped by Ctrl-C.
+    pub(crate) interrupted: bool,
+}
+
+/// Drives that can be commissioned. Every call ends by itself: with a result, or when nothing answers.
+pub(crate) trait Drives {
+    /// Asks every id for an answer; tells each id before it is asked.
+    fn scan(&mut self, on_id: &mut dyn FnMut(u8)) -> Result<Vec<FoundDrive>, DrivesError>;
+
+    /// Reads the state and every parameter of a drive.
+    fn read(&mut self, drive: DriveId) -> Result<Readings, DrivesError>;
+
+    /// Compares, writes where a value differs, and reads back, one setting after the other; tells how each ended and stops
+    /// at the first that did not succeed. The user has agreed.
+    fn write(
+        &mut self,
+        drive: DriveId,
+        settings: &[Setting],
+        on_end: &mut dyn FnMut(Setting, WriteEnd),
+    ) -> Result<(), DrivesError>;
+
+    /// Enables the drive, moves it, disables it. The user has agreed. Ctrl-C is listened to and stops the move.
+    fn jog(&mut self, drive: DriveId, jog: Jog) -> Result<JogEnd, DrivesError>;
+}
+
+/// Opens the drives behind a link.
+///
+/// # Errors
+/// [`OpenError`]; nothing was sent to a drive.
+pub(crate) fn open(link: &LinkOptions, axes: AxisOptions) -> Result<Box<dyn Drives>, OpenError> {
+    Ok(Box::new(CanDrives::new(link.open()?, axes)))
+}

@@ -1,0 +1,135 @@
+//! `motionctl monitor`: the state of drives, again and again, until Ctrl-C.
+
+use std::process::ExitCode;
+
+use can_motion::{AxisSnapshot, Fault, PollPeriods};
+use dyn_can::{DriveId, StepLimit};
+use serde::Serialize;
+
+use crate::drive_ids::drive_ids;
+use crate::drives::{DriveState, DrivesError, state_of};
+use crate::interrupt;
+use crate::link::LinkOptions;
+use crate::station::{AxisOptions, GROUP, Station};
+
+const CYCLE_US: u32 = 1_000;
+/// Readings of each kind between two lines.
+const POLLS_A_LINE: u32 = 2;
+
+const EXAMPLES: &str = "\
+Examples:
+  motionctl monitor --slcan /dev/ttyACM0 --drives 1-3
+  motionctl monitor --can can0 --drives 4 --every-ms 50 --count 100 --json > states.jsonl
+
+Nothing is changed and nothing moves. A drive that does not answer is asked again.
+
+Exit status: 0 ended by Ctrl-C or --count, 3 the link failed.";
+
+/// Options of `motionctl monitor`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    link: LinkOptions,
+    /// Ids of the drives: numbers and ranges, as in 1,2,5-7.
+    #[arg(long, value_name = "IDS", value_parser = drive_ids)]
+    drives: std::vec::Vec<DriveId>,
+    /// Time from one line of a drive to the next, in milliseconds.
+    #[arg(long, value_name = "MS", default_value_t = 500, value_parser = clap::value_parser!(u32).range(20..=60_000))]
+    every_ms: u32,
+    /// End after so many lines of each drive.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    count: Option<u64>,
+    /// Print one JSON object a line.
+    #[arg(long)]
+    json: bool,
+}
+
+/// One line.
+#[derive(Debug, Serialize)]
+struct Line {
+    /// Since the start.
+    time_s: f64,
+    drive: u8,
+    answers: bool,
+    #[serde(flatten)]
+    state: DriveState,
+}
+
+/// Prints the states until the user asks to stop.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
+    let mut link = arguments.link.open().map_err(DrivesError::Open)?;
+    interrupt::listen().map_err(DrivesError::Interrupt)?;
+    let mut drives = arguments.drives.clone();
+    drives.sort_unstable();
+    let period_us = Some(arguments.every_ms * 1_000 / POLLS_A_LINE);
+    let polls = PollPeriods {
+        status_us: period_us,
+        position_us: period_us,
+        torque_us: period_us,
+        speed_us: period_us,
+        counter_us: None,
+    };
+    let axis = |&drive| AxisOptions::default().axis(drive, StepLimit::MAX, polls);
+    let axes: Vec<_> = drives.iter().map(axis).collect();
+    let mut station = Station::new(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
+    let mut lines = 0;
+    while interrupt::requests() == 0 && arguments.count.is_none_or(|count| lines < count) {
+        wait(&mut station, arguments.every_ms)?;
+        print_lines(&mut station, arguments.json)?;
+        lines += 1;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn wait(station: &mut Station<'_>, ms: u32) -> Result<(), DrivesError> {
+    let until = station.now() + ms * 1_000;
+    while until.us_since(station.now()) > 0 && interrupt::requests() == 0 {
+        station.cycle(|_, _| {})?;
+        // Nothing is enabled, so no event needs an answer.
+        while station.next_event().is_some() {}
+    }
+    Ok(())
+}
+
+fn print_lines(station: &mut Station<'_>, json: bool) -> Result<(), DrivesError> {
+    let now = station.now();
+    let mut is_one_lost = false;
+    for index in 0.. {
+        let Some(axis) = station.master().snapshot(index) else {
+            break;
+        };
+        let line = line_of(&axis, now.as_us());
+        is_one_lost |= axis.fault == Some(Fault::Lost);
+        if json {
+            println!(
+                "{}",
+                serde_json::to_string(&line).map_err(DrivesError::Json)?
+            );
+        } else if line.answers {
+            println!(
+                "{:9.3} s  drive {:2}: {}",
+                line.time_s, line.drive, line.state
+            );
+        } else {
+            println!(
+                "{:9.3} s  drive {:2}: does not answer",
+                line.time_s, line.drive
+            );
+        }
+    }
+    if is_one_lost {
+        // The group has an axis; while the bus is off there is nobody to ask.
+        let _ = station.master().clear(now, GROUP);
+    }
+    Ok(())
+}
+
+fn line_of(axis: &AxisSnapshot, now_us: u64) -> Line {
+    Line {
+        time_s: now_us as f64 / 1e6,
+        drive: axis.drive.get(),
+        answers: axis.feedback.status.is_some() && axis.fault != Some(Fault::Lost),
+        state: state_of(axis),
+    }
+}

@@ -1,0 +1,47 @@
+//! `motionctl read`: the state and the parameters of a drive, in units.
+
+use std::process::ExitCode;
+
+use dyn_can::DriveId;
+
+use crate::drive_ids::drive_id;
+use crate::drives::{self, DrivesError};
+use crate::link::LinkOptions;
+use crate::station::AxisOptions;
+
+const EXAMPLES: &str = "\
+Examples:
+  motionctl read --slcan /dev/ttyACM0 --drive 3
+  motionctl read --can can0 --drive 3 --json
+
+Nothing moves and nothing is changed; a drive in alarm can be read too.
+
+Exit status: 0 read, 1 the drive does not answer, 3 the link failed.";
+
+/// Options of `motionctl read`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    link: LinkOptions,
+    /// Id of the drive.
+    #[arg(long, value_name = "ID", value_parser = drive_id)]
+    drive: DriveId,
+    /// Print what was read as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Reads a drive and prints what it tells.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
+    let mut drives =
+        drives::open(&arguments.link, AxisOptions::default()).map_err(DrivesError::Open)?;
+    let readings = drives.read(arguments.drive)?;
+    if arguments.json {
+        let text = serde_json::to_string_pretty(&readings).map_err(DrivesError::Json)?;
+        println!("{text}");
+    } else {
+        println!("{readings}");
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,169 @@
+//! `motionctl write`: changes parameters of a drive, after comparing and asking.
+
+use std::process::ExitCode;
+
+use dyn_can::{DriveId, GearNumber};
+use serde::Serialize;
+
+use crate::confirm::confirm;
+use crate::drive_ids::drive_id;
+use crate::drives::{self, DrivesError, Parameter, Readings, Setting, WriteEnd};
+use crate::link::LinkOptions;
+use crate::station::AxisOptions;
+
+const EXAMPLES: &str = "\
+Examples:
+  motionctl write --slcan /dev/ttyACM0 --drive 3 max-speed=40 max-acceleration=20
+  motionctl write --can can0 --drive 3 gear-number=4096 --yes --json
+  motionctl write --can can0 --drive 3 config=0x00      commands by link, position servo
+
+The drive is read first; what it has already is not written, because its memory wears. The rest is
+shown, confirmed, written one by one and read back.
+
+Exit status: 0 the drive has every value, 1 it does not, 2 not confirmed and nothing was written,
+3 the link failed.";
+
+/// Options of `motionctl write`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    link: LinkOptions,
+    /// Id of the drive.
+    #[arg(long, value_name = "ID", value_parser = drive_id)]
+    drive: DriveId,
+    /// Parameters and their new values; `motionctl read` shows their names.
+    #[arg(value_name = "NAME=VALUE", required = true, value_parser = Setting::parse)]
+    settings: Vec<Setting>,
+    /// Write without asking.
+    #[arg(long)]
+    yes: bool,
+    /// Print what was done as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What became of one setting.
+#[derive(Debug, Serialize)]
+struct Change {
+    parameter: Parameter,
+    before: Option<i32>,
+    value: i32,
+    result: WriteEnd,
+}
+
+#[derive(Debug, Serialize)]
+struct Changes {
+    drive: u8,
+    changes: Vec<Change>,
+}
+
+/// Reads, compares, asks, writes.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
+    let drive = arguments.drive;
+    refuse_twice(&arguments.settings)?;
+    let mut drives =
+        drives::open(&arguments.link, AxisOptions::default()).map_err(DrivesError::Open)?;
+    let before = drives.read(drive)?;
+    let (same, different): (Vec<Setting>, Vec<Setting>) = arguments
+        .settings
+        .iter()
+        .partition(|setting| before.value(setting.parameter) == Some(setting.value));
+    let mut done: Vec<_> = same
+        .iter()
+        .map(|&setting| (setting, WriteEnd::Unchanged))
+        .collect();
+    if !different.is_empty() {
+        confirm(&question(drive, &before, &different), arguments.yes)
+            .map_err(DrivesError::NotConfirmed)?;
+        let written = drives.write(drive, &different, &mut |setting, end| {
+            done.push((setting, end))
+        });
+        // What was written before something failed is told too.
+        print(arguments, &before, &done)?;
+        written?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    print(arguments, &before, &done)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn refuse_twice(settings: &[Setting]) -> Result<(), DrivesError> {
+    for (place, setting) in settings.iter().enumerate() {
+        let parameter = setting.parameter;
+        if settings[..place]
+            .iter()
+            .any(|other| other.parameter == parameter)
+        {
+            return Err(DrivesError::Twice { parameter });
+        }
+    }
+    Ok(())
+}
+
+fn question(drive: DriveId, before: &Readings, settings: &[Setting]) -> String {
+    let gear = new_gear(before, settings);
+    let mut question =
+        format!("Drive {drive} will store these values, which outlast a power cycle:\n");
+    for &Setting { parameter, value } in settings {
+        let old = before.value(parameter);
+        question.push_str(&format!(
+            "  {parameter}: {} -> {}\n",
+            old.map_or_else(
+                || "?".to_owned(),
+                |old| in_units(parameter, old, before.gear())
+            ),
+            in_units(parameter, value, gear)
+        ));
+    }
+    if before.state.enabled == Some(true) {
+        question.push_str("The drive is ENABLED: its motor may react at once.\n");
+    }
+    question.push_str("Write?");
+    question
+}
+
+/// The gear number that the drive will have.
+fn new_gear(before: &Readings, settings: &[Setting]) -> Option<GearNumber> {
+    let changed = settings
+        .iter()
+        .find(|setting| setting.parameter == Parameter::GearNumber);
+    changed.map_or(before.gear(), |setting| GearNumber::new(setting.value).ok())
+}
+
+fn in_units(parameter: Parameter, value: i32, gear: Option<GearNumber>) -> String {
+    match parameter.meaning(value, gear) {
+        Some(meaning) => format!("{value} ({meaning})"),
+        None => value.to_string(),
+    }
+}
+
+fn print(
+    arguments: &Arguments,
+    before: &Readings,
+    done: &[(Setting, WriteEnd)],
+) -> Result<(), DrivesError> {
+    let change = |&(Setting { parameter, value }, result): &(Setting, WriteEnd)| Change {
+        parameter,
+        before: before.value(parameter),
+        value,
+        result,
+    };
+    let changes = Changes {
+        drive: arguments.drive.get(),
+        changes: done.iter().map(change).collect(),
+    };
+    if arguments.json {
+        let text = serde_json::to_string_pretty(&changes).map_err(DrivesError::Json)?;
+        println!("{text}");
+        return Ok(());
+    }
+    for change in &changes.changes {
+        let result = match change.result {
+            WriteEnd::Unchanged => "is already",
+            WriteEnd::Written => "is now",
+        };
+        println!("{} {result} {}", change.parameter, change.value);
+    }
+    Ok(())
+}
