@@ -1,21 +1,21 @@
 //! The seam between the commissioning commands and whatever connects the drives.
 //!
 //! `scan`, `read`, `write` and `jog` know [`Drives`] and no protocol. Each protocol implements it in its own folder and is
-//! chosen in [`open`] by the options of the link.
+//! chosen by [`DrivesOptions`].
 
 mod can;
 mod error;
+mod options;
 mod parameter;
 mod readings;
+mod serial;
 
 use dyn_can::DriveId;
 use serde::Serialize;
 
-use crate::link::{LinkOptions, OpenError};
-use crate::station::AxisOptions;
-use can::CanDrives;
 pub(crate) use can::state_of;
 pub(crate) use error::DrivesError;
+pub(crate) use options::DrivesOptions;
 pub(crate) use parameter::{Parameter, Setting};
 pub(crate) use readings::{DriveState, Readings};
 
@@ -57,6 +57,8 @@ pub(crate) struct JogEnd {
     pub(crate) read_counts: Option<i32>,
     /// It was stopped by Ctrl-C.
     pub(crate) interrupted: bool,
+    /// The drive is still enabled, as it was before: the serial protocol cannot switch it off.
+    pub(crate) enabled: bool,
 }
 
 /// Drives that can be commissioned. Every call ends by itself: with a result, or when nothing answers.
@@ -76,14 +78,7 @@ pub(crate) trait Drives {
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError>;
 
-    /// Enables the drive, moves it, disables it. The user has agreed. Ctrl-C is listened to and stops the move.
+    /// Enables the drive, moves it, disables it; where the protocol has no such commands, moves a drive that is enabled. The
+    /// user has agreed. Ctrl-C is listened to and stops the move.
     fn jog(&mut self, drive: DriveId, jog: Jog) -> Result<JogEnd, DrivesError>;
-}
-
-/// Opens the drives behind a link.
-///
-/// # Errors
-/// [`OpenError`]; nothing was sent to a drive.
-pub(crate) fn open(link: &LinkOptions, axes: AxisOptions) -> Result<Box<dyn Drives>, OpenError> {
-    Ok(Box::new(CanDrives::new(link.open()?, axes)))
 }

@@ -6,10 +6,9 @@ use dyn_can::DriveId;
 
 use crate::confirm::confirm;
 use crate::drive_ids::drive_id;
-use crate::drives::{self, DrivesError, Jog, JogEnd};
+use crate::drives::{DrivesError, DrivesOptions, Jog, JogEnd};
 use crate::exit;
 use crate::interrupt;
-use crate::link::LinkOptions;
 use crate::station::AxisOptions;
 
 /// A jog is for looking whether a motor turns and which way round. More is for `run`.
@@ -20,9 +19,11 @@ const EXAMPLES: &str = "\
 Examples:
   motionctl jog --slcan /dev/ttyACM0 --drive 3 --turns 0.25
   motionctl jog --can can0 --drive 3 --turns -1 --rpm 120 --yes
+  motionctl jog --serial /dev/ttyUSB0 --drive 3 --turns 0.25 --rpm 300
 
 The drive is enabled, turns on a smooth profile that reaches --rpm in its middle, and is disabled.
-Ctrl-C ramps down and disables.
+Ctrl-C ramps down and disables. Over --serial a drive that is enabled already makes one built-in move,
+whose speed comes from its own parameters: it is refused where that is more than --rpm.
 
 Exit status: 0 the motor went where it should, 1 it did not, 2 not confirmed and nothing has moved,
 3 the link failed, 130 stopped by Ctrl-C.";
@@ -32,7 +33,7 @@ Exit status: 0 the motor went where it should, 1 it did not, 2 not confirmed and
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    link: LinkOptions,
+    drives: DrivesOptions,
     #[command(flatten)]
     axes: AxisOptions,
     /// Id of the drive.
@@ -54,7 +55,10 @@ pub(crate) struct Arguments {
 
 /// Asks, moves, prints where the jog has led.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
-    let mut drives = drives::open(&arguments.link, arguments.axes).map_err(DrivesError::Open)?;
+    let mut drives = arguments
+        .drives
+        .open(arguments.axes)
+        .map_err(DrivesError::Open)?;
     let Arguments {
         drive, turns, rpm, ..
     } = arguments;
@@ -91,8 +95,13 @@ fn print(arguments: &Arguments, end: &JogEnd) -> Result<(), DrivesError> {
     } else {
         ""
     };
+    let state = if end.enabled {
+        "stays enabled"
+    } else {
+        "is disabled"
+    };
     println!(
-        "asked for {} counts, sent {}{stopped}; the drive {read} and is disabled",
+        "asked for {} counts, sent {}{stopped}; the drive {read} and {state}",
         end.asked_counts, end.sent_counts
     );
     Ok(())

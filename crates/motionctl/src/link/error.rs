@@ -1,7 +1,8 @@
 //! Why a link cannot be opened.
 
 use core::fmt;
-use std::io;
+use std::io::{self, ErrorKind};
+use std::path::Path;
 
 /// A link that cannot be opened; nothing was sent to a drive.
 #[derive(Debug)]
@@ -31,6 +32,24 @@ pub(crate) enum OpenError {
     NotLinux { interface: String },
     /// Something else.
     System { name: String, source: io::Error },
+}
+
+impl OpenError {
+    /// What is wrong with a serial port that cannot be opened.
+    pub(crate) fn of_port(name: &str, error: &serialport::Error) -> Self {
+        let port = name.to_owned();
+        match error.kind() {
+            serialport::ErrorKind::Io(ErrorKind::NotFound) => Self::NoSuchPort { port },
+            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => Self::NotAllowed { port },
+            // The library reports a port that is locked as one that is not there.
+            serialport::ErrorKind::NoDevice if Path::new(name).exists() => Self::Busy { port },
+            serialport::ErrorKind::NoDevice => Self::NoSuchPort { port },
+            _ => Self::NotSerial {
+                port,
+                source: io::Error::other(error.to_string()),
+            },
+        }
+    }
 }
 
 impl fmt::Display for OpenError {

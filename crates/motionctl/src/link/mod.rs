@@ -17,7 +17,7 @@ use embedded_can::nb::Can;
 
 pub(crate) use error::OpenError;
 pub(crate) use fault::LinkFault;
-pub(crate) use options::LinkOptions;
+pub(crate) use options::{LinkOptions, SpeedOptions, open_interface};
 use slcan::Slcan;
 #[cfg(target_os = "linux")]
 use socket_can::SocketCan;

@@ -11,6 +11,13 @@ use crate::virtual_drives::bit_rate;
 pub(crate) struct LinkOptions {
     #[command(flatten)]
     adapter: Adapter,
+    #[command(flatten)]
+    speeds: SpeedOptions,
+}
+
+/// How fast an adapter is.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct SpeedOptions {
     /// Bit rate in kbit/s that a serial adapter is set to; that of a network interface is set with `ip link`.
     #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
     bit_rate: BitRate,
@@ -38,21 +45,33 @@ impl LinkOptions {
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open(&self) -> Result<Link, OpenError> {
         match (&self.adapter.slcan, &self.adapter.can) {
-            (Some(port), _) => {
-                Slcan::open(port, self.baud, self.bit_rate.kbit_per_s()).map(Link::Slcan)
-            }
+            (Some(port), _) => self.speeds.open_slcan(port),
             (None, interface) => open_interface(interface.as_deref().unwrap_or_default()),
         }
     }
 }
 
+impl SpeedOptions {
+    /// Opens a Lawicel adapter.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing was sent to a drive.
+    pub(crate) fn open_slcan(&self, port: &str) -> Result<Link, OpenError> {
+        Slcan::open(port, self.baud, self.bit_rate.kbit_per_s()).map(Link::Slcan)
+    }
+}
+
+/// Opens a CAN network interface.
+///
+/// # Errors
+/// [`OpenError`]; nothing was sent to a drive.
 #[cfg(target_os = "linux")]
-fn open_interface(interface: &str) -> Result<Link, OpenError> {
+pub(crate) fn open_interface(interface: &str) -> Result<Link, OpenError> {
     super::SocketCan::open(interface).map(Link::SocketCan)
 }
 
 #[cfg(not(target_os = "linux"))]
-fn open_interface(interface: &str) -> Result<Link, OpenError> {
+pub(crate) fn open_interface(interface: &str) -> Result<Link, OpenError> {
     let interface = interface.to_owned();
     Err(OpenError::NotLinux { interface })
 }

@@ -50,7 +50,7 @@ impl Slcan {
         let port = serialport::new(name, baud)
             .timeout(WRITE_TIME)
             .open()
-            .map_err(|error| open_error(name, &error))?;
+            .map_err(|error| OpenError::of_port(name, &error))?;
         let mut slcan = Self {
             name: name.to_owned(),
             port,
@@ -249,22 +249,4 @@ fn is_transient(error: &io::Error) -> bool {
         error.kind(),
         ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
     )
-}
-
-/// What is wrong with a port that cannot be opened.
-fn open_error(name: &str, error: &serialport::Error) -> OpenError {
-    let port = name.to_owned();
-    match error.kind() {
-        serialport::ErrorKind::Io(ErrorKind::NotFound) => OpenError::NoSuchPort { port },
-        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => OpenError::NotAllowed { port },
-        // The library reports a port that is locked as one that is not there.
-        serialport::ErrorKind::NoDevice if std::path::Path::new(name).exists() => {
-            OpenError::Busy { port }
-        }
-        serialport::ErrorKind::NoDevice => OpenError::NoSuchPort { port },
-        _ => OpenError::NotSerial {
-            port,
-            source: io::Error::other(error.to_string()),
-        },
-    }
 }

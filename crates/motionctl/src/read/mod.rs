@@ -5,14 +5,14 @@ use std::process::ExitCode;
 use dyn_can::DriveId;
 
 use crate::drive_ids::drive_id;
-use crate::drives::{self, DrivesError};
-use crate::link::LinkOptions;
+use crate::drives::{DrivesError, DrivesOptions};
 use crate::station::AxisOptions;
 
 const EXAMPLES: &str = "\
 Examples:
   motionctl read --slcan /dev/ttyACM0 --drive 3
   motionctl read --can can0 --drive 3 --json
+  motionctl read --serial /dev/ttyUSB0 --drive 3
 
 Nothing moves and nothing is changed; a drive in alarm can be read too.
 
@@ -23,7 +23,7 @@ Exit status: 0 read, 1 the drive does not answer, 3 the link failed.";
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    link: LinkOptions,
+    drives: DrivesOptions,
     /// Id of the drive.
     #[arg(long, value_name = "ID", value_parser = drive_id)]
     drive: DriveId,
@@ -34,8 +34,10 @@ pub(crate) struct Arguments {
 
 /// Reads a drive and prints what it tells.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
-    let mut drives =
-        drives::open(&arguments.link, AxisOptions::default()).map_err(DrivesError::Open)?;
+    let mut drives = arguments
+        .drives
+        .open(AxisOptions::default())
+        .map_err(DrivesError::Open)?;
     let readings = drives.read(arguments.drive)?;
     if arguments.json {
         let text = serde_json::to_string_pretty(&readings).map_err(DrivesError::Json)?;

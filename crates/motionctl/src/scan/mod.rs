@@ -5,9 +5,8 @@ use std::process::ExitCode;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::drives::{self, DrivesError, FoundDrive};
+use crate::drives::{DrivesError, DrivesOptions, FoundDrive};
 use crate::exit;
-use crate::link::LinkOptions;
 use crate::station::AxisOptions;
 
 /// Ids that are asked.
@@ -17,6 +16,7 @@ const EXAMPLES: &str = "\
 Examples:
   motionctl scan --slcan /dev/ttyACM0
   motionctl scan --can can0 --json
+  motionctl scan --serial /dev/ttyUSB0
 
 Every id from 1 to 63 is asked for its parameter group 3, which changes nothing and moves nothing.
 
@@ -27,7 +27,7 @@ Exit status: 0 at least one drive answered, 1 none did, 3 the link failed.";
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    link: LinkOptions,
+    drives: DrivesOptions,
     /// Print the drives as JSON, and no progress.
     #[arg(long)]
     json: bool,
@@ -40,8 +40,10 @@ struct Found {
 
 /// Asks every id and prints what answered.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
-    let mut drives =
-        drives::open(&arguments.link, AxisOptions::default()).map_err(DrivesError::Open)?;
+    let mut drives = arguments
+        .drives
+        .open(AxisOptions::default())
+        .map_err(DrivesError::Open)?;
     let bar = progress_bar(!arguments.json);
     let found = Found {
         drives: drives.scan(&mut |id| bar.set_position(id.into()))?,

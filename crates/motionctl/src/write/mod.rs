@@ -7,8 +7,7 @@ use serde::Serialize;
 
 use crate::confirm::confirm;
 use crate::drive_ids::drive_id;
-use crate::drives::{self, DrivesError, Parameter, Readings, Setting, WriteEnd};
-use crate::link::LinkOptions;
+use crate::drives::{DrivesError, DrivesOptions, Parameter, Readings, Setting, WriteEnd};
 use crate::station::AxisOptions;
 
 const EXAMPLES: &str = "\
@@ -16,6 +15,7 @@ Examples:
   motionctl write --slcan /dev/ttyACM0 --drive 3 max-speed=40 max-acceleration=20
   motionctl write --can can0 --drive 3 gear-number=4096 --yes --json
   motionctl write --can can0 --drive 3 config=0x00      commands by link, position servo
+  motionctl write --serial /dev/ttyUSB0 --drive 3 main-gain=40
 
 The drive is read first; what it has already is not written, because its memory wears. The rest is
 shown, confirmed, written one by one and read back.
@@ -28,7 +28,7 @@ Exit status: 0 the drive has every value, 1 it does not, 2 not confirmed and not
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    link: LinkOptions,
+    drives: DrivesOptions,
     /// Id of the drive.
     #[arg(long, value_name = "ID", value_parser = drive_id)]
     drive: DriveId,
@@ -62,8 +62,10 @@ struct Changes {
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let drive = arguments.drive;
     refuse_twice(&arguments.settings)?;
-    let mut drives =
-        drives::open(&arguments.link, AxisOptions::default()).map_err(DrivesError::Open)?;
+    let mut drives = arguments
+        .drives
+        .open(AxisOptions::default())
+        .map_err(DrivesError::Open)?;
     let before = drives.read(drive)?;
     let (same, different): (Vec<Setting>, Vec<Setting>) = arguments
         .settings

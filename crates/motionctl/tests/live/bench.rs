@@ -58,21 +58,49 @@ pub(crate) fn interrupt(child: &Child) {
 pub(crate) struct BenchProcess {
     child: Option<Child>,
     path: PathBuf,
+    serial_path: PathBuf,
 }
 
 impl BenchProcess {
     /// Starts a bench with these drives and waits until its terminal is there.
     pub(crate) fn start(name: &str, drives: &str) -> Self {
+        Self::spawn(name, drives, &[])
+    }
+
+    /// The same with the serial port of the drives.
+    pub(crate) fn start_with_serial(name: &str, drives: &str) -> Self {
+        let serial_path = scratch(&format!("{name}-port"));
+        let bench = Self::spawn(name, drives, &["--serial", path_text(&serial_path)]);
+        wait_until("the serial terminal is there", || serial_path.exists());
+        // The drives are ready 150 ms after power-on.
+        std::thread::sleep(Duration::from_millis(300));
+        bench
+    }
+
+    fn spawn(name: &str, drives: &str, serial: &[&str]) -> Self {
         let path = scratch(name);
-        let text = path.to_str().expect("a path of plain text");
-        let child = motionctl(&["bench", "--drives", drives, "--slcan", text, "--json"])
+        let adapter = [
+            "bench",
+            "--drives",
+            drives,
+            "--slcan",
+            path_text(&path),
+            "--json",
+        ];
+        let child = motionctl(&[&adapter, serial].concat())
             .spawn()
             .expect("the bench starts");
         wait_until("the terminal is there", || path.exists());
         Self {
             child: Some(child),
+            serial_path: scratch(&format!("{name}-port")),
             path,
         }
+    }
+
+    /// The terminal of the drives' serial port.
+    pub(crate) fn serial_path(&self) -> &str {
+        path_text(&self.serial_path)
     }
 
     /// The terminal.
@@ -104,6 +132,7 @@ impl Drop for BenchProcess {
             let _ = child.wait();
         }
         let _ = std::fs::remove_file(&self.path);
+        let _ = std::fs::remove_file(&self.serial_path);
     }
 }
 

@@ -121,7 +121,7 @@ fn jog_moves_by_turns_whatever_the_gear_and_disables() {
     );
     assert_eq!(
         end,
-        json!({ "asked_counts": -16_384, "sent_counts": -16_384, "read_counts": -16_384, "interrupted": false })
+        json!({ "asked_counts": -16_384, "sent_counts": -16_384, "read_counts": -16_384, "interrupted": false, "enabled": false })
     );
     let (status, _, errors) = on(&bench, &["jog", "--drive", "2", "--turns", "0.5"]);
     assert_eq!(status, Some(2), "{errors}");

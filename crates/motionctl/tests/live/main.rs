@@ -3,3 +3,4 @@
 mod bench;
 mod commission;
 mod run;
+mod serial;

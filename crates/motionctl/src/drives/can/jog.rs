@@ -57,6 +57,7 @@ pub(super) fn jog(
         sent_counts,
         read_counts: read_counts.and_then(|counts| axes.scale().to_command_counts(counts)),
         interrupted,
+        enabled: false,
     })
 }
 

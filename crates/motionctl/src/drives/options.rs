@@ -1,0 +1,55 @@
+//! The options that say how the drives are connected.
+
+use std::num::NonZeroU8;
+
+use super::Drives;
+use super::can::CanDrives;
+use super::serial::{Line, SerialDrives};
+use crate::link::{OpenError, SpeedOptions, open_interface};
+use crate::station::AxisOptions;
+
+/// How the drives are connected.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct DrivesOptions {
+    #[command(flatten)]
+    connection: Connection,
+    #[command(flatten)]
+    speeds: SpeedOptions,
+    /// Number of drives that are chained behind the serial port, each of which passes on what is not for itself.
+    #[arg(long, value_name = "N", default_value = "1", requires = "serial")]
+    chain: NonZeroU8,
+}
+
+/// One of the three kinds of connections.
+#[derive(Debug, Clone, clap::Args)]
+#[group(required = true, multiple = false)]
+struct Connection {
+    /// Serial port of a Lawicel (slcan) adapter, or terminal of `motionctl bench --slcan`.
+    #[arg(long, value_name = "TTY")]
+    slcan: Option<String>,
+    /// CAN network interface, on Linux.
+    #[arg(long, value_name = "INTERFACE")]
+    can: Option<String>,
+    /// Serial port of the drives themselves (RS232 or RS485, 38400 8N1), or terminal of `motionctl bench --serial`.
+    #[arg(long, value_name = "TTY")]
+    serial: Option<String>,
+}
+
+impl DrivesOptions {
+    /// Opens the connection.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing was sent to a drive.
+    pub(crate) fn open(&self, axes: AxisOptions) -> Result<Box<dyn Drives>, OpenError> {
+        let connection = &self.connection;
+        let link = match (&connection.serial, &connection.slcan, &connection.can) {
+            (Some(port), ..) => {
+                let line = Line::open(port, self.chain)?;
+                return Ok(Box::new(SerialDrives::new(line, axes)));
+            }
+            (None, Some(port), _) => self.speeds.open_slcan(port)?,
+            (None, None, interface) => open_interface(interface.as_deref().unwrap_or_default())?,
+        };
+        Ok(Box::new(CanDrives::new(link, axes)))
+    }
+}

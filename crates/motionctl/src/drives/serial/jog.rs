@@ -1,0 +1,173 @@
+//! A move by hand over the serial port: one built-in relative move.
+//!
+//! The protocol cannot stream set-points and cannot enable a servo, and a drive that turns at constant speed would go on when
+//! this program ends. A built-in move ends by itself whatever happens; its speed comes from the drive's own parameters, so it
+//! is refused where they would make it faster than the user allows.
+
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use dyn_can::{DriveId, GearNumber, MaxAcceleration, MaxSpeed, RangeError, units};
+use dyn_serial::{Alarm, CommandMode, ConfigByte, Counts28, Request, ServoMode, SpeedRpm};
+
+use super::line::Line;
+use super::parameters::read;
+use crate::drives::{DrivesError, Jog, JogEnd, Parameter};
+use crate::interrupt;
+use crate::station::AxisOptions;
+
+/// What a move may take beyond twice its computed time.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// A motor that stops is looked at so often at most and so far apart, until it stands still.
+const STOP_READS: u32 = 100;
+const STOP_PAUSE: Duration = Duration::from_millis(30);
+
+/// Checks, moves, waits for the end.
+pub(super) fn jog(
+    line: &mut Line,
+    axes: AxisOptions,
+    drive: DriveId,
+    jog: Jog,
+) -> Result<JogEnd, DrivesError> {
+    require_ready(line, drive)?;
+    let (asked_counts, curve) = planned(line, drive, jog)?;
+    let before = line.position(drive)?;
+    let distance = Counts28::new(asked_counts).map_err(|error| refused(drive, error))?;
+    line.command(drive, &Request::GoRelativePos(distance))
+        .map_err(while_enabled)?;
+    eprintln!("drive {drive} moves; Ctrl-C stops it");
+    let limit = Duration::from_secs_f64(2.0 * curve.total_time_s) + GRACE;
+    let arrived = wait_for_end(line, drive, limit).map_err(while_enabled)?;
+    if !arrived {
+        stop(line, drive).map_err(while_enabled)?;
+    }
+    let moved = standstill(line, drive)?.wrapping_sub(before);
+    Ok(JogEnd {
+        asked_counts,
+        sent_counts: asked_counts,
+        read_counts: axes.scale().to_command_counts(moved),
+        interrupted: !arrived,
+        enabled: true,
+    })
+}
+
+/// A move needs the servo on, no alarm, commands over this port, and the position servo.
+fn require_ready(line: &mut Line, drive: DriveId) -> Result<(), DrivesError> {
+    let fault = |reason: String| Err(DrivesError::Fault { drive, reason });
+    let status = line.status(drive)?;
+    if status.alarm() != Alarm::None {
+        return fault(format!("{}: no move before it is cleared", status.alarm()));
+    }
+    if status.is_free() {
+        return fault(
+            "the servo is off, and the serial protocol can switch it on only in the stored configuration: enable it over CAN, or write config without bit 5".to_owned(),
+        );
+    }
+    let config = ConfigByte::new(read(line, drive, Parameter::Config)?)
+        .and_then(ConfigByte::config)
+        .map_err(|error| refused(drive, error))?;
+    if config.command_mode != CommandMode::Rs232 || config.servo_mode != ServoMode::Position {
+        return fault(
+            "a move needs commands by link and the position servo: see config in `motionctl read`"
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// The distance in command counts, and the move that the drive's parameters make of it.
+fn planned(line: &mut Line, drive: DriveId, jog: Jog) -> Result<(i32, units::SCurve), DrivesError> {
+    let mut parameter = |parameter| read(line, drive, parameter);
+    let (speed, acceleration, gear) = (
+        parameter(Parameter::MaxSpeed)?,
+        parameter(Parameter::MaxAcceleration)?,
+        parameter(Parameter::GearNumber)?,
+    );
+    let number = |error: RangeError| refused(drive, error);
+    let speed = MaxSpeed::new(speed).map_err(number)?;
+    let acceleration = MaxAcceleration::new(acceleration).map_err(number)?;
+    let gear = GearNumber::new(gear).map_err(number)?;
+    let counts = jog.turns * f64::from(units::command_counts_per_turn(gear));
+    let counts = counts.round() as i32;
+    let curve = units::SCurve::new(counts, speed, acceleration, gear);
+    if curve.peak_speed_rpm > jog.rpm {
+        return Err(DrivesError::Fault {
+            drive,
+            reason: too_fast(jog.rpm, curve.peak_speed_rpm, gear),
+        });
+    }
+    Ok((counts, curve))
+}
+
+fn too_fast(allowed_rpm: f64, peak_rpm: f64, gear: GearNumber) -> String {
+    let slower = units::max_speed_parameter(allowed_rpm, gear).map_or_else(
+        || "no value of max-speed is that slow".to_owned(),
+        |parameter| format!("`motionctl write` max-speed={parameter} makes it slow enough"),
+    );
+    format!(
+        "its own parameters make this move {peak_rpm:.0} rpm fast, more than --rpm {allowed_rpm}: {slower}"
+    )
+}
+
+fn refused(drive: DriveId, error: impl core::fmt::Display) -> DrivesError {
+    DrivesError::Fault {
+        drive,
+        reason: error.to_string(),
+    }
+}
+
+/// What went wrong while the motor may have been turning.
+fn while_enabled(error: DrivesError) -> DrivesError {
+    match error {
+        DrivesError::Link(fault) => DrivesError::LinkWhileEnabled(fault),
+        other => other,
+    }
+}
+
+/// Returns false when the user asked to stop.
+fn wait_for_end(line: &mut Line, drive: DriveId, limit: Duration) -> Result<bool, DrivesError> {
+    let start = Instant::now();
+    while interrupt::requests() == 0 {
+        let status = line.status(drive)?;
+        if status.alarm() != Alarm::None {
+            return Err(refused(drive, status.alarm()));
+        }
+        if !status.motion_busy() && status.on_position() {
+            return Ok(true);
+        }
+        if start.elapsed() > limit {
+            stop(line, drive)?;
+            return Err(refused(drive, "it did not arrive in time and was stopped"));
+        }
+    }
+    Ok(false)
+}
+
+/// Where the motor stands once it moves no more, in the unit of the drive's read-back.
+fn standstill(line: &mut Line, drive: DriveId) -> Result<i32, DrivesError> {
+    let mut position = line.position(drive)?;
+    for _ in 0..STOP_READS {
+        sleep(STOP_PAUSE);
+        let last = std::mem::replace(&mut position, line.position(drive)?);
+        if last == position {
+            break;
+        }
+    }
+    Ok(position)
+}
+
+/// Speed 0 stops in every reading of the documents. It can leave the drive in speed mode (D41).
+fn stop(line: &mut Line, drive: DriveId) -> Result<(), DrivesError> {
+    line.command(drive, &Request::TurnConstSpeed(SpeedRpm::ZERO))?;
+    standstill(line, drive)?;
+    let config = ConfigByte::new(read(line, drive, Parameter::Config)?)
+        .and_then(ConfigByte::config)
+        .map_err(|error| refused(drive, error))?;
+    if config.servo_mode != ServoMode::Position {
+        eprintln!(
+            "note: the stop has left drive {drive} in speed mode; a power cycle, or writing config, brings it back"
+        );
+    }
+    Ok(())
+}

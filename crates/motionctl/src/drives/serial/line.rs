@@ -1,0 +1,155 @@
+//! A serial port with the client of the protocol on it, one request after the other.
+
+use std::io::{ErrorKind, Read, Write};
+use std::num::NonZeroU8;
+use std::time::{Duration, Instant};
+
+use dyn_can::DriveId;
+use dyn_serial::{Address, Answer, Busy, Client, Dialect, Failure, Poll, Reply, Request, Timing};
+use serialport::SerialPort;
+
+use crate::drives::DrivesError;
+use crate::link::{LinkFault, OpenError};
+
+/// The speed of the drives' ports (DYN2 manual A1.8 section 7.1).
+const BAUD: u32 = 38_400;
+/// What adapters on USB hold bytes back for, and the system adds.
+const PC_DELAY_US: u32 = 20_000;
+/// The longest wait in one call of the port.
+const LONGEST_WAIT: Duration = Duration::from_millis(20);
+
+/// A port with the drives behind it.
+pub(crate) struct Line {
+    port: Box<dyn SerialPort>,
+    client: Client,
+    timing: Timing,
+    start: Instant,
+}
+
+impl Line {
+    /// Opens a port with up to `chain` drives in a chain behind it. Nothing is sent.
+    ///
+    /// # Errors
+    /// [`OpenError`] says what is wrong with the port.
+    pub(crate) fn open(name: &str, chain: NonZeroU8) -> Result<Self, OpenError> {
+        let port = serialport::new(name, BAUD)
+            .timeout(LONGEST_WAIT)
+            .open()
+            .map_err(|error| OpenError::of_port(name, &error))?;
+        let timing = Timing::chain(chain);
+        let timing = Timing {
+            reply_timeout_us: timing.reply_timeout_us + PC_DELAY_US,
+            ..timing
+        };
+        Ok(Self {
+            port,
+            client: Client::new(Dialect::MANUAL, timing),
+            timing,
+            start: Instant::now(),
+        })
+    }
+
+    /// How often a read is sent from now on.
+    pub(super) fn set_attempts(&mut self, attempts: u8) {
+        let attempts = NonZeroU8::new(attempts).unwrap_or(NonZeroU8::MIN);
+        let timing = Timing {
+            attempts,
+            ..self.timing
+        };
+        self.client = Client::new(Dialect::MANUAL, timing);
+    }
+
+    /// Whether a drive answers to its id.
+    pub(super) fn answers(&mut self, to: Address) -> Result<bool, DrivesError> {
+        let asked = self.client.begin(self.now_us(), to, &Request::ReadDriveId);
+        match asked.map(|()| self.finish()) {
+            Ok(Ok(result)) => Ok(result.is_ok()),
+            Ok(Err(fault)) => Err(DrivesError::Link(fault)),
+            // Every drive may be asked for its id, one at a time.
+            Err(_) => Ok(false),
+        }
+    }
+
+    /// Asks a drive and waits for its reply.
+    pub(super) fn read(&mut self, drive: DriveId, request: &Request) -> Result<Reply, DrivesError> {
+        match self.exchange(drive, request)? {
+            Answer::Reply { reply, .. } => Ok(reply),
+            Answer::Sent => Err(DrivesError::Incomplete { drive }),
+        }
+    }
+
+    /// Sends a command and waits until it has left the port. Nothing says whether the drive obeys.
+    pub(super) fn command(&mut self, drive: DriveId, request: &Request) -> Result<(), DrivesError> {
+        self.exchange(drive, request)?;
+        Ok(())
+    }
+
+    fn exchange(&mut self, drive: DriveId, request: &Request) -> Result<Answer, DrivesError> {
+        let fault = |reason: String| DrivesError::Fault { drive, reason };
+        let id = dyn_serial::DriveId::new(drive.get().into());
+        let to = id.map_err(|error| fault(error.to_string()))?;
+        self.client
+            .begin(self.now_us(), to.into(), request)
+            .map_err(|error| match error {
+                Busy::Encode(error) => fault(error.to_string()),
+                other => fault(other.to_string()),
+            })?;
+        self.finish()
+            .map_err(DrivesError::Link)?
+            .map_err(|failure| match failure {
+                Failure::NoReply { .. } => DrivesError::NoAnswer { drive },
+                other => fault(other.to_string()),
+            })
+    }
+
+    /// Serves the port until the request is done.
+    fn finish(&mut self) -> Result<Result<Answer, Failure>, LinkFault> {
+        loop {
+            let now_us = self.now_us();
+            let served = match self.client.poll(now_us) {
+                Poll::Done(result) => return Ok(result),
+                Poll::Transmit(packet) => self.send(packet.as_bytes()),
+                Poll::Wait { until_us } => {
+                    self.hear(Duration::from_micros(until_us.saturating_sub(now_us)))
+                }
+                // Only when there was no request.
+                Poll::Idle => return Ok(Err(Failure::NoReply { attempts: 0 })),
+            };
+            if served.is_err() {
+                self.client.abandon();
+                return Err(LinkFault::Vanished);
+            }
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        self.port.write_all(bytes)?;
+        self.port.flush()
+    }
+
+    /// Reads what comes within `wait`, or a part of it.
+    fn hear(&mut self, wait: Duration) -> std::io::Result<()> {
+        let wait = wait.clamp(Duration::from_millis(1), LONGEST_WAIT);
+        self.port.set_timeout(wait)?;
+        let mut buffer = [0; 64];
+        match self.port.read(&mut buffer) {
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            Ok(length) => {
+                let now_us = self.now_us();
+                for byte in &buffer[..length] {
+                    // The client counts what it does not await.
+                    let _ = self.client.receive(now_us, *byte);
+                }
+                Ok(())
+            }
+            Err(error) => match error.kind() {
+                ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted => Ok(()),
+                _ => Err(error),
+            },
+        }
+    }
+
+    fn now_us(&self) -> u64 {
+        u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX)
+    }
+}

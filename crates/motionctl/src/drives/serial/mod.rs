@@ -1,0 +1,107 @@
+//! Drives on their serial port: DYN232M over RS232, or RS485 through a chain of drives.
+
+mod jog;
+mod line;
+mod parameters;
+
+use dyn_can::DriveId;
+use dyn_serial::{Address, Alarm, ReadSelector, Reply, Request};
+
+use super::{
+    DriveState, Drives, DrivesError, FoundDrive, Jog, JogEnd, Readings, Setting, WriteEnd,
+};
+use crate::station::AxisOptions;
+pub(crate) use line::Line;
+
+/// The protocol, for people.
+const PROTOCOL: &str = "DYN232M (serial)";
+/// A lost reply must not hide a drive, and most ids have nobody who would answer.
+const SCAN_ATTEMPTS: u8 = 2;
+
+/// Drives behind a serial port.
+pub(super) struct SerialDrives {
+    line: Line,
+    axes: AxisOptions,
+}
+
+impl SerialDrives {
+    pub(super) fn new(line: Line, axes: AxisOptions) -> Self {
+        Self { line, axes }
+    }
+
+    fn state(&mut self, drive: DriveId) -> Result<DriveState, DrivesError> {
+        let status = self.line.status(drive)?;
+        let alarm = status.alarm();
+        Ok(DriveState {
+            enabled: Some(!status.is_free()),
+            on_position: Some(status.on_position()),
+            busy: Some(status.motion_busy()),
+            alarm: (alarm != Alarm::None).then(|| alarm.to_string()),
+            position_counts: Some(self.line.position(drive)?),
+            // The protocol has no speed, and the full scale of its torque differs by drive.
+            speed_rpm: None,
+            torque_share: None,
+        })
+    }
+}
+
+impl Drives for SerialDrives {
+    fn scan(&mut self, on_id: &mut dyn FnMut(u8)) -> Result<Vec<FoundDrive>, DrivesError> {
+        self.line.set_attempts(SCAN_ATTEMPTS);
+        let mut found = Vec::new();
+        for drive in dyn_serial::DriveId::all() {
+            on_id(drive.get());
+            if self.line.answers(Address::Drive(drive))? {
+                found.push(FoundDrive {
+                    drive: drive.get(),
+                    protocol: PROTOCOL.to_owned(),
+                });
+            }
+        }
+        Ok(found)
+    }
+
+    fn read(&mut self, drive: DriveId) -> Result<Readings, DrivesError> {
+        let state = self.state(drive)?;
+        let parameters = parameters::read_all(&mut self.line, drive)?;
+        Ok(Readings::new(
+            drive.get(),
+            PROTOCOL.to_owned(),
+            state,
+            parameters,
+        ))
+    }
+
+    fn write(
+        &mut self,
+        drive: DriveId,
+        settings: &[Setting],
+        on_end: &mut dyn FnMut(Setting, WriteEnd),
+    ) -> Result<(), DrivesError> {
+        for &setting in settings {
+            on_end(setting, parameters::write(&mut self.line, drive, setting)?);
+        }
+        Ok(())
+    }
+
+    fn jog(&mut self, drive: DriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
+        jog::jog(&mut self.line, self.axes, drive, jog)
+    }
+}
+
+impl Line {
+    fn status(&mut self, drive: DriveId) -> Result<dyn_serial::DriveStatus, DrivesError> {
+        match self.read(drive, &Request::ReadDriveStatus)? {
+            Reply::Status(status) => Ok(status),
+            _ => Err(DrivesError::Incomplete { drive }),
+        }
+    }
+
+    /// In the unit of the drive's read-back.
+    fn position(&mut self, drive: DriveId) -> Result<i32, DrivesError> {
+        match self.read(drive, &Request::GeneralRead(ReadSelector::Position))? {
+            Reply::Position(counts) => Ok(counts.get()),
+            _ => Err(DrivesError::Incomplete { drive }),
+        }
+    }
+}
