@@ -1,11 +1,13 @@
 //! The unmodified master on the virtual bus with simulated drives, cycle by cycle.
 
+use can_motion::wheel::{WheelConfig, WheelMasterConfig, Zlac};
 use can_motion::{
-    AxisConfig, AxisSnapshot, AxisState, Event, EventKind, GroupId, Instant, Master, MasterConfig,
+    AxisConfig, AxisState, CycleConfig, Dyn, Event, EventKind, Family, GroupId, Instant, Master,
+    MasterConfig,
 };
 use drive_sim::{
-    Bench, BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, LogMode, NodeId,
-    Record, ScriptedFaults, TxOrder,
+    Bench, BitRate, Bus, ControllerConfig, Device, DeviceId, DynDrive, DynDriveConfig, LogMode,
+    NodeId, Record, ScriptedFaults, TxOrder, ZlacDrive, ZlacDriveConfig,
 };
 use dyn_can::DriveId;
 
@@ -15,60 +17,47 @@ pub const ROOM: usize = 16;
 /// The group of every axis unless a test says otherwise.
 pub const GROUP: GroupId = GroupId(0);
 
-/// A master, a bus at 1 Mbit/s, and drives.
-pub struct Rig {
+/// A master, a bus, and drives.
+pub struct Rig<D: Device = DynDrive, F: Family = Dyn> {
     /// The bus with the drives.
-    pub bench: Bench<DynDrive, ScriptedFaults>,
+    pub bench: Bench<D, ScriptedFaults>,
     /// The master's node.
     pub node: NodeId,
     /// The drives, in the order of the axes.
     pub drives: Vec<DeviceId>,
     /// The master.
-    pub master: Master<ROOM>,
+    pub master: Master<ROOM, F>,
     /// Everything that the master has told so far.
-    pub events: Vec<Event>,
+    pub events: Vec<Event<F::EventKind>>,
     /// Everything that was on the wire so far.
     pub traffic: Vec<Record>,
     cycle_us: u64,
     cycles: u64,
 }
 
-impl Rig {
-    /// Drives 1, 2, 3 ... with the usual settings.
-    pub fn with_axes(axes: usize) -> Self {
-        let drives: Vec<DynDriveConfig> =
-            DriveId::all().take(axes).map(DynDriveConfig::new).collect();
-        let configs: Vec<AxisConfig> = DriveId::all().take(axes).map(AxisConfig::new).collect();
-        Self::new(MasterConfig::DEFAULT, &configs, drives, TxOrder::Fifo)
-    }
-
-    /// Any master with any drives, in ascending order of drive id.
-    ///
-    /// # Panics
-    /// When the master refuses the configuration.
-    pub fn new(
-        config: MasterConfig,
-        axes: &[AxisConfig],
-        drives: Vec<DynDriveConfig>,
+impl<D: Device, F: Family> Rig<D, F> {
+    fn connect(
+        rate: BitRate,
         order: TxOrder,
+        drives: impl Iterator<Item = D>,
+        master: Master<ROOM, F>,
+        config: &F::Config,
     ) -> Self {
-        let mut bus = Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new());
+        let mut bus = Bus::with_faults(rate, ScriptedFaults::new());
         bus.set_log(LogMode::Full);
         let mut bench = Bench::new(bus);
         let node = bench.add_master(ControllerConfig::bxcan(order));
-        let connect = |drive| bench.add_device(DynDrive::new(drive), ControllerConfig::device());
-        let drives = drives.into_iter().map(connect).collect();
-        let master = Master::new(config, axes).expect("a configuration that works");
-        let cycle_us = u64::from(config.cycle_us);
-        let (events, traffic) = (Vec::new(), Vec::new());
+        let drives = drives
+            .map(|drive| bench.add_device(drive, ControllerConfig::device()))
+            .collect();
         Self {
             bench,
             node,
             drives,
             master,
-            events,
-            traffic,
-            cycle_us,
+            events: Vec::new(),
+            traffic: Vec::new(),
+            cycle_us: u64::from(config.cycle_us()),
             cycles: 0,
         }
     }
@@ -128,7 +117,7 @@ impl Rig {
             }
             self.cycle();
         }
-        let last: Vec<&Event> = self.events.iter().rev().take(8).collect();
+        let last: Vec<_> = self.events.iter().rev().take(8).collect();
         panic!("the axes do not become {state}; the last events, newest first: {last:#?}");
     }
 
@@ -143,6 +132,54 @@ impl Rig {
             .enable(now, GROUP)
             .expect("ready axes can be enabled");
         self.run_until(AxisState::Streaming);
+    }
+
+    /// A snapshot of an axis.
+    ///
+    /// # Panics
+    /// When there is no such axis.
+    pub fn axis(&self, axis: usize) -> F::Snapshot {
+        self.master.snapshot(axis).expect("an axis of the rig")
+    }
+
+    /// A simulated drive.
+    pub fn drive(&self, axis: usize) -> &D {
+        self.bench.device(self.drives[axis])
+    }
+
+    /// A simulated drive, to command faults.
+    pub fn drive_mut(&mut self, axis: usize) -> &mut D {
+        self.bench.device_mut(self.drives[axis])
+    }
+
+    /// True when an event of this kind was told.
+    pub fn saw(&self, wanted: impl Fn(&F::EventKind) -> bool) -> bool {
+        self.events.iter().any(|event| wanted(&event.kind))
+    }
+}
+
+impl Rig {
+    /// Drives 1, 2, 3 ... with the usual settings.
+    pub fn with_axes(axes: usize) -> Self {
+        let drives: Vec<DynDriveConfig> =
+            DriveId::all().take(axes).map(DynDriveConfig::new).collect();
+        let configs: Vec<AxisConfig> = DriveId::all().take(axes).map(AxisConfig::new).collect();
+        Self::new(MasterConfig::DEFAULT, &configs, drives, TxOrder::Fifo)
+    }
+
+    /// Any master with any drives, in ascending order of drive id.
+    ///
+    /// # Panics
+    /// When the master refuses the configuration.
+    pub fn new(
+        config: MasterConfig,
+        axes: &[AxisConfig],
+        drives: Vec<DynDriveConfig>,
+        order: TxOrder,
+    ) -> Self {
+        let master = Master::new(config, axes).expect("a configuration that works");
+        let drives = drives.into_iter().map(DynDrive::new);
+        Self::connect(BitRate::Kbit1000, order, drives, master, &config)
     }
 
     /// Moves every axis at constant velocity for some cycles.
@@ -163,29 +200,6 @@ impl Rig {
         }
     }
 
-    /// A snapshot of an axis.
-    ///
-    /// # Panics
-    /// When there is no such axis.
-    pub fn axis(&self, axis: usize) -> AxisSnapshot {
-        self.master.snapshot(axis).expect("an axis of the rig")
-    }
-
-    /// A simulated drive.
-    pub fn drive(&self, axis: usize) -> &DynDrive {
-        self.bench.device(self.drives[axis])
-    }
-
-    /// A simulated drive, to command faults.
-    pub fn drive_mut(&mut self, axis: usize) -> &mut DynDrive {
-        self.bench.device_mut(self.drives[axis])
-    }
-
-    /// True when an event of this kind was told.
-    pub fn saw(&self, wanted: impl Fn(&EventKind) -> bool) -> bool {
-        self.events.iter().any(|event| wanted(&event.kind))
-    }
-
     /// The states that an axis entered, in order.
     pub fn path(&self, axis: u8) -> Vec<AxisState> {
         let states = self
@@ -197,5 +211,24 @@ impl Rig {
                 _ => None,
             });
         states.collect()
+    }
+}
+
+/// Wheels on a bus of 500 kbit/s.
+pub type WheelRig = Rig<ZlacDrive, Zlac>;
+
+impl WheelRig {
+    /// Any master of wheels with any drives, in ascending order of node.
+    ///
+    /// # Panics
+    /// When the master refuses the configuration.
+    pub fn wheels(
+        config: WheelMasterConfig,
+        wheels: &[WheelConfig],
+        drives: Vec<ZlacDriveConfig>,
+    ) -> Self {
+        let master = Master::wheels(config, wheels).expect("a configuration that works");
+        let drives = drives.into_iter().map(ZlacDrive::new);
+        Self::connect(BitRate::Kbit500, TxOrder::Fifo, drives, master, &config)
     }
 }

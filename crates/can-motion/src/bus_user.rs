@@ -32,6 +32,19 @@ impl BusFrame for dyn_can::DataFrame {
     }
 }
 
+#[cfg(feature = "zlac")]
+impl BusFrame for zlac8030l::DataFrame {
+    type Error = zlac8030l::FrameError;
+
+    fn from_can(frame: &impl Frame) -> Result<Self, Self::Error> {
+        Self::from_can(frame)
+    }
+
+    fn to_can<F: Frame>(&self) -> Option<F> {
+        self.to_can()
+    }
+}
+
 /// Something that sends and receives frames without knowing a driver: the [`Master`](crate::Master) while machines move,
 /// a [`Commissioner`](crate::commission::Commissioner) before.
 pub trait BusUser {

@@ -101,7 +101,7 @@ impl fmt::Display for TargetError {
                 )
             }
             Self::Travel { min, max, actual } => {
-                write!(f, "the target must be {min}..={max} counts, got {actual}")
+                write!(f, "the target must be {min}..={max}, got {actual}")
             }
         }
     }

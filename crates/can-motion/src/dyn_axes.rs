@@ -29,6 +29,12 @@ impl Family for Dyn {
     type EventKind = EventKind;
     type Snapshot = AxisSnapshot;
 
+    const STOPS_BY_FRAME: bool = false;
+
+    fn cycle_frame(_: &MasterConfig) -> Option<DataFrame> {
+        None
+    }
+
     fn address(frame: &DataFrame) -> Option<u8> {
         frame.address().drive().map(dyn_can::DriveId::get)
     }

@@ -33,6 +33,12 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq {
     /// An axis at one moment.
     type Snapshot: Debug;
 
+    /// A drive stops by a frame and not by the silence of its master.
+    const STOPS_BY_FRAME: bool;
+
+    /// A frame that goes out once a cycle, behind the set-points.
+    fn cycle_frame(config: &Self::Config) -> Option<Self::Frame>;
+
     /// The address of the drive that a frame comes from or goes to, 1..=127.
     fn address(frame: &Self::Frame) -> Option<u8>;
 
@@ -170,6 +176,8 @@ pub enum Switch {
 
 /// Frames on their way out, and back. The books change only when the controller has accepted a frame.
 pub trait Sends: Life {
+    /// A set-point goes out every cycle.
+    fn sends_each_cycle(&self) -> bool;
     /// The set-point of this cycle.
     fn set_point(&self) -> (FrameOf<Self>, SetPointOf<Self>);
     /// The frame that switches the drive.

@@ -42,7 +42,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             };
             if axis.group() == group && axis.state().sends_set_points() {
                 axis.halt(AxisState::Holding, Reason::Command, &mut log);
-                self.forget_set_point(index);
+                self.stopped(index);
             }
         }
     }

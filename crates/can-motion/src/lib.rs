@@ -33,6 +33,8 @@ mod set_point;
 mod snapshot;
 mod time;
 mod traffic;
+#[cfg(feature = "zlac")]
+pub mod wheel;
 
 pub use bus_user::{BusFrame, BusUser};
 pub use command::{CommandError, TargetError};

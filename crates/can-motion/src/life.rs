@@ -74,6 +74,20 @@ impl AxisState {
         matches!(self, Self::Streaming | Self::RampingDown | Self::Holding)
     }
 
+    /// The drive was checked, and its position is known or was before a fault.
+    #[cfg(feature = "zlac")]
+    pub(crate) const fn is_known(self) -> bool {
+        !matches!(
+            self,
+            Self::PowerOn
+                | Self::Probing
+                | Self::Identifying
+                | Self::CheckingConfig
+                | Self::CheckingStatus
+                | Self::Anchoring
+        )
+    }
+
     /// A fault elsewhere in the group stops the axis: it is enabled, or about to be.
     pub(crate) const fn stops_with_group(self) -> bool {
         self.is_enabled()

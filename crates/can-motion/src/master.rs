@@ -32,6 +32,8 @@ pub struct Master<const N: usize, F: Family = Dyn> {
     axis_of: [u8; 128],
     /// One bit an axis: its set-point of this cycle has not been accepted yet.
     pub(crate) due: u64,
+    /// The frame of the whole bus has not been accepted in this cycle yet.
+    pub(crate) cycle_frame_due: bool,
     pub(crate) requests_left: u8,
     pub(crate) request: Option<(u8, F::Request)>,
     /// Where the search for the next request starts, so that equals take turns.
@@ -53,6 +55,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             events: Events::new(),
             axis_of: [NO_AXIS; 128],
             due: 0,
+            cycle_frame_due: false,
             requests_left: 0,
             request: None,
             turn: 0,
@@ -83,10 +86,11 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
         self.due = 0;
         for (index, axis) in self.axes.iter().enumerate() {
-            if axis.state().sends_set_points() {
+            if axis.sends_each_cycle() {
                 self.due |= 1 << index;
             }
         }
+        self.cycle_frame_due = true;
         self.requests_left = self.config.requests_per_cycle();
         self.place_requests();
         self.choose_request(now);
@@ -267,7 +271,20 @@ impl<const N: usize, F: Family> Master<N, F> {
             }
             _ => axis.halt(AxisState::Faulted, Reason::Fault, &mut log),
         }
-        if !axis.state().sends_set_points() {
+        self.stopped(index);
+    }
+
+    /// An axis may have stopped: its set-point of this cycle is void, or is the frame that stops it.
+    pub(crate) fn stopped(&mut self, index: usize) {
+        let Some(axis) = self.axes.get(index) else {
+            return;
+        };
+        if axis.state().sends_set_points() {
+            return;
+        }
+        if F::STOPS_BY_FRAME && axis.sends_each_cycle() {
+            self.due |= 1 << index;
+        } else {
             self.due &= !(1 << index);
         }
     }
@@ -280,10 +297,6 @@ impl<const N: usize, F: Family> Master<N, F> {
             .map(Life::cycles_to_stop)
             .max()
             .unwrap_or(0)
-    }
-
-    pub(crate) fn forget_set_point(&mut self, index: usize) {
-        self.due &= !(1 << index);
     }
 
     /// When `begin_cycle` should come next.

@@ -10,6 +10,8 @@ pub(crate) enum Purpose<F: Family> {
     /// A reading, or the command of a procedure.
     Request(F::Request),
     Switch(Switch),
+    /// What goes out once a cycle and concerns no axis.
+    Cycle,
 }
 
 /// A frame to hand to the controller.
@@ -19,7 +21,8 @@ pub(crate) enum Purpose<F: Family> {
 #[must_use]
 pub struct Outgoing<F: Family = Dyn> {
     pub(crate) frame: F::Frame,
-    pub(crate) axis: u8,
+    /// The axis concerned; `None` for a frame of the whole bus.
+    pub(crate) axis: Option<u8>,
     pub(crate) purpose: Purpose<F>,
 }
 

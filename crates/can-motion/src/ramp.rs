@@ -8,21 +8,22 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct Ramp {
     start_counts: i32,
-    velocity_counts: i16,
+    velocity_counts: i32,
     cycles: u16,
     elapsed: u16,
 }
 
 /// Cycles that a velocity needs to fall to zero when it may change by `max_change_counts` per cycle.
-pub(crate) fn cycles_to_stop(velocity_counts: i16, max_change_counts: u16) -> u16 {
-    // At most 16384 by the range of a step, so the sum below cannot overflow.
-    velocity_counts
+/// More than 65535 cycles count as 65535.
+pub(crate) fn cycles_to_stop(velocity_counts: i32, max_change_counts: u32) -> u16 {
+    let cycles = velocity_counts
         .unsigned_abs()
-        .div_ceil(max_change_counts.max(1))
+        .div_ceil(max_change_counts.max(1));
+    u16::try_from(cycles).unwrap_or(u16::MAX)
 }
 
 impl Ramp {
-    pub(crate) const fn new(start_counts: i32, velocity_counts: i16, cycles: u16) -> Self {
+    pub(crate) const fn new(start_counts: i32, velocity_counts: i32, cycles: u16) -> Self {
         Self {
             start_counts,
             velocity_counts,
@@ -56,7 +57,7 @@ impl Ramp {
 mod tests {
     use super::*;
 
-    fn targets(velocity: i16, cycles: u16) -> std::vec::Vec<i32> {
+    fn targets(velocity: i32, cycles: u16) -> std::vec::Vec<i32> {
         let mut ramp = Ramp::new(0, velocity, cycles);
         (0..cycles).map(|_| ramp.next_target()).collect()
     }

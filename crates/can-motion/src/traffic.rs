@@ -14,9 +14,9 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
 
     /// The frame that should go out next; asking changes nothing.
     ///
-    /// Disable commands first, then the set-points of this cycle in ascending order of drive id, then enable
-    /// commands. Requests within their budget go behind all of them, or to the place among the set-points from which
-    /// their replies meet none.
+    /// Disable commands first, then the set-points of this cycle in ascending order of address, then what the whole bus gets once a
+    /// cycle, then enable commands. Requests within their budget go behind all of them, or to the place among the set-points from
+    /// which their replies meet none.
     fn next_frame(&self) -> Option<Outgoing<F>> {
         if self.bus_off {
             return None;
@@ -24,12 +24,17 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
         self.switch_frame(AxisState::Disabling, Switch::Disable)
             .or_else(|| self.placed_request_frame())
             .or_else(|| self.set_point_frame())
+            .or_else(|| self.cycle_frame())
             .or_else(|| self.switch_frame(AxisState::Enabling, Switch::Enable))
             .or_else(|| self.request_frame())
     }
 
     fn on_accepted(&mut self, now: Instant, outgoing: &Outgoing<F>) {
-        let (index, cycle) = (usize::from(outgoing.axis), self.cycle.cycles);
+        let Some(axis) = outgoing.axis else {
+            self.cycle_frame_due = false;
+            return;
+        };
+        let (index, cycle) = (usize::from(axis), self.cycle.cycles);
         let config = self.config;
         let cycle_started = self.cycle_started.unwrap_or(now);
         let leaves = self.placement.request_leaves(now, cycle_started);
@@ -37,6 +42,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             return;
         };
         match outgoing.purpose {
+            Purpose::Cycle => {}
             Purpose::SetPoint(step) => {
                 axis.stepped(step, now);
                 self.due &= !(1 << index);
@@ -55,6 +61,10 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
 
     fn on_displaced(&mut self, now: Instant, frame: &F::Frame) {
         let cycle = self.cycle.cycles;
+        if F::cycle_frame(&self.config) == Some(*frame) {
+            self.cycle_frame_due = true;
+            return;
+        }
         let Some(index) = self.index_of(frame) else {
             self.events.push(now, None, F::foreign(frame));
             return;
@@ -63,7 +73,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             return;
         };
         let was_request = axis.displaced(frame, cycle, &mut log);
-        if axis.state().sends_set_points() && axis.owes_set_point() {
+        if axis.sends_each_cycle() && axis.owes_set_point() {
             self.due |= 1 << index;
         }
         if was_request {
@@ -76,11 +86,15 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
 
     fn on_transmit_error(&mut self, now: Instant, outgoing: &Outgoing<F>, kind: BusErrorKind) {
         self.events
-            .push(now, Some(outgoing.axis), Happening::BusError(kind));
+            .push(now, outgoing.axis, Happening::BusError(kind));
         match outgoing.purpose {
-            Purpose::SetPoint(_) => self.raise(now, usize::from(outgoing.axis), F::Fault::BUS),
+            Purpose::SetPoint(_) => {
+                if let Some(axis) = outgoing.axis {
+                    self.raise(now, usize::from(axis), F::Fault::BUS);
+                }
+            }
             // A request that may be under way must not be asked again before its timeout; a command is repeated.
-            Purpose::Request(_) => self.on_accepted(now, outgoing),
+            Purpose::Request(_) | Purpose::Cycle => self.on_accepted(now, outgoing),
             Purpose::Switch(_) => {}
         }
     }
@@ -118,8 +132,17 @@ impl<const N: usize, F: Family> Master<N, F> {
         let (frame, step) = self.axes.get(index as usize)?.set_point();
         Some(Outgoing {
             frame,
-            axis: index as u8,
+            axis: Some(index as u8),
             purpose: Purpose::SetPoint(step),
+        })
+    }
+
+    fn cycle_frame(&self) -> Option<Outgoing<F>> {
+        let frame = F::cycle_frame(&self.config)?;
+        self.cycle_frame_due.then_some(Outgoing {
+            frame,
+            axis: None,
+            purpose: Purpose::Cycle,
         })
     }
 
@@ -127,7 +150,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         let index = self.axes.iter().position(|axis| axis.state() == state)?;
         Some(Outgoing {
             frame: self.axes.get(index)?.switch_frame(switch)?,
-            axis: index as u8,
+            axis: Some(index as u8),
             purpose: Purpose::Switch(switch),
         })
     }
@@ -142,7 +165,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         let (index, request) = self.request?;
         Some(Outgoing {
             frame: self.axes.get(usize::from(index))?.request_frame(request)?,
-            axis: index,
+            axis: Some(index),
             purpose: Purpose::Request(request),
         })
     }

@@ -148,7 +148,10 @@ impl Life for Axis {
     }
 
     fn cycles_to_stop(&self) -> u16 {
-        cycles_to_stop(self.books.velocity_counts(), self.config.limits.ramp_change)
+        cycles_to_stop(
+            i32::from(self.books.velocity_counts()),
+            u32::from(self.config.limits.ramp_change),
+        )
     }
 
     fn snapshot(&self) -> AxisSnapshot {
@@ -231,7 +234,7 @@ impl Life for Axis {
     }
 
     fn start_ramp(&mut self, cycles: u16, then_disable: bool, reason: Reason, log: &mut Log<'_>) {
-        let velocity = self.books.velocity_counts();
+        let velocity = i32::from(self.books.velocity_counts());
         self.books.drop_backlog();
         self.ramp = Some(Ramp::new(self.books.sent_counts(), velocity, cycles));
         self.disable_after_ramp = then_disable;

@@ -33,6 +33,10 @@ impl Sends for Axis {
         Some((self.request(poll.kind.reply_kind()), poll.overdue))
     }
 
+    fn sends_each_cycle(&self) -> bool {
+        self.state.sends_set_points()
+    }
+
     /// The set-point of this cycle.
     fn set_point(&self) -> (DataFrame, PdStep) {
         let step = self.books.next_step(self.config.limits.max_step);

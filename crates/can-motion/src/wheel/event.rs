@@ -1,0 +1,75 @@
+//! What happened to wheels, for the application to read.
+
+use zlac8030l::{DecodeError, Emcy, FrameError, NmtState, SdoEvent, SdoIgnored, SetUpReport};
+
+use super::fault::WheelFault;
+use crate::event::BusErrorKind;
+use crate::family::Happening;
+use crate::life::{AxisState, Reason};
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum WheelEventKind {
+    /// The wheel went from one state to another.
+    State {
+        /// The state that it left.
+        from: AxisState,
+        /// The state that it entered.
+        to: AxisState,
+        /// Why.
+        reason: Reason,
+    },
+    /// A fault was latched.
+    Fault(WheelFault),
+    /// The drive is set up: what was found right and what was written.
+    SetUp(SetUpReport),
+    /// The drive announced a state of NMT; boot-up included.
+    Nmt(NmtState),
+    /// An emergency message with error code 0: an error is gone.
+    EmergencyOver(Emcy),
+    /// A transfer of the application ended.
+    Transfer(SdoEvent),
+    /// A transfer that a state needs had no answer in time.
+    TransferTimeout(SdoEvent),
+    /// An SDO reply was not believed.
+    ReplyIgnored(SdoIgnored),
+    /// A frame of the drive does not decode.
+    BadFrame(DecodeError),
+    /// The target of the cycle before did not reach the controller in time.
+    TargetMerged,
+    /// The controller gave back a target unsent; it is sent again.
+    TargetDisplaced,
+    /// The controller gave back an SDO or NMT frame unsent; it is sent again.
+    RequestDisplaced,
+    /// A frame of no wheel of this master, or one that only a master sends.
+    ForeignFrame {
+        /// Its identifier.
+        id: u16,
+    },
+    /// A frame that CANopen does not have.
+    NotOurs(FrameError),
+    /// The time from one cycle to the next was longer than planned by so many cycles.
+    CyclesMissed(u32),
+    /// The controller reports a transmit or receive error.
+    BusError(BusErrorKind),
+    /// The controller is bus-off.
+    BusOff,
+    /// The controller takes part in the bus again.
+    BusRecovered,
+}
+
+impl From<Happening<WheelFault>> for WheelEventKind {
+    fn from(happening: Happening<WheelFault>) -> Self {
+        match happening {
+            Happening::State { from, to, reason } => Self::State { from, to, reason },
+            Happening::Fault(fault) => Self::Fault(fault),
+            Happening::SetPointMerged => Self::TargetMerged,
+            Happening::CyclesMissed(cycles) => Self::CyclesMissed(cycles),
+            Happening::BusError(kind) => Self::BusError(kind),
+            Happening::BusOff => Self::BusOff,
+            Happening::BusRecovered => Self::BusRecovered,
+        }
+    }
+}

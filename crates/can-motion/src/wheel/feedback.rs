@@ -1,0 +1,49 @@
+//! The latest feedback of a wheel, and the wheel at one moment.
+
+use zlac8030l::{FaultCode, NmtState, NodeId, StatusWord};
+
+use super::fault::WheelFault;
+use crate::config::GroupId;
+use crate::feedback::Stamped;
+use crate::life::AxisState;
+use crate::snapshot::Counters;
+
+/// The latest feedback; `None` before the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelFeedback {
+    /// Status word 6041h.
+    pub status: Option<Stamped<StatusWord>>,
+    /// Fault bits 603Fh, with the status.
+    pub fault_code: Option<FaultCode>,
+    /// Speed 606Ch in 0.1 r/min, with the status.
+    pub speed_decirpm: Option<i32>,
+    /// Position 6064h in counts.
+    pub position_counts: Option<Stamped<i32>>,
+    /// Torque 6077h as the drive counts it: 0.1 A by the text, mA by the printed range (Z25). With the position.
+    pub torque: Option<i16>,
+    /// State of NMT by the latest heartbeat.
+    pub nmt: Option<NmtState>,
+}
+
+/// One wheel at one moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelSnapshot {
+    /// The drive.
+    pub node: NodeId,
+    /// The group that it stops with.
+    pub group: GroupId,
+    /// Where the wheel is in its life.
+    pub state: AxisState,
+    /// The latched fault.
+    pub fault: Option<WheelFault>,
+    /// What the application wants: 1/n r/min or counts, by the mode.
+    pub target: i32,
+    /// What the latest accepted frame said, in the same unit.
+    pub sent: i32,
+    /// The latest feedback.
+    pub feedback: WheelFeedback,
+    /// What happened so far.
+    pub counters: Counters,
+}

@@ -1,0 +1,399 @@
+//! Wheels on the virtual bus: the same master, from power-on to a stop, and what goes wrong.
+
+use can_motion::wheel::{
+    FeedbackTiming, TransferError, WheelConfig, WheelEventKind, WheelFault, WheelLimits,
+    WheelMasterConfig, WheelMode,
+};
+use can_motion::{AxisState, CommandError, Reaction, TargetError};
+use drive_sim::ZlacDriveConfig;
+use embedded_can::Frame as _;
+use host_tests::rig::{GROUP, WheelRig};
+use zlac8030l::{FaultCode, NodeId, SdoEnd, SdoRequest, objects};
+
+fn node(number: i32) -> NodeId {
+    NodeId::new(number).unwrap()
+}
+
+/// Wheels of nodes 1, 2, ... with these settings.
+fn rig(config: WheelMasterConfig, wheel: WheelConfig, count: i32) -> WheelRig {
+    let wheels: Vec<_> = (1..=count)
+        .map(|number| WheelConfig {
+            node: node(number),
+            ..wheel
+        })
+        .collect();
+    let drives = (1..=count).map(|number| ZlacDriveConfig::new(node(number)));
+    WheelRig::wheels(config, &wheels, drives.collect())
+}
+
+fn two_wheels() -> WheelRig {
+    rig(WheelMasterConfig::DEFAULT, WheelConfig::new(node(1)), 2)
+}
+
+fn set_all(rig: &mut WheelRig, targets: [i32; 2]) {
+    for (axis, target) in targets.into_iter().enumerate() {
+        rig.master.set_target(axis, target).unwrap();
+    }
+}
+
+fn speeds_rpm(rig: &WheelRig) -> [f64; 2] {
+    [0, 1].map(|axis| rig.drive(axis).speed_rpm(rig.bench.now_ns()))
+}
+
+/// The motor holds or follows: bits 0 to 3 of the status word say operation enabled, in a quick stop too.
+fn is_energised(rig: &WheelRig, axis: usize) -> bool {
+    rig.drive(axis).status_word(rig.bench.now_ns()) & 0xF == 0x7
+}
+
+/// The control word of the latest frame to a node.
+fn last_control_word(rig: &WheelRig, node: u16) -> u16 {
+    let id = embedded_can::StandardId::new(0x300 + node).map(embedded_can::Id::Standard);
+    let mut frames = rig.traffic.iter().map(|record| record.frame);
+    let last = frames.rfind(|frame| Some(frame.id()) == id).unwrap();
+    u16::from_le_bytes([last.data()[0], last.data()[1]])
+}
+
+fn saw_fault(rig: &WheelRig, wanted: impl Fn(&WheelFault) -> bool) -> bool {
+    rig.saw(|event| matches!(event, WheelEventKind::Fault(fault) if wanted(fault)))
+}
+
+#[test]
+fn from_power_on_to_speed_and_back() {
+    let mut rig = two_wheels();
+    rig.stream();
+    assert!(rig.drive(0).is_enabled() && rig.drive(1).is_enabled());
+    assert_eq!(rig.axis(0).sent, 0);
+    set_all(&mut rig, [120, -60]);
+    rig.cycles(100);
+    assert_eq!(
+        [rig.axis(0).sent, rig.axis(1).sent],
+        [120, -60],
+        "the targets are reached"
+    );
+    let [left, right] = speeds_rpm(&rig);
+    assert!(
+        (left - 120.0).abs() < 1.0 && (right + 60.0).abs() < 1.0,
+        "{left} {right}"
+    );
+    assert_eq!(
+        rig.axis(0).feedback.speed_decirpm.map(|speed| speed / 10),
+        Some(120)
+    );
+    let now = rig.now();
+    rig.master.disable(now, GROUP);
+    rig.run_until(AxisState::Ready);
+    assert!(!rig.drive(0).is_enabled() && !rig.drive(1).is_enabled());
+    assert_eq!(rig.master.cycle_counters().late, 0);
+}
+
+#[test]
+fn set_up_wears_no_drive_and_finds_everything_right_the_second_time() {
+    let mut rig = two_wheels();
+    rig.run_until(AxisState::Ready);
+    let wear = rig.drive(0).eeprom_wear();
+    assert_eq!(wear, Default::default(), "no write reaches the EEPROM");
+    rig.drive_mut(0).faults_mut().trip(FaultCode::new(4).get());
+    rig.drive_mut(0).faults_mut().remove_cause();
+    rig.cycles(5);
+    let now = rig.now();
+    rig.master.clear(now, GROUP).unwrap();
+    rig.run_until(AxisState::Ready);
+    let reports = rig.events.iter().filter_map(|event| match event.kind {
+        WheelEventKind::SetUp(report) if event.axis == Some(0) => Some(report.written),
+        _ => None,
+    });
+    let written: Vec<u16> = reports.collect();
+    assert!(
+        matches!(written[..], [first, 0] if first > 0),
+        "{written:?}"
+    );
+}
+
+#[test]
+fn no_frame_changes_a_speed_by_more_than_its_limit() {
+    let mut rig = two_wheels();
+    rig.stream();
+    set_all(&mut rig, [1_000, -1_000]);
+    let mut before = 0;
+    for _ in 0..120 {
+        rig.cycle();
+        let sent = rig.axis(0).sent;
+        assert!((sent - before).abs() <= 10, "from {before} to {sent}");
+        before = sent;
+    }
+    assert_eq!(before, 1_000);
+}
+
+#[test]
+fn a_group_slows_down_in_proportion() {
+    let mut rig = two_wheels();
+    rig.stream();
+    set_all(&mut rig, [400, -200]);
+    rig.cycles(100);
+    let now = rig.now();
+    rig.master.stop(now, GROUP);
+    let mut cycles = 0;
+    while rig.axis(0).state == AxisState::RampingDown {
+        rig.cycle();
+        let [left, right] = [0, 1].map(|axis| rig.axis(axis).sent);
+        assert!((left + 2 * right).abs() <= 2, "{left} and {right}");
+        cycles += 1;
+    }
+    assert!((40..=42).contains(&cycles), "{cycles} cycles of 10 r/min");
+    rig.cycles(50);
+    assert!(rig.drive(0).is_enabled(), "a stopped wheel holds");
+    let now = rig.now();
+    rig.master.resume(now, GROUP).unwrap();
+    set_all(&mut rig, [50, 50]);
+    rig.cycles(50);
+    assert_eq!(rig.axis(0).sent, 50);
+}
+
+#[test]
+fn a_fault_of_one_drive_stops_both_in_the_same_cycle() {
+    let mut rig = two_wheels();
+    rig.stream();
+    set_all(&mut rig, [300, 300]);
+    rig.cycles(60);
+    rig.drive_mut(0).faults_mut().trip(0x0004);
+    rig.cycle();
+    assert_eq!(last_control_word(&rig, 2), 0x0002, "quick stop, at once");
+    assert_eq!(rig.axis(1).fault, Some(WheelFault::Group));
+    assert!(matches!(
+        rig.axis(0).fault,
+        Some(WheelFault::Emergency(_) | WheelFault::Drive(_))
+    ));
+    rig.cycles(100);
+    let [_, right] = speeds_rpm(&rig);
+    assert!(right.abs() < 1.0, "the other wheel stands: {right}");
+    assert!(is_energised(&rig, 1));
+    let now = rig.now();
+    assert!(matches!(
+        rig.master.resume(now, GROUP),
+        Err(CommandError::Faulted { .. })
+    ));
+    assert!(rig.master.set_target(1, 10).is_err());
+}
+
+#[test]
+fn a_cleared_fault_is_reset_once_its_cause_is_gone() {
+    let mut rig = two_wheels();
+    rig.stream();
+    rig.drive_mut(0).faults_mut().trip(0x0008);
+    rig.cycles(5);
+    let now = rig.now();
+    rig.master.clear(now, GROUP).unwrap();
+    rig.cycles(150);
+    assert_eq!(
+        rig.axis(0).fault,
+        Some(WheelFault::Drive(FaultCode::new(8))),
+        "the cause is still there"
+    );
+    rig.drive_mut(0).faults_mut().remove_cause();
+    let now = rig.now();
+    rig.master.clear(now, GROUP).unwrap();
+    rig.cycles(150);
+    assert_eq!(rig.axis(0).state, AxisState::Ready);
+    assert_eq!(rig.axis(1).state, AxisState::Holding);
+    let now = rig.now();
+    rig.master.disable(now, GROUP);
+    rig.run_until(AxisState::Ready);
+    rig.stream();
+}
+
+#[test]
+fn a_silent_drive_is_lost_and_its_group_stops() {
+    let mut rig = two_wheels();
+    rig.stream();
+    set_all(&mut rig, [300, 300]);
+    rig.cycles(60);
+    rig.drive_mut(0).faults_mut().leave_bus();
+    rig.cycles(12);
+    assert_eq!(rig.axis(0).fault, Some(WheelFault::Lost));
+    assert_eq!(rig.axis(1).fault, Some(WheelFault::Group));
+    // The lost drive hears nothing: its own supervision (2000h) must stop it.
+    rig.cycles(100);
+    let [left, right] = speeds_rpm(&rig);
+    assert!(left.abs() < 1.0 && right.abs() < 1.0, "{left} {right}");
+}
+
+#[test]
+fn a_drive_that_restarts_is_noticed_and_set_up_anew() {
+    let mut rig = two_wheels();
+    rig.stream();
+    rig.drive_mut(0).faults_mut().power_cycle(1_000_000);
+    rig.cycles(20);
+    assert!(saw_fault(&rig, |fault| matches!(
+        fault,
+        WheelFault::Reboot | WheelFault::Lost
+    )));
+    let now = rig.now();
+    rig.master.clear(now, GROUP).unwrap();
+    rig.cycles(200);
+    assert_eq!(rig.axis(0).state, AxisState::Ready);
+    assert!(rig.drive(0).is_operational() && !rig.drive(0).is_enabled());
+}
+
+#[test]
+fn an_emergency_stop_input_is_a_fault() {
+    let mut rig = two_wheels();
+    rig.stream();
+    set_all(&mut rig, [100, 100]);
+    rig.cycles(30);
+    rig.drive_mut(1).faults_mut().emergency_input(true);
+    rig.cycles(5);
+    assert!(saw_fault(&rig, |fault| *fault == WheelFault::EmergencyInput));
+    rig.cycles(50);
+    let [left, right] = speeds_rpm(&rig);
+    assert!(left.abs() < 1.0 && right.abs() < 1.0, "{left} {right}");
+}
+
+#[test]
+fn halt_brakes_and_resume_starts_from_standstill() {
+    let mut rig = two_wheels();
+    rig.stream();
+    set_all(&mut rig, [300, 300]);
+    rig.cycles(60);
+    let now = rig.now();
+    rig.master.halt(now, GROUP);
+    rig.cycles(50);
+    assert!(speeds_rpm(&rig)[0].abs() < 1.0);
+    assert_eq!(rig.axis(0).state, AxisState::Holding);
+    let now = rig.now();
+    rig.master.resume(now, GROUP).unwrap();
+    set_all(&mut rig, [100, 100]);
+    rig.cycles(100);
+    assert_eq!(rig.axis(0).fault, None);
+    assert!((speeds_rpm(&rig)[0] - 100.0).abs() < 1.0);
+}
+
+#[test]
+fn a_reaction_can_be_a_ramp_or_no_power() {
+    for (reaction, energised) in [(Reaction::RampDown, true), (Reaction::Disable, false)] {
+        let mut wheel = WheelConfig::new(node(1));
+        wheel.reactions.drive = reaction;
+        let mut rig = rig(WheelMasterConfig::DEFAULT, wheel, 2);
+        rig.stream();
+        set_all(&mut rig, [200, 200]);
+        rig.cycles(60);
+        rig.drive_mut(0).faults_mut().trip(0x0004);
+        rig.cycles(5);
+        let coasts = speeds_rpm(&rig)[1];
+        assert!(coasts > 50.0, "{reaction:?}: {coasts}");
+        rig.cycles(200);
+        assert!(speeds_rpm(&rig)[1].abs() < 1.0, "{reaction:?}");
+        assert_eq!(is_energised(&rig, 1), energised, "{reaction:?}");
+    }
+}
+
+#[test]
+fn positions_are_followed_with_sync_and_end_where_they_should() {
+    let config = WheelMasterConfig {
+        feedback: FeedbackTiming::Sync,
+        ..WheelMasterConfig::DEFAULT
+    };
+    let wheel = WheelConfig {
+        mode: WheelMode::Position {
+            profile_speed_rpm: 300,
+        },
+        limits: WheelLimits {
+            max_step: 100,
+            ..WheelLimits::POSITION
+        },
+        ..WheelConfig::new(node(1))
+    };
+    let mut rig = rig(config, wheel, 2);
+    rig.stream();
+    let start = rig.axis(0).sent;
+    set_all(&mut rig, [start + 20_000, start - 10_000]);
+    rig.cycles(300);
+    for (axis, distance) in [(0, 20_000), (1, -10_000)] {
+        let travel = rig.drive(axis).travel_counts(rig.bench.now_ns());
+        assert!((travel - distance).abs() <= 4, "axis {axis}: {travel}");
+        assert_eq!(rig.axis(axis).fault, None);
+    }
+}
+
+#[test]
+fn a_blocked_position_is_a_following_error() {
+    let wheel = WheelConfig {
+        mode: WheelMode::Position {
+            // Slower than the targets move.
+            profile_speed_rpm: 1,
+        },
+        limits: WheelLimits {
+            max_step: 400,
+            ..WheelLimits::POSITION
+        },
+        ..WheelConfig::new(node(1))
+    };
+    let mut rig = rig(WheelMasterConfig::DEFAULT, wheel, 2);
+    rig.stream();
+    set_all(&mut rig, [100_000, 0]);
+    rig.cycles(50);
+    assert!(saw_fault(&rig, |fault| matches!(
+        fault,
+        WheelFault::FollowingError { .. }
+    )));
+}
+
+#[test]
+fn a_wrong_speed_resolution_never_moves() {
+    let wheel = WheelConfig {
+        speed_resolution: 10,
+        ..WheelConfig::new(node(1))
+    };
+    let mut rig = rig(WheelMasterConfig::DEFAULT, wheel, 1);
+    rig.cycles(200);
+    assert_eq!(
+        rig.axis(0).fault,
+        Some(WheelFault::SpeedResolution {
+            expected: 10,
+            actual: 1
+        })
+    );
+    assert_eq!(
+        rig.master.set_target(0, 1),
+        Err(TargetError::NotStreaming {
+            state: AxisState::Faulted
+        })
+    );
+}
+
+#[test]
+fn transfers_run_beside_the_cycle_and_the_masters_objects_are_its_own() {
+    let mut rig = two_wheels();
+    assert!(matches!(
+        rig.master.transfer(0, objects::BUS_VOLTAGE.read()),
+        Err(TransferError::State { .. })
+    ));
+    rig.stream();
+    rig.master
+        .transfer(0, objects::MOTOR_TEMPERATURE.read())
+        .unwrap();
+    rig.cycles(3);
+    assert!(rig.saw(|event| matches!(
+        event,
+        WheelEventKind::Transfer(event) if matches!(event.end, SdoEnd::Value(_))
+    )));
+    for request in [
+        objects::CONTROL_WORD.write(0x0F),
+        objects::TARGET_SPEED.write(100),
+        SdoRequest::Write(objects::EEPROM_UPDATE.address(), zlac_word(0)),
+    ] {
+        assert!(matches!(
+            rig.master.transfer(0, request),
+            Err(TransferError::Owned { .. })
+        ));
+    }
+    assert_eq!(
+        rig.master
+            .transfer(0, objects::STORE.write(objects::STORE_SAVE_ALL)),
+        Err(TransferError::Enabled)
+    );
+    assert_eq!(rig.master.cycle_counters().late, 0);
+}
+
+fn zlac_word(value: u16) -> zlac8030l::ObjectData {
+    zlac8030l::ObjectData::from_bytes(&value.to_le_bytes()).unwrap()
+}
