@@ -1,4 +1,4 @@
-//! Hands the linker the memory map and the linker scripts of the image; does nothing for the host.
+//! Hands the linker the memory map and the linker scripts of the image, and the compiler a configuration other than `src/config.rs`.
 //!
 //! The arguments are here and not in `.cargo/config.toml` because a `RUSTFLAGS` variable of the user would replace those without
 //! a word and link an image without a vector table, and because they would apply to every other crate built for the target.
@@ -6,18 +6,51 @@
 use std::path::PathBuf;
 use std::{env, error, fs};
 
+/// Names a file that is compiled in the place of `src/config.rs`; `cargo fw --config` sets it.
+const CONFIG: &str = "MOTION_BOARD_CONFIG";
+/// Memory map of each board, by its feature as cargo writes it in the environment.
+const MEMORY_MAPS: [(&str, &str); 1] = [("CARGO_FEATURE_STM32F405", "memory.x")];
+
 fn main() -> Result<(), Box<dyn error::Error>> {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=memory.x");
+    choose_config()?;
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
+    let chosen: Vec<&str> = MEMORY_MAPS
+        .into_iter()
+        .filter_map(|(feature, map)| env::var_os(feature).map(|_| map))
+        .collect();
+    let [map] = chosen[..] else {
+        return Err(format!(
+            "the image is for exactly one board, its features name {}: use `cargo fw --board`, or `--no-default-features --features <board>`",
+            chosen.len()
+        )
+        .into());
+    };
+    println!("cargo::rerun-if-changed={map}");
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    fs::copy("memory.x", out.join("memory.x"))?;
+    fs::copy(map, out.join("memory.x"))?;
     println!("cargo::rustc-link-search={}", out.display());
     // cortex-m-rt's memory layout, defmt's string table, and no page alignment: flash has no pages to map.
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
+    Ok(())
+}
+
+fn choose_config() -> Result<(), Box<dyn error::Error>> {
+    println!("cargo::rustc-check-cfg=cfg(other_config)");
+    println!("cargo::rerun-if-env-changed={CONFIG}");
+    let Some(path) = env::var_os(CONFIG) else {
+        return Ok(());
+    };
+    let path = fs::canonicalize(&path)
+        .map_err(|reason| format!("{CONFIG}={}: {reason}", path.display()))?;
+    println!("cargo::rustc-cfg=other_config");
+    println!(
+        "cargo::rustc-env=MOTION_BOARD_CONFIG_FILE={}",
+        path.display()
+    );
     Ok(())
 }

@@ -1,116 +1,264 @@
 //! The application: the cycle of the master at its fixed rate, and the bus in between.
 
-use can_motion::{Instant, Master, Progress, service};
+use can_motion::{AxisState, ConfigError, EventKind, Instant, Master, Progress, service};
+use dyn_can::{Address, Dialect, Request, ServoSwitch};
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, with_timeout};
+use embassy_time::{Duration, Timer, with_timeout};
+use embedded_can::nb::Can;
+use static_cell::StaticCell;
 
-use crate::automatic_enable::AutomaticEnable;
-use crate::board::StatusLed;
+use crate::board::{InputPins, StatusLed, Watchdog};
 use crate::bus::{Bus, FaultState};
-use crate::config::{self, AXES};
+use crate::config::{self, AXES, GROUP};
 use crate::cycle_clock::{Beat, CycleClock};
+use crate::debounce::Debounced;
+use crate::led::LedPattern;
 use crate::playback::Playback;
-use crate::telemetry::Telemetry;
+use crate::statistics::{Statistics, Stretch};
+use crate::supervisor::{Action, Axes, Inputs, Supervisor};
+use crate::telemetry::{self, Message};
 
 /// How long joining the bus may take before it is reported, and again after each report.
 const JOIN_REPORT: Duration = Duration::from_secs(1);
-const PERIOD: Duration = Duration::from_micros(config::MASTER.cycle_us as u64);
-/// Cycles between two changes of the status LED: half a second.
-const LED_CYCLES: u32 = 500_000 / config::MASTER.cycle_us;
+const PERIOD: Duration = Duration::from_micros(config::CYCLE_US as u64);
+/// How long a disable command after a failure may wait for room, in steps of a frame's length.
+const DISABLE_PATIENCE: u32 = 100;
+const FRAME_TIME: Duration = Duration::from_micros(100);
 
-/// Runs for ever, unless the configuration cannot work. The drives' own start is waited for by the master.
-#[embassy_executor::task]
-pub(crate) async fn run(bus: Bus, status_led: StatusLed) {
-    match Master::new(config::MASTER, &config::AXIS_CONFIGS) {
-        Ok(master) => App::new(master, bus, status_led).run().await,
-        Err(error) => defmt::error!("the configuration cannot work: {}", error),
-    }
+/// What the application works with.
+pub(crate) struct Parts {
+    /// The drives' bus.
+    pub(crate) bus: Bus,
+    /// The inputs.
+    pub(crate) inputs: InputPins,
+    /// The status LED.
+    pub(crate) status_led: StatusLed,
+    /// The watchdog, not started yet.
+    pub(crate) watchdog: Watchdog,
+    /// The firmware failed before this start.
+    pub(crate) failed: bool,
 }
 
-struct App {
+/// Runs for ever.
+#[embassy_executor::task]
+pub(crate) async fn run(app: &'static mut App) {
+    app.run().await;
+}
+
+/// The application in the memory that it stays in, or the reason why the configuration cannot work. To be called once: a second call
+/// panics.
+pub(crate) fn place(parts: Parts) -> Result<&'static mut App, ConfigError> {
+    static APP: StaticCell<App> = StaticCell::new();
+    let master = Master::with_plan(&config::PLAN)?;
+    Ok(APP.init(App::new(master, parts)))
+}
+
+/// The cycle with everything it works with.
+pub(crate) struct App {
     master: Master<AXES>,
-    bus: Bus,
+    parts: Parts,
     bus_state: FaultState,
-    automatic_enable: AutomaticEnable,
+    stop_closed: Debounced,
+    enable: Debounced,
+    run: Debounced,
+    supervisor: Supervisor,
     playback: Playback,
-    telemetry: Telemetry,
-    status_led: StatusLed,
-    led_cycles: u32,
+    statistics: Statistics,
+    led: LedPattern,
 }
 
 impl App {
-    const fn new(master: Master<AXES>, bus: Bus, status_led: StatusLed) -> Self {
+    const fn new(master: Master<AXES>, parts: Parts) -> Self {
         Self {
             master,
-            bus,
+            supervisor: Supervisor::new(parts.failed),
+            parts,
             bus_state: FaultState::ErrorActive,
-            automatic_enable: AutomaticEnable::Waiting,
+            stop_closed: Debounced::new(),
+            enable: Debounced::new(),
+            run: Debounced::new(),
             playback: Playback::new(),
-            telemetry: Telemetry::new(),
-            status_led,
-            led_cycles: 0,
+            statistics: Statistics::new(),
+            led: LedPattern::new(),
         }
     }
 
-    async fn run(mut self) {
-        while with_timeout(JOIN_REPORT, self.bus.joined()).await.is_err() {
+    async fn run(&mut self) {
+        while with_timeout(JOIN_REPORT, self.parts.bus.joined())
+            .await
+            .is_err()
+        {
             defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
         }
         defmt::info!("on the bus");
+        if self.parts.failed {
+            self.disable_all().await;
+        }
         let mut clock = CycleClock::start(PERIOD);
         let mut progress = Progress::Idle;
+        self.parts.watchdog.start();
         loop {
             // The beat is asked first, so nothing on the bus can hold it up.
-            progress = match select(clock.next(), self.bus.serviceable(progress)).await {
+            progress = match select(clock.next(), self.parts.bus.serviceable(progress)).await {
                 Either::First(beat) => self.cycle(beat),
-                Either::Second(()) => self.service(),
+                Either::Second(()) => {
+                    let stretch = Stretch::begin();
+                    let progress = self.service();
+                    self.statistics.note_service(stretch);
+                    progress
+                }
             };
+        }
+    }
+
+    /// Tells every drive to disable, as far as the bus allows: the firmware that moved them has failed.
+    async fn disable_all(&mut self) {
+        for axis in &config::AXIS_CONFIGS {
+            let request = Request::ServoDisable(ServoSwitch::Disable);
+            // The command is the same in every revision.
+            let Ok(frame) = request.encode(Address::Drive(axis.drive), &Dialect::V1_6A) else {
+                continue;
+            };
+            let Some(frame) = frame.to_can() else {
+                continue;
+            };
+            for _ in 0..DISABLE_PATIENCE {
+                match self.parts.bus.transmit(&frame) {
+                    Err(nb::Error::WouldBlock) => Timer::after(FRAME_TIME).await,
+                    _ => break,
+                }
+            }
         }
     }
 
     /// One cycle, up to the point where everything is sent or the mailboxes are full.
     fn cycle(&mut self, beat: Beat) -> Progress {
-        let now = now();
-        self.watch_bus(now);
-        self.automatic_enable.update(&mut self.master, now);
+        let (stretch, now) = (Stretch::begin(), now());
         let planned = Instant::from_us(beat.planned.as_micros());
+        self.watch_bus(now);
+        self.supervise(planned, now);
         self.playback.set_targets(&mut self.master, planned, now);
         self.master.begin_cycle(now);
         let progress = self.service();
-        let work = beat.planned.elapsed() - beat.delay;
-        self.telemetry.note_cycle(beat.delay, work);
-        self.telemetry.report(&mut self.master);
-        self.blink();
+        #[cfg(feature = "misbehave")]
+        crate::misbehaviour::act();
+        self.report();
+        if let Some(second) = self
+            .statistics
+            .note_cycle(beat.delay, stretch, &self.master, now)
+        {
+            telemetry::tell(Message::Second(second));
+        }
+        // Only a cycle that came to its end says that the firmware lives.
+        self.parts.watchdog.feed();
         progress
     }
 
     fn service(&mut self) -> Progress {
-        service(&mut self.master, &mut self.bus, now())
+        service(&mut self.master, &mut self.parts.bus, now())
     }
 
-    /// Reports a change of the fault state. On bus-off everything stops, and the controller goes one step of its way
-    /// back in each cycle; nothing moves afterwards, because nothing clears the faults.
+    /// Reports a change of the controller's state. When it is down everything stops, and it goes one step of its way back in each
+    /// cycle; nothing moves afterwards, because nothing clears the faults but the enable input.
     fn watch_bus(&mut self, now: Instant) {
-        let state = self.bus.fault_state();
+        let state = self.parts.bus.check();
         if state != self.bus_state {
-            defmt::warn!("bus: {} after {}", state, self.bus_state);
             self.bus_state = state;
+            telemetry::tell(Message::Bus(state));
         }
-        if state != FaultState::BusOff {
+        if !state.is_down() {
             return;
         }
         self.master.on_bus_off(now);
-        if self.bus.recover().is_ok() {
+        if self.parts.bus.recover().is_ok() {
             self.master.on_bus_recovered(now);
-            defmt::warn!("the bus is back; the axes stay stopped until the board is started again");
         }
     }
 
-    fn blink(&mut self) {
-        self.led_cycles += 1;
-        if self.led_cycles >= LED_CYCLES {
-            self.led_cycles = 0;
-            self.status_led.toggle();
+    /// Reads the inputs and does what they ask for.
+    fn supervise(&mut self, planned: Instant, now: Instant) {
+        let levels = self.parts.inputs.read();
+        let inputs = Inputs {
+            stop_closed: self.stop_closed.update(levels.stop_closed),
+            enable: self.enable.update(levels.enable),
+            run: self.run.update(levels.run),
+        };
+        let axes = self.look();
+        let before = self.supervisor.state();
+        let action = self.supervisor.update(inputs, axes);
+        let state = self.supervisor.state();
+        if state != before {
+            telemetry::tell(Message::State(state));
+        }
+        if action != Action::None {
+            telemetry::tell(Message::Action(action));
+        }
+        self.obey(action, planned, now);
+        self.parts
+            .status_led
+            .set(self.led.update(state, axes.faulted));
+    }
+
+    fn look(&self) -> Axes {
+        let mut axes = Axes {
+            ready: true,
+            faulted: false,
+            streaming: true,
+            servo_on: false,
+        };
+        for axis in (0..AXES).filter_map(|axis| self.master.snapshot(axis)) {
+            axes.ready &= axis.state == AxisState::Ready;
+            axes.streaming &= axis.state == AxisState::Streaming;
+            axes.faulted |= axis.fault.is_some();
+            let servo_on = axis
+                .feedback
+                .status
+                .is_some_and(|status| !status.value.is_disabled());
+            axes.servo_on |= axis.state == AxisState::Ready && servo_on;
+        }
+        axes
+    }
+
+    fn obey(&mut self, action: Action, planned: Instant, now: Instant) {
+        let done = match action {
+            Action::None => Ok(()),
+            Action::Halt => {
+                self.master.halt(now, GROUP);
+                Ok(())
+            }
+            Action::Disable => {
+                self.master.disable(now, GROUP);
+                Ok(())
+            }
+            Action::Clear => self.master.clear(now, GROUP),
+            Action::Enable => self.master.enable(now, GROUP),
+            Action::Start => {
+                self.playback.start(&self.master, planned);
+                Ok(())
+            }
+            Action::Finish => {
+                self.playback.finish(planned);
+                Ok(())
+            }
+        };
+        if let Err(error) = done {
+            defmt::error!("{} is not possible: {}", action, error);
+        }
+    }
+
+    /// Hands the master's events on; what finds no room stays with the master until the next cycle.
+    fn report(&mut self) {
+        while telemetry::has_room() {
+            let Some(event) = self.master.next_event() else {
+                return;
+            };
+            let is_news = match event.kind {
+                EventKind::BusError(_) => self.statistics.note_bus_error(),
+                _ => true,
+            };
+            if is_news {
+                telemetry::tell(Message::Event(event));
+            }
         }
     }
 }

@@ -1,20 +1,28 @@
-//! What a user of this firmware decides: bit rate, drives, limits and the built-in motion. Pins and clocks are in `board`.
+//! What a user of this firmware decides: drives, limits, bit rate and the built-in motion. Pins and clocks are in `board`.
 
 use can_motion::motion::{Keyframe, KeyframeMotion};
+use can_motion::plan::BusPlan;
 use can_motion::{AxisConfig, GroupId, Limits, MasterConfig};
 use dyn_can::{DriveId, StepLimit};
-
-/// Bit rate of the drives' bus in bit/s, the one that the drives are set to: they know 10, 20, 50, 125, 250, 500, 800 and
-/// 1000 kbit/s (CAN specification 1.6A, section 1). One that the board's clock cannot make exactly stops the build.
-pub(crate) const BIT_RATE: u32 = 1_000_000;
 
 /// Number of axes.
 pub(crate) const AXES: usize = 2;
 /// All axes move and stop together.
 pub(crate) const GROUP: GroupId = GroupId(0);
 
-/// Cycle, requests per cycle and waiting times: 1 kHz and one request.
+/// Cycle, requests per cycle, waiting times and bit rate: 1 kHz, one request, 1 Mbit/s.
+///
+/// The bit rate is the one that the drives are set to: they know 10, 20, 50, 125, 250, 500, 800 and 1000 kbit/s (CAN specification 1.6A,
+/// section 1). One that the board's clock cannot make exactly stops the build.
 pub(crate) const MASTER: MasterConfig = MasterConfig::DEFAULT;
+
+/// Time from one cycle to the next in microseconds.
+pub(crate) const CYCLE_US: u32 = MASTER.cycle_us;
+
+/// The proof, made while compiling, that the bus carries these axes in time. When it fails, the error says which frame would be late
+/// and what would help.
+pub(crate) const PLAN: BusPlan<'static> = BusPlan::new(&MASTER, &AXIS_CONFIGS);
+const _: () = PLAN.assert_schedulable();
 
 /// The axes in ascending order of drive id.
 pub(crate) const AXIS_CONFIGS: [AxisConfig; AXES] = [axis(1), axis(2)];

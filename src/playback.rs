@@ -3,12 +3,15 @@
 use can_motion::{AxisState, Instant, Master};
 
 use crate::config::{AXES, GROUP, MOTION};
+use crate::telemetry::{self, Message};
 
 /// Where and when the motion began.
 #[derive(Clone, Copy)]
 struct Start {
     at: Instant,
     counts: [i32; AXES],
+    /// The repetition in which it shall end, counted from 0.
+    last_repetition: u64,
 }
 
 /// The motion under way.
@@ -22,37 +25,61 @@ impl Playback {
         Self { start: None }
     }
 
-    /// Sets the targets of the cycle that begins at `at`; `now` is the time for the master.
-    ///
-    /// The motion starts when every axis streams, where they stand then, and ends when one of them does not any more.
-    pub(crate) fn set_targets(&mut self, master: &mut Master<AXES>, at: Instant, now: Instant) {
-        if !master.all_are(GROUP, AxisState::Streaming) {
-            if self.start.take().is_some() {
-                defmt::warn!("the motion has ended: an axis does not stream any more");
-            }
-            return;
+    /// Starts the motion at `at`, from where the axes stand, and repeats it.
+    pub(crate) fn start(&mut self, master: &Master<AXES>, at: Instant) {
+        let counts = targets(master);
+        telemetry::tell(Message::MotionStarts(counts));
+        self.start = Some(Start {
+            at,
+            counts,
+            last_repetition: u64::MAX,
+        });
+    }
+
+    /// Lets the motion end when it is back where it started.
+    pub(crate) fn finish(&mut self, at: Instant) {
+        if let Some(start) = &mut self.start {
+            start.last_repetition = at.us_since(start.at) / MOTION.duration_us();
         }
-        let start = *self.start.get_or_insert_with(|| begin(master, at));
-        let elapsed_us = at.us_since(start.at).checked_rem(MOTION.duration_us());
-        let distances = MOTION.position(elapsed_us.unwrap_or(0));
+    }
+
+    /// Sets the targets of the cycle that begins at `at`; `now` is the time for the master.
+    pub(crate) fn set_targets(&mut self, master: &mut Master<AXES>, at: Instant, now: Instant) {
+        let Some(start) = self.start else { return };
+        if !master.all_are(GROUP, AxisState::Streaming) {
+            return self.end(master);
+        }
+        let elapsed_us = at.us_since(start.at);
+        let repetition = elapsed_us / MOTION.duration_us();
+        let is_over = repetition > start.last_repetition;
+        let into_us = if is_over {
+            0
+        } else {
+            elapsed_us - repetition * MOTION.duration_us()
+        };
+        let distances = MOTION.position(into_us);
         for (axis, (from, distance)) in start.counts.into_iter().zip(distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
             if let Err(error) = master.set_target(axis, from.saturating_add(distance)) {
                 defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
                 master.stop(now, GROUP);
-                return;
+                return self.end(master);
             }
         }
+        if is_over {
+            self.end(master);
+        }
+    }
+
+    fn end(&mut self, master: &Master<AXES>) {
+        self.start = None;
+        telemetry::tell(Message::MotionEnds(targets(master)));
     }
 }
 
-fn begin(master: &Master<AXES>, at: Instant) -> Start {
-    let mut counts = [0; AXES];
-    for (axis, counts) in counts.iter_mut().enumerate() {
-        if let Some(snapshot) = master.snapshot(axis) {
-            *counts = snapshot.target_counts;
-        }
-    }
-    defmt::info!("the motion starts from {} counts", counts);
-    Start { at, counts }
+fn targets(master: &Master<AXES>) -> [i32; AXES] {
+    core::array::from_fn(|axis| {
+        let snapshot = master.snapshot(axis);
+        snapshot.map_or(0, |snapshot| snapshot.target_counts)
+    })
 }

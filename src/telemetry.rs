@@ -1,83 +1,102 @@
-//! What the board says: events as they come, a line of statistics every second.
+//! What the board says: the cycle hands messages over, and the thread, which everything else may interrupt, writes them to the log.
 
-use can_motion::{Event, EventKind, Master};
-use embassy_time::Duration;
+use can_motion::{Event, EventKind};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
 
-use crate::config::{AXES, MASTER};
+use crate::bus::FaultState;
+use crate::config::AXES;
+use crate::last_words::LastWords;
+use crate::start::Cause;
+use crate::statistics::Statistics;
+use crate::supervisor::{Action, State};
 
-/// Log lines take time in which no interrupt is served, so a burst of events is spread over cycles.
-const EVENTS_PER_CYCLE: usize = 4;
-/// Cycles from one line of statistics to the next.
-const REPORT_CYCLES: u32 = 1_000_000 / MASTER.cycle_us;
+/// Messages on their way. When it is full the master keeps its events, and the next message of another kind is lost.
+const MESSAGES: usize = 8;
 
-/// Collects and tells.
-pub(crate) struct Telemetry {
-    cycles: u32,
-    bus_errors: u32,
-    longest_delay: Duration,
-    longest_work: Duration,
+static CHANNEL: Channel<CriticalSectionRawMutex, Message, MESSAGES> = Channel::new();
+
+/// Something to tell.
+pub(crate) enum Message {
+    /// An event of the master.
+    Event(Event),
+    /// The controller's state has changed.
+    Bus(FaultState),
+    /// The supervisor did something.
+    Action(Action),
+    /// The supervisor is somewhere else.
+    State(State),
+    /// The motion starts from these command counts.
+    MotionStarts([i32; AXES]),
+    /// The motion has ended, at these command counts.
+    MotionEnds([i32; AXES]),
+    /// A second has passed.
+    Second(Statistics),
 }
 
-impl Telemetry {
-    /// Nothing measured yet.
-    pub(crate) const fn new() -> Self {
-        Self {
-            cycles: 0,
-            bus_errors: 0,
-            longest_delay: Duration::MIN,
-            longest_work: Duration::MIN,
-        }
-    }
+/// Hands a message over, if there is room. Never waits.
+pub(crate) fn tell(message: Message) {
+    // What is lost here is a line of the log.
+    let _ = CHANNEL.try_send(message);
+}
 
-    /// A cycle began `delay` after its plan and had its first frames with the controller after `work`.
-    pub(crate) fn note_cycle(&mut self, delay: Duration, work: Duration) {
-        self.cycles += 1;
-        self.longest_delay = self.longest_delay.max(delay);
-        self.longest_work = self.longest_work.max(work);
-    }
+/// Whether an event can be handed over.
+pub(crate) fn has_room() -> bool {
+    !CHANNEL.is_full()
+}
 
-    /// Tells what there is to tell in this cycle.
-    pub(crate) fn report(&mut self, master: &mut Master<AXES>) {
-        for _ in 0..EVENTS_PER_CYCLE {
-            let Some(event) = master.next_event() else {
-                break;
-            };
-            self.tell(&event);
-        }
-        if self.cycles >= REPORT_CYCLES {
-            self.report_cycles(master);
-            *self = Self::new();
-        }
+/// Writes the log, for ever.
+pub(crate) async fn run() -> ! {
+    loop {
+        write(&CHANNEL.receive().await);
     }
+}
 
-    /// Without an acknowledging drive there is an error in every frame, so only the first of a second gets a line.
-    fn tell(&mut self, event: &Event) {
-        match event.kind {
-            EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", event),
-            EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
-                defmt::info!("{}", event);
-            }
-            EventKind::BusError(_) if self.bus_errors > 0 => self.bus_errors += 1,
-            EventKind::BusError(_) => {
-                self.bus_errors = 1;
-                defmt::warn!("{}", event);
-            }
-            _ => defmt::warn!("{}", event),
+fn write(message: &Message) {
+    match message {
+        Message::Event(event) => write_event(event),
+        Message::Bus(FaultState::ErrorActive) => defmt::info!("bus: works"),
+        Message::Bus(FaultState::ErrorPassive) => defmt::warn!("bus: error-passive"),
+        Message::Bus(FaultState::Stuck) => defmt::error!(
+            "bus: nothing gets through, nobody acknowledges: check wiring, termination and the drives' supply"
+        ),
+        Message::Bus(FaultState::BusOff) => defmt::error!("bus: off"),
+        Message::Action(action) => defmt::info!("action: {}", action),
+        Message::State(State::Released) => {
+            defmt::info!("state: release the enable input, then make it active");
         }
+        Message::State(state) => defmt::info!("state: {}", state),
+        Message::MotionStarts(counts) => defmt::info!("the motion starts from {} counts", counts),
+        Message::MotionEnds(counts) => defmt::info!("the motion has ended at {} counts", counts),
+        Message::Second(statistics) => statistics.write(),
     }
+}
 
-    /// Cycles and dropped events since the start; bus errors and longest times of the latest second.
-    fn report_cycles(&self, master: &Master<AXES>) {
-        let cycle = master.cycle_counters();
-        defmt::info!(
-            "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors, begun up to {=u64} us late, busy up to {=u64} us",
-            cycle.cycles,
-            cycle.late,
-            cycle.missed,
-            cycle.events_dropped,
-            self.bus_errors,
-            self.longest_delay.as_micros(),
-            self.longest_work.as_micros()
-        );
+fn write_event(event: &Event) {
+    match event.kind {
+        EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", event),
+        EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
+            defmt::info!("{}", event);
+        }
+        _ => defmt::warn!("{}", event),
+    }
+}
+
+/// Tells why the board started, before anything else.
+pub(crate) fn write_start(cause: Cause, last_words: Option<&LastWords>) {
+    match last_words {
+        Some(LastWords::Panic(place)) => defmt::error!(
+            "the firmware panicked at {=str}:{=u32}; nothing moves until the board is switched off and on",
+            place.file(),
+            place.line
+        ),
+        Some(LastWords::Fault(status)) => defmt::error!(
+            "the processor failed, CFSR {=u32:#010x}; nothing moves until the board is switched off and on",
+            *status
+        ),
+        None if cause == Cause::Watchdog => defmt::error!(
+            "the watchdog reset the board; nothing moves until the board is switched off and on"
+        ),
+        None => defmt::info!("started: {}", cause),
     }
 }

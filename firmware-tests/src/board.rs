@@ -35,11 +35,6 @@ pub enum Stop {
         /// Its address.
         pc: u32,
     },
-    /// A fault while a fault was handled: the processor stands still until a reset.
-    Lockup {
-        /// Where.
-        pc: u32,
-    },
 }
 
 /// A reset during a run.
@@ -56,6 +51,8 @@ pub struct Board {
     engine: Engine<'static>,
     image: Image,
     sleeping: Option<Leave>,
+    /// A fault while a fault was handled: the processor stands still until a reset.
+    locked_up: bool,
     log: Log,
     accounts: Accounts,
     resets: Vec<Reset>,
@@ -82,6 +79,7 @@ impl Board {
             log: Log::new(&image),
             image,
             sleeping: None,
+            locked_up: false,
             accounts: Accounts::default(),
             resets: Vec::new(),
             faults: Vec::new(),
@@ -186,7 +184,9 @@ impl Board {
                 self.drain_log();
                 return Stop::Limit;
             }
-            if let Some(exception) = cpu::takeable(&self.engine) {
+            if self.locked_up {
+                self.pass_time();
+            } else if let Some(exception) = cpu::takeable(&self.engine) {
                 self.enter(exception);
             } else if self.wakes()
                 && let Some(stop) = self.execute()
@@ -208,7 +208,7 @@ impl Board {
         self.resets.push(Reset { at_ns, cause });
         self.soc_mut().reset(cause);
         cpu::reset(&mut self.engine);
-        self.sleeping = None;
+        (self.sleeping, self.locked_up) = (None, false);
         let instructions = self.instructions();
         self.accounts.reset(instructions);
     }
@@ -241,11 +241,17 @@ impl Board {
             self.sleeping = None;
             self.accounts.wake(instructions);
         } else {
-            let until = soc.deadline.max(soc.now + 1);
-            soc.idle += until - soc.now;
-            soc.now = until;
+            self.pass_time();
         }
         woken
+    }
+
+    /// Time jumps to what comes next.
+    fn pass_time(&mut self) {
+        let soc = self.engine.get_data_mut();
+        let until = soc.deadline.max(soc.now + 1);
+        soc.idle += until - soc.now;
+        soc.now = until;
     }
 
     /// Executes instructions until something has to be done; `Some` ends the run.
@@ -262,8 +268,11 @@ impl Board {
             }
             (Some(Leave::SupervisorCall), _) => self.soc_mut().nvic.pend(SV_CALL),
             (Some(Leave::Breakpoint), _) => return Some(Stop::Breakpoint { pc }),
+            (Some(Leave::Yield), _) => {
+                cpu::set(&mut self.engine, RegisterARM::PC, (pc + 2) | 1);
+            }
             (None, Ok(())) => {}
-            (Some(Leave::Fault(_)), _) | (None, Err(_)) => return self.fault(pc),
+            (Some(Leave::Fault(_)), _) | (None, Err(_)) => self.fault(pc),
         }
         None
     }
@@ -283,13 +292,13 @@ impl Board {
     }
 
     /// An undefined instruction, or memory that is not there: the handler of the hard fault runs next.
-    fn fault(&mut self, pc: u32) -> Option<Stop> {
+    fn fault(&mut self, pc: u32) {
         self.faults.push(pc);
         if self.soc().nvic.is_active(HARD_FAULT) {
-            return Some(Stop::Lockup { pc });
+            self.locked_up = true;
+        } else {
+            self.soc_mut().nvic.pend(HARD_FAULT);
         }
-        self.soc_mut().nvic.pend(HARD_FAULT);
-        None
     }
 
     fn drain_log(&mut self) {

@@ -19,10 +19,13 @@ pub enum Leave {
     SupervisorCall,
     /// It met a breakpoint.
     Breakpoint,
+    /// It has nothing urgent to do: a hint that the hardware ignores.
+    Yield,
     /// It met something else; the number is Unicorn's.
     Fault(u32),
 }
 
+const YIELD: u16 = 0xBF10;
 const WFE: u16 = 0xBF20;
 const WFI: u16 = 0xBF30;
 const SEV: u16 = 0xBF40;
@@ -48,7 +51,11 @@ pub fn install(engine: &mut Engine<'_>, image: &Image) -> Result<(), uc_error> {
             },
         );
     })?;
-    for (code, leave) in [(WFE, Leave::WaitForEvent), (WFI, Leave::WaitForInterrupt)] {
+    for (code, leave) in [
+        (YIELD, Leave::Yield),
+        (WFE, Leave::WaitForEvent),
+        (WFI, Leave::WaitForInterrupt),
+    ] {
         for address in image.halfwords(code).map(u64::from) {
             engine.add_code_hook(address, address, move |engine, _, _| stop(engine, leave))?;
         }

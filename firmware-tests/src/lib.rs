@@ -22,7 +22,7 @@
 //! | [`bxcan`] | register model of the CAN controller, on a node of drive-sim |
 //! | [`load`] | how many instructions each handler took |
 //! | [`log`] | the firmware's log |
-//! | [`rig`] | a board with drives, and the wiring of the default board |
+//! | [`rig`], [`scenario`] | a board with drives, the wiring of the default board, and how to bring it up |
 
 #![forbid(unsafe_code)]
 
@@ -38,6 +38,7 @@ pub mod load;
 pub mod log;
 pub mod nvic;
 pub mod rig;
+pub mod scenario;
 pub mod soc;
 pub mod storage;
 pub mod timer;
@@ -46,5 +47,5 @@ pub mod watchdog;
 pub use board::{Board, Stop};
 pub use image::Image;
 pub use load::Load;
-pub use rig::Rig;
+pub use rig::{Contact, Rig};
 pub use soc::ResetCause;

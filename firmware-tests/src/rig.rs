@@ -4,23 +4,49 @@ use std::env;
 use std::path::PathBuf;
 
 use drive_sim::{
-    BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, Frame, LogMode, NodeId, Record,
-    ScriptedFaults,
+    BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, Frame, LogMode, NodeId,
+    Record, ScriptedFaults,
 };
 use embedded_can::nb::Can;
 
 use crate::board::{Board, Stop};
 use crate::bxcan::Wire;
-use crate::image::{Image, ImageError};
+use crate::gpio::Pin;
+use crate::image::Image;
 
 /// Crystal of the default board.
 const HSE_HZ: u64 = 8_000_000;
 /// Nanoseconds in a millisecond.
 pub const MS: u64 = 1_000_000;
 
+/// What is connected to the pins of the default board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contact {
+    /// The stop circuit.
+    Stop,
+    /// The enable switch.
+    Enable,
+    /// The run switch.
+    Run,
+}
+
+impl Contact {
+    const fn pin(self) -> Pin {
+        match self {
+            Self::Stop => Pin::new('C', 0),
+            Self::Enable => Pin::new('C', 1),
+            Self::Run => Pin::new('C', 2),
+        }
+    }
+}
+
+/// The status LED of the default board; a low level lights it.
+const STATUS_LED: Pin = Pin::new('C', 12);
+
 /// A board with drives on its bus.
 pub struct Rig {
     board: Board,
+    drives: Vec<DeviceId>,
     /// A node beside the drives, for frames that no drive sends.
     stranger: NodeId,
 }
@@ -32,9 +58,18 @@ impl Rig {
     /// When there are more drives than ids, or Unicorn fails.
     #[must_use]
     pub fn with_numbered_drives(image: Image, drives: i32) -> Self {
-        let configs =
-            (1..=drives).map(|id| DynDriveConfig::numbered(id).expect("an id is 1 to 63"));
-        Self::with_drives(image, configs)
+        let ids: Vec<i32> = (1..=drives).collect();
+        Self::with_drive_ids(image, &ids)
+    }
+
+    /// A board that has just got its supply, with drives of these ids.
+    ///
+    /// # Panics
+    /// When an id is not 1 to 63, or Unicorn fails.
+    #[must_use]
+    pub fn with_drive_ids(image: Image, ids: &[i32]) -> Self {
+        let config = |id: &i32| DynDriveConfig::numbered(*id).expect("an id is 1 to 63");
+        Self::with_drives(image, ids.iter().map(config))
     }
 
     /// A board that has just got its supply, with these drives.
@@ -46,12 +81,17 @@ impl Rig {
         let mut bus = Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new());
         bus.set_log(LogMode::Full);
         let mut wire = Wire::new(bus);
-        for drive in drives {
-            wire.add_device(DynDrive::new(drive), ControllerConfig::device());
-        }
+        let drives = drives
+            .into_iter()
+            .map(|drive| wire.add_device(DynDrive::new(drive), ControllerConfig::device()))
+            .collect();
         let stranger = wire.add_master(ControllerConfig::device());
         let board = Board::new(image, HSE_HZ, wire).expect("the emulator works");
-        Self { board, stranger }
+        Self {
+            board,
+            drives,
+            stranger,
+        }
     }
 
     /// The board.
@@ -76,6 +116,18 @@ impl Rig {
         &mut self.board.soc_mut().wire
     }
 
+    /// The drives, in the order of their ids.
+    #[must_use]
+    pub fn drives(&self) -> &[DeviceId] {
+        &self.drives
+    }
+
+    /// The node beside the drives.
+    #[must_use]
+    pub fn stranger(&self) -> NodeId {
+        self.stranger
+    }
+
     /// The time since power-on.
     #[must_use]
     pub fn now_ms(&self) -> u64 {
@@ -86,6 +138,22 @@ impl Rig {
     pub fn run_ms(&mut self, ms: u64) -> Stop {
         let until_ns = self.board.soc().now_ns() + ms * MS;
         self.board.run_until_ns(until_ns)
+    }
+
+    /// Closes a contact.
+    pub fn close(&mut self, contact: Contact) {
+        self.board.soc_mut().gpio.drive(contact.pin(), true);
+    }
+
+    /// Opens a contact.
+    pub fn open(&mut self, contact: Contact) {
+        self.board.soc_mut().gpio.drive(contact.pin(), false);
+    }
+
+    /// Whether the status LED is lit; `None` while its pin is no output.
+    #[must_use]
+    pub fn is_led_lit(&self) -> Option<bool> {
+        self.board.soc().gpio.driven(STATUS_LED).map(|level| !level)
     }
 
     /// Lets time pass until a line of the log contains `text`; false when it does not come within `ms`.
@@ -130,13 +198,17 @@ impl Rig {
     }
 }
 
-/// The image that the environment variable names, else the one that `cargo fw` leaves.
+/// The folder with the images that `cargo xtask firmware-tests` has built, in the variable `FIRMWARE_IMAGES`.
+const FOLDER: &str = "FIRMWARE_IMAGES";
+
+/// One of the images for the tests.
 ///
-/// # Errors
-/// [`ImageError`] when it cannot be read.
-pub fn image(variable: &str, name: &str) -> Result<Image, ImageError> {
-    let built = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../target/thumb/thumbv7em-none-eabihf/release");
-    let path = env::var_os(variable).map_or_else(|| built.join(name), PathBuf::from);
-    Image::read(&path)
+/// # Panics
+/// When it is not there: the tests are run by `cargo xtask firmware-tests`, which builds it.
+#[must_use]
+pub fn image(name: &str) -> Image {
+    let folder = env::var_os(FOLDER).map(PathBuf::from);
+    let folder =
+        folder.unwrap_or_else(|| panic!("{FOLDER} is not set: run `cargo xtask firmware-tests`"));
+    Image::read(&folder.join(name)).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::error::Error;
+use crate::images::Image;
 use crate::thumb::Builder;
 use crate::toolchain::Preference;
 use crate::workspace::{Workspace, cargo};
 
-/// The package whose image is run.
-const FIRMWARE: &str = "motion-board";
 /// The workspace of the emulator, below the root.
 const FOLDER: &str = "firmware-tests";
+/// The variable that tells the tests where the images are, and their folder among the build products.
+const IMAGES: &str = "FIRMWARE_IMAGES";
+const IMAGES_FOLDER: &str = "firmware-images";
 /// What Unicorn's build needs and a plain machine lacks; both are on PyPI.
 const BUILD_TOOLS: [&str; 2] = ["cmake", "libclang"];
 
@@ -35,22 +37,63 @@ pub(crate) struct Arguments {
     tests: Vec<String>,
 }
 
+/// Builds an image with your configuration and runs it on the emulated board, with simulated drives and an operator who closes the
+/// contacts.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cargo xtask emulate                                           src/config.rs, drives 1 and 2, four seconds\n  \
+    cargo xtask emulate -- --drives 5,6,9 --ms 8000               other drives, longer\n  \
+    cargo xtask emulate --config my-machine.rs -- --drives 5,6,9  another configuration\n  \
+    cargo xtask emulate -- --help                                 what the emulator can do")]
+pub(crate) struct EmulateArguments {
+    /// Where the target's core library comes from
+    #[arg(long, value_enum, default_value = "auto")]
+    toolchain: Preference,
+
+    /// Configuration to compile in the place of src/config.rs
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Arguments for the emulator
+    #[arg(last = true, value_name = "EMULATOR ARGUMENTS")]
+    emulator: Vec<String>,
+}
+
+/// Runs the task.
+///
+/// # Errors
+/// When the image or the emulator does not build, or the emulator fails.
+pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
+    let builder = Builder::find(arguments.toolchain)?;
+    let emulator = Emulator::prepare()?;
+    let image =
+        Image::with_config(arguments.config.as_deref()).build(&builder, &emulator.images)?;
+    let image = image.display().to_string();
+    let mut behind_dashes = vec![image.as_str()];
+    behind_dashes.extend(arguments.emulator.iter().map(String::as_str));
+    emulator.cargo(&["run", "--quiet"], &behind_dashes)
+}
+
 /// Runs the task.
 ///
 /// # Errors
 /// When the image or the emulator does not build, or a test fails.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
-    builder.build(FIRMWARE, &[])?;
     let emulator = Emulator::prepare()?;
+    for image in [Image::misbehaving(), Image::with_axes(8), Image::shipped()] {
+        image.build(&builder, &emulator.images)?;
+    }
     emulator.cargo(&["clippy", "--all-targets"], &["-D", "warnings"])?;
     let tests: Vec<&str> = arguments.tests.iter().map(String::as_str).collect();
-    emulator.cargo(&["test"], &tests)
+    emulator.cargo(&["test", "--no-fail-fast"], &tests)
 }
 
 /// The emulator's workspace with the tools to build it.
 struct Emulator {
     folder: PathBuf,
+    /// Where the images for it are.
+    images: PathBuf,
     /// The virtual environment with the tools; `None` when the user brings them.
     tools: Option<PathBuf>,
 }
@@ -64,6 +107,7 @@ impl Emulator {
         };
         Ok(Self {
             folder: workspace.root.join(FOLDER),
+            images: workspace.target.join(IMAGES_FOLDER),
             tools,
         })
     }
@@ -76,6 +120,7 @@ impl Emulator {
             .arg("--")
             .args(behind_dashes)
             .current_dir(&self.folder)
+            .env(IMAGES, &self.images)
             // This cargo runs for another workspace.
             .env_remove("CARGO_MANIFEST_DIR")
             .env_remove("RUSTC");

@@ -1,24 +1,29 @@
 //! `cargo fw`: builds the image of the board.
 
-use crate::error::Error;
-use crate::size::Size;
-use crate::thumb::Builder;
-use crate::toolchain::Preference;
+use std::path::PathBuf;
 
-/// The root package, whose binary is the firmware.
-const PACKAGE: &str = "motion-board";
+use crate::error::Error;
+use crate::images::{CONFIG, PACKAGE};
+use crate::size::Size;
+use crate::thumb::{Builder, Variant};
+use crate::toolchain::Preference;
 
 /// Builds the firmware in release for the board's processor and prints its size.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     cargo fw                      build and print the size\n  \
     cargo fw --toolchain source   build core from source, as on a machine without rustup's server\n  \
+    cargo fw --config press.rs    compile this file in the place of src/config.rs\n  \
     cargo fw -- --locked          hand further arguments to cargo build\n\n\
     Log lines: the variable DEFMT_LOG (error, warn, info, debug, trace) chooses at build time which are in the image.")]
 pub(crate) struct Arguments {
     /// Where the target's core library comes from
     #[arg(long, value_enum, default_value = "auto")]
     toolchain: Preference,
+
+    /// Configuration to compile in the place of src/config.rs; it starts with `//` comments, not with `//!`
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
 
     /// Further arguments for `cargo build`
     #[arg(last = true, value_name = "CARGO ARGUMENTS")]
@@ -31,7 +36,13 @@ pub(crate) struct Arguments {
 /// When the build fails or leaves no image that could run on the board.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
-    builder.build(PACKAGE, &arguments.cargo)?;
+    let mut variant = Variant::with_arguments(&arguments.cargo);
+    if let Some(config) = &arguments.config {
+        variant
+            .environment
+            .push((CONFIG.into(), config.display().to_string()));
+    }
+    builder.build(PACKAGE, &variant)?;
     let image = builder.images().join(PACKAGE);
     let size = Size::of_image(&image)?;
     println!("{size}\nimage  {}", image.display());

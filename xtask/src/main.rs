@@ -3,6 +3,7 @@
 mod emulator;
 mod error;
 mod firmware;
+mod images;
 mod proofs;
 mod size;
 mod symbols;
@@ -26,7 +27,9 @@ struct Arguments {
 enum Task {
     /// Build the firmware for the board and print its size.
     Fw(firmware::Arguments),
-    /// Run the real image of the firmware on an emulated board with simulated drives.
+    /// Build an image and watch it run on an emulated board with simulated drives.
+    Emulate(emulator::EmulateArguments),
+    /// Test the real image of the firmware on an emulated board with simulated drives.
     FirmwareTests(emulator::Arguments),
     /// Show that the libraries cannot panic, and how large they are on the target.
     Proofs(proofs::Arguments),
@@ -35,6 +38,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fw(arguments) => firmware::run(&arguments),
+        Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),
     };

@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::error::Error;
 use crate::size::Size;
 use crate::symbols::sizes_of_symbols;
-use crate::thumb::Builder;
+use crate::thumb::{Builder, Variant};
 use crate::toolchain::Preference;
 use crate::workspace::cargo;
 
@@ -55,7 +55,7 @@ pub(crate) struct Arguments {
 /// When an image can panic, the one that does panic links, an image is larger than its limit, or a codec has got a dependency.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
-    builder.build(PACKAGE, &["--bins".into()])?;
+    builder.build(PACKAGE, &Variant::with_arguments(&["--bins".into()]))?;
     builder.refuse(PACKAGE, DELIBERATE_PANIC, UNDEFINED)?;
     print_flash(&builder.images())?;
     require_small(&builder.images())?;

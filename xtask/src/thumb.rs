@@ -10,6 +10,25 @@ use crate::workspace::{Workspace, cargo};
 /// The target of every board: Cortex-M4 with its floating-point unit.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// What a build has beside its package.
+#[derive(Default)]
+pub(crate) struct Variant {
+    /// Further arguments for cargo.
+    pub(crate) arguments: Vec<String>,
+    /// Variables of the environment.
+    pub(crate) environment: Vec<(String, String)>,
+}
+
+impl Variant {
+    /// Only arguments.
+    pub(crate) fn with_arguments(arguments: &[String]) -> Self {
+        Self {
+            arguments: arguments.to_vec(),
+            environment: Vec::new(),
+        }
+    }
+}
+
 /// Release builds for [`TARGET`] with one toolchain.
 pub(crate) struct Builder {
     workspace: Workspace,
@@ -44,9 +63,15 @@ impl Builder {
     ///
     /// # Errors
     /// When the build fails.
-    pub(crate) fn build(&self, package: &str, arguments: &[String]) -> Result<(), Error> {
+    pub(crate) fn build(&self, package: &str, variant: &Variant) -> Result<(), Error> {
         let mut build = self.command(package);
-        match build.args(arguments).status() {
+        build.args(&variant.arguments).envs(
+            variant
+                .environment
+                .iter()
+                .map(|(name, value)| (name, value)),
+        );
+        match build.status() {
             Ok(status) if status.success() => Ok(()),
             Ok(status) => Err(failed(package, status)),
             Err(reason) => Err(not_started(package, reason)),

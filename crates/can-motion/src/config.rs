@@ -5,7 +5,7 @@ use core::fmt;
 use dyn_can::{Counts28, Dialect, DriveId, Revision, StepLimit};
 
 use crate::fault::Reactions;
-use crate::plan::{BusPlan, BusSetup, Refusal, Remedies};
+use crate::plan::{BusSetup, Refusal, Remedies};
 use crate::polls::PollKind;
 use crate::procedure::WearLimits;
 
@@ -456,18 +456,6 @@ impl MasterConfig {
             }
         }
         axes.iter().try_for_each(|axis| self.validate_axis(axis))
-    }
-
-    /// The plan of the bus, if that carries these axes in time.
-    pub(crate) fn plan<'a>(&self, axes: &'a [AxisConfig]) -> Result<BusPlan<'a>, ConfigError> {
-        let plan = BusPlan::new(self, axes);
-        match plan.check() {
-            Ok(()) => Ok(plan),
-            Err(refusal) => Err(ConfigError::Plan {
-                refusal,
-                remedies: plan.remedies(),
-            }),
-        }
     }
 
     fn validate_axis(&self, axis: &AxisConfig) -> Result<(), ConfigError> {

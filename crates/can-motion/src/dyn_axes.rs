@@ -11,6 +11,7 @@ use crate::fault::Fault;
 use crate::life::AxisState;
 use crate::master::Master;
 use crate::placement::Placement;
+use crate::plan::BusPlan;
 use crate::procedure::{Confirmation, Procedure, ProcedureError};
 use crate::snapshot::AxisSnapshot;
 use crate::time::Instant;
@@ -74,18 +75,32 @@ impl<const N: usize> Master<N> {
     /// # Errors
     /// [`ConfigError`] when the configuration cannot work, or the bus cannot carry it in time.
     pub fn new(config: MasterConfig, axes: &[AxisConfig]) -> Result<Self, ConfigError> {
+        // What cannot work is not worth planning.
         config.validate(axes, N)?;
-        let plan = config.plan(axes)?;
+        Self::with_plan(&BusPlan::new(&config, axes))
+    }
+
+    /// A master for the axes of a plan that was made before, usually in a `const`: the analysis is then no part of the program.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_plan(plan: &BusPlan<'_>) -> Result<Self, ConfigError> {
+        let (config, axes) = (plan.config(), plan.axes());
+        config.validate(axes, N)?;
+        plan.check().map_err(|refusal| ConfigError::Plan {
+            refusal,
+            remedies: plan.remedies(),
+        })?;
         let may_choose = plan.has_room_for_requests();
-        let mut master = Self::empty(config);
-        master.placement = Placement::new(config.cycle_us, plan.burst(&config), may_choose);
+        let mut master = Self::empty(*config);
+        master.placement = Placement::new(config.cycle_us, plan.burst(), may_choose);
         for warning in plan.warnings().into_iter().flatten() {
             master
                 .events
                 .push(Instant::default(), None, EventKind::Plan(warning));
         }
         for (rank, axis) in (0..).zip(axes) {
-            master.add(axis.drive.get(), Axis::new(*axis, &config, rank));
+            master.add(axis.drive.get(), Axis::new(*axis, config, rank));
         }
         Ok(master)
     }

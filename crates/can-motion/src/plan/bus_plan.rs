@@ -15,7 +15,8 @@ use crate::config::{AxisConfig, MasterConfig};
 /// The worst case of a bus, and whether it is good enough.
 ///
 /// [`Master::new`](crate::Master::new) asks it and takes no axes that it refuses. Evaluate it in a `const` as well: then a set of
-/// axes that cannot be scheduled does not compile, and the message names the frame that is late.
+/// axes that cannot be scheduled does not compile, and the message names the frame that is late. Hand that constant to
+/// [`Master::with_plan`](crate::Master::with_plan), and nothing of the analysis is left in the program.
 ///
 /// ```
 /// use can_motion::plan::BusPlan;
@@ -54,8 +55,11 @@ use crate::config::{AxisConfig, MasterConfig};
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct BusPlan<'a> {
+    config: MasterConfig,
     axes: &'a [AxisConfig],
     cycle: Cycle,
+    /// Kept, so that a plan made in a `const` needs no table at run time.
+    burst: Burst,
     /// When the last request of a cycle is through.
     requests_end_bits: Option<u64>,
     poll_stretch_permille: u32,
@@ -93,8 +97,10 @@ impl<'a> BusPlan<'a> {
     ) -> Self {
         let cycle = cycle_of(config, axes, is_polled, place);
         let mut plan = Self {
+            config: *config,
             axes,
             cycle,
+            burst: usual_burst(config, axes, &cycle),
             requests_end_bits: None,
             poll_stretch_permille: poll_stretch_permille(config, axes, cycle.requests),
             refusal: Refusal::outright(&config.bus, axes),
@@ -120,14 +126,20 @@ impl<'a> BusPlan<'a> {
     }
 
     /// The usual times on the wire.
-    pub(crate) const fn burst(&self, config: &MasterConfig) -> Burst {
-        let (rate, cycle) = (config.bus.bit_rate, &self.cycle);
-        Burst {
-            set_point_us: rate.us_covering(usual_set_point_bits(self.axes)),
-            request_us: rate.us_covering(narrow(cycle.request_bits)),
-            reply_us: rate.us_covering(narrow(cycle.reply_bits)),
-            requests: narrow(cycle.requests),
-        }
+    pub(crate) const fn burst(&self) -> Burst {
+        self.burst
+    }
+
+    /// The settings of the master that it was made for.
+    #[must_use]
+    pub const fn config(&self) -> &MasterConfig {
+        &self.config
+    }
+
+    /// The axes that it was made for.
+    #[must_use]
+    pub const fn axes(&self) -> &'a [AxisConfig] {
+        self.axes
     }
 
     /// Whether every frame is in time.
@@ -288,6 +300,16 @@ impl<'a> BusPlan<'a> {
             (_, _, Some(response)) if !response.is_met() => Some(Refusal::LateAlarm { response }),
             _ => None,
         }
+    }
+}
+
+const fn usual_burst(config: &MasterConfig, axes: &[AxisConfig], cycle: &Cycle) -> Burst {
+    let rate = config.bus.bit_rate;
+    Burst {
+        set_point_us: rate.us_covering(usual_set_point_bits(axes)),
+        request_us: rate.us_covering(narrow(cycle.request_bits)),
+        reply_us: rate.us_covering(narrow(cycle.reply_bits)),
+        requests: narrow(cycle.requests),
     }
 }
 

@@ -1,27 +1,22 @@
-//! The drives' bus: `embedded_can::nb::Can` over the unbuffered bxCAN driver.
+//! The bus over bxCAN, the controller of the STM32F4.
 //!
-//! Unbuffered on purpose: the three transmit mailboxes are the only queue, so what the master hands over next waits for three frames
-//! at most, and the master always knows what was not sent. The vendor driver shows neither bus-off nor receive overruns and would
-//! recover from bus-off by itself and send the old frames afterwards; both are handled here, in the controller's registers
-//! (RM0090, section 32.9).
+//! The vendor driver shows neither bus-off nor receive overruns and would recover from bus-off by itself and send the old frames
+//! afterwards; both are handled here, in the controller's registers (RM0090, section 32.9).
 
 use core::convert::Infallible;
-use core::fmt;
 
 use can_motion::Progress;
 use embassy_futures::select::select;
-use embassy_stm32::can::enums::{BusError as LineError, TryReadError};
+use embassy_stm32::can::enums::TryReadError;
 use embassy_stm32::can::filter::{Mask16, Mask32};
-use embassy_stm32::can::frame::Header;
-use embassy_stm32::can::{Can, CanRx, CanTx, Fifo, Frame, StandardId, TryWriteError};
+use embassy_stm32::can::{Can, CanRx, CanTx, Fifo, Frame, TryWriteError};
 use embassy_stm32::pac;
 use embassy_time::{Duration, Timer};
-use embedded_can::ErrorKind;
+use embedded_can::StandardId;
 
-/// Low bits of an identifier: the function code. CAN specification 1.6A, "CAN ID".
-const FUNCTION_CODE_MASK: StandardId = standard_id(0x1F);
-/// Function code of the frames a drive sends unasked: alarm and data error. CAN specification 1.6A, `Drive_Error`.
-const DRIVE_ERROR: StandardId = standard_id(0x1D);
+use super::{BusError, DRIVE_ERROR, FUNCTION_CODE_MASK, FaultState, with_valid_length};
+use crate::transmit_deadline::{PLACES, RETRY_CYCLES, TransmitDeadline};
+
 const ANY: StandardId = StandardId::ZERO;
 
 /// Alarms have a receive FIFO of their own, so that a burst of replies cannot push one out.
@@ -29,104 +24,16 @@ const ALARM_FIFO: Fifo = Fifo::Fifo1;
 const REPLY_FIFO: Fifo = Fifo::Fifo0;
 
 const RECEIVE_FIFOS: usize = 2;
-const MAILBOXES: usize = 3;
-/// Most data bytes of a frame; a data length code of 9..15 on the wire also means 8.
-const MAX_DATA_BYTES: u8 = 8;
 /// How often [`Bus::joined`] looks; the join itself takes 11 recessive bits.
 const JOIN_POLL: Duration = Duration::from_micros(100);
 
-/// An identifier known when the firmware is built; one that does not fit 11 bits stops the build when used in a constant.
-const fn standard_id(raw: u16) -> StandardId {
-    match StandardId::new(raw) {
-        Some(id) => id,
-        None => panic!("a standard identifier has 11 bits"),
-    }
-}
-
-/// What went wrong on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-#[non_exhaustive]
-pub(crate) enum BusError {
-    /// More than five equal bits where stuffing was expected.
-    Stuff,
-    /// A fixed bit had the wrong level.
-    Form,
-    /// Nobody acknowledged a transmitted frame.
-    Acknowledge,
-    /// The level read back was not the level sent.
-    Bit,
-    /// The checksum of a received frame was wrong.
-    Crc,
-    /// The receive FIFO of this number, 0 or 1, was full and a frame was lost: read faster.
-    Overrun(usize),
-    /// The controller is off the bus: nothing was queued. [`Bus::recover`] brings it back.
-    BusOff,
-    /// The controller gave an error code without a meaning.
-    Unspecified,
-}
-
-impl fmt::Display for BusError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Stuff => f.write_str("stuff error on the bus"),
-            Self::Form => f.write_str("form error on the bus"),
-            Self::Acknowledge => f.write_str(
-                "no node acknowledged the frame: check wiring, termination and the drives' supply",
-            ),
-            Self::Bit => f.write_str("bit error on the bus"),
-            Self::Crc => f.write_str("checksum error on the bus"),
-            Self::Overrun(fifo) => write!(f, "receive FIFO {fifo} overrun: a frame was lost"),
-            Self::BusOff => f.write_str("the controller is bus-off: recover it before sending"),
-            Self::Unspecified => f.write_str("unspecified bus error"),
-        }
-    }
-}
-
-impl core::error::Error for BusError {}
-
-impl embedded_can::Error for BusError {
-    fn kind(&self) -> ErrorKind {
-        match self {
-            Self::Stuff => ErrorKind::Stuff,
-            Self::Form => ErrorKind::Form,
-            Self::Acknowledge => ErrorKind::Acknowledge,
-            Self::Bit => ErrorKind::Bit,
-            Self::Crc => ErrorKind::Crc,
-            Self::Overrun(_) => ErrorKind::Overrun,
-            Self::BusOff | Self::Unspecified => ErrorKind::Other,
-        }
-    }
-}
-
-impl From<LineError> for BusError {
-    fn from(error: LineError) -> Self {
-        match error {
-            LineError::Stuff => Self::Stuff,
-            LineError::Form => Self::Form,
-            LineError::Acknowledge => Self::Acknowledge,
-            LineError::BitRecessive | LineError::BitDominant => Self::Bit,
-            LineError::Crc => Self::Crc,
-            LineError::Software => Self::Unspecified,
-        }
-    }
-}
-
-/// Fault confinement state of the controller (ISO 11898-1).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-pub(crate) enum FaultState {
-    /// Normal: both error counters below 128.
-    ErrorActive,
-    /// One error counter at 128 or above: the controller takes part but can no longer enforce its errors.
-    ErrorPassive,
-    /// The transmit error counter went over 255, and the controller has not been brought back since.
-    BusOff,
-}
-
-/// Where the way back from bus-off stands.
+/// Where the way back from a failure stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Recovery {
     /// Not under way.
     Idle,
+    /// Mailboxes being emptied because nobody acknowledged; the next attempt comes after this many cycles.
+    Pausing(u32),
     /// Mailboxes being emptied, initialisation requested.
     Initialising,
     /// Waiting for 128 times 11 recessive bits.
@@ -139,6 +46,7 @@ pub(crate) struct Bus {
     receiver: CanRx<'static>,
     registers: pac::can::Can,
     recovery: Recovery,
+    deadline: TransmitDeadline,
     /// Held because dropping it resets the controller.
     _controller: Can<'static>,
 }
@@ -162,6 +70,7 @@ impl Bus {
             receiver,
             registers,
             recovery: Recovery::Idle,
+            deadline: TransmitDeadline::new(),
             _controller: controller,
         }
     }
@@ -190,24 +99,48 @@ impl Bus {
         }
     }
 
-    /// The fault confinement state now.
-    pub(crate) fn fault_state(&self) -> FaultState {
+    /// Looks after the frames in the mailboxes, once a cycle, and tells the state of the controller.
+    pub(crate) fn check(&mut self) -> FaultState {
+        let status = self.registers.tsr().read();
+        let occupied = core::array::from_fn(|mailbox| !status.tme(mailbox));
+        if self.deadline.pass_cycle(occupied)
+            && self.recovery == Recovery::Idle
+            && !self.is_bus_off()
+        {
+            self.discard_pending();
+            self.recovery = Recovery::Pausing(RETRY_CYCLES);
+        }
+        self.fault_state()
+    }
+
+    fn is_bus_off(&self) -> bool {
+        self.registers.esr().read().boff()
+    }
+
+    fn fault_state(&self) -> FaultState {
         let errors = self.registers.esr().read();
-        if errors.boff() || self.recovery != Recovery::Idle {
-            FaultState::BusOff
-        } else if errors.epvf() {
-            FaultState::ErrorPassive
-        } else {
-            FaultState::ErrorActive
+        match self.recovery {
+            Recovery::Pausing(_) if !errors.boff() => FaultState::Stuck,
+            Recovery::Idle if !errors.boff() && errors.epvf() => FaultState::ErrorPassive,
+            Recovery::Idle if !errors.boff() => FaultState::ErrorActive,
+            _ => FaultState::BusOff,
         }
     }
 
-    /// One step of the way back from bus-off, to be called every cycle until it returns `Ok`; `Ok` at once when there is nothing to do.
-    /// Frames still in the mailboxes are thrown away: nobody knows which of them went out. On an idle bus it takes 1408 bit times.
+    /// One step of the way back from a failure, to be called every cycle until it returns `Ok`; `Ok` at once when there is nothing to do.
+    /// Frames still in the mailboxes are thrown away: nobody knows which of them went out. Out of bus-off it takes 1408 bit times on
+    /// an idle bus.
     pub(crate) fn recover(&mut self) -> nb::Result<(), Infallible> {
         match self.recovery {
-            Recovery::Idle if !self.registers.esr().read().boff() => return Ok(()),
-            Recovery::Idle => {
+            Recovery::Idle if !self.is_bus_off() => return Ok(()),
+            Recovery::Pausing(cycles) if !self.is_bus_off() => {
+                if cycles == 0 && self.transmitter.is_idle() {
+                    self.recovery = Recovery::Idle;
+                    return Ok(());
+                }
+                self.recovery = Recovery::Pausing(cycles.saturating_sub(1));
+            }
+            Recovery::Idle | Recovery::Pausing(_) => {
                 self.discard_pending();
                 self.registers.mcr().modify(|mcr| mcr.set_inrq(true));
                 self.recovery = Recovery::Initialising;
@@ -219,7 +152,7 @@ impl Bus {
                 }
             }
             Recovery::Rejoining => {
-                if !self.registers.esr().read().boff() && !self.registers.msr().read().inak() {
+                if !self.is_bus_off() && !self.registers.msr().read().inak() {
                     self.recovery = Recovery::Idle;
                     return Ok(());
                 }
@@ -235,7 +168,7 @@ impl Bus {
     fn discard_pending(&mut self) {
         // Writing 0 to the other bits of this register changes nothing.
         self.registers.tsr().write(|tsr| {
-            for mailbox in 0..MAILBOXES {
+            for mailbox in 0..PLACES {
                 tsr.set_abrq(mailbox, true);
             }
         });
@@ -258,14 +191,17 @@ impl embedded_can::nb::Can for Bus {
 
     /// Queues a frame in a free mailbox, to go out after those already there.
     ///
-    /// `WouldBlock`: all mailboxes are taken, nothing was queued. `BusOff`: nothing was queued either. With first in, first out no frame
+    /// `WouldBlock`: all mailboxes are taken, nothing was queued. `BusOff`: the controller is down, nothing was queued either. With first in, first out no frame
     /// is ever displaced; should the controller be set otherwise, the displaced frame comes back.
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, BusError> {
-        if self.fault_state() == FaultState::BusOff {
+        if self.recovery != Recovery::Idle || self.is_bus_off() {
             return Err(nb::Error::Other(BusError::BusOff));
         }
         match self.transmitter.try_write(frame) {
-            Ok(status) => Ok(status.dequeued_frame().copied()),
+            Ok(status) => {
+                self.deadline.note_queued(status.mailbox() as usize);
+                Ok(status.dequeued_frame().copied())
+            }
             Err(TryWriteError::Full) => Err(nb::Error::WouldBlock),
         }
     }
@@ -295,15 +231,4 @@ fn set_filters(controller: &mut Can<'static>) {
         .modify_filters()
         .enable_bank(0, ALARM_FIFO, alarms)
         .enable_bank(1, REPLY_FIFO, [others, others]);
-}
-
-/// The frame with a length of at most 8: the driver passes a data length code of 9..15 on, and reading the data of such a frame panics.
-fn with_valid_length(frame: Frame) -> Frame {
-    let header = frame.header();
-    if header.len() <= MAX_DATA_BYTES {
-        return frame;
-    }
-    let header = Header::new(*header.id(), MAX_DATA_BYTES, header.rtr());
-    // The raw buffer has exactly 8 bytes, the only length `new` checks.
-    Frame::new(header, frame.raw_data()).unwrap_or(frame)
 }

@@ -1,0 +1,74 @@
+// A configuration for the tests: as many axes as the variable FIRMWARE_TEST_AXES says, with drive ids from 1.
+
+use can_motion::motion::{Keyframe, KeyframeMotion};
+use can_motion::plan::BusPlan;
+use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, PollPeriods};
+use dyn_can::{DriveId, StepLimit};
+
+pub(crate) const AXES: usize = number(env!("FIRMWARE_TEST_AXES"));
+pub(crate) const GROUP: GroupId = GroupId(0);
+pub(crate) const MASTER: MasterConfig = MasterConfig::DEFAULT;
+pub(crate) const CYCLE_US: u32 = MASTER.cycle_us;
+
+pub(crate) const PLAN: BusPlan<'static> = BusPlan::new(&MASTER, &AXIS_CONFIGS);
+const _: () = PLAN.assert_schedulable();
+
+/// With more axes a bus of 1 Mbit/s has no room for polls beside the set-points of a 1 kHz cycle.
+const MOST_WITH_POLLS: usize = 11;
+
+pub(crate) const AXIS_CONFIGS: [AxisConfig; AXES] = {
+    let mut axes = [axis(1); AXES];
+    let mut index = 0;
+    while index < AXES {
+        axes[index] = axis(index as i32 + 1);
+        index += 1;
+    }
+    axes
+};
+
+pub(crate) const MOTION: KeyframeMotion<'static, AXES> = match KeyframeMotion::new(&KEYFRAMES) {
+    Ok(motion) => motion,
+    Err(_) => panic!("the keyframes make no motion"),
+};
+
+const KEYFRAMES: [Keyframe<AXES>; 3] = [keyframe(0, 0), keyframe(500, 20_000), keyframe(1_000, 0)];
+
+const fn axis(drive: i32) -> AxisConfig {
+    let Ok(drive) = DriveId::new(drive) else {
+        panic!("a drive id is 1 to 63");
+    };
+    let Ok(max_step) = StepLimit::new(200) else {
+        panic!("a step limit is 1 to 16384 counts");
+    };
+    AxisConfig {
+        group: GROUP,
+        limits: Limits {
+            max_step,
+            ramp_change: 2,
+            backlog: 2_000,
+            ..Limits::WIDEST
+        },
+        polls: if AXES > MOST_WITH_POLLS {
+            PollPeriods::OFF
+        } else {
+            PollPeriods::DEFAULT
+        },
+        ..AxisConfig::new(drive)
+    }
+}
+
+const fn keyframe(at_ms: u32, counts: i32) -> Keyframe<AXES> {
+    Keyframe {
+        at_ms,
+        positions_counts: [counts; AXES],
+    }
+}
+
+const fn number(digits: &str) -> usize {
+    let (digits, mut value, mut at) = (digits.as_bytes(), 0, 0);
+    while at < digits.len() {
+        value = 10 * value + (digits[at] - b'0') as usize;
+        at += 1;
+    }
+    value
+}

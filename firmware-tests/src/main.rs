@@ -1,0 +1,92 @@
+//! Runs an image on the emulated board, with the contacts closed one after the other as an operator would, and prints its log.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use firmware_tests::rig::MS;
+use firmware_tests::{Contact, Image, Rig, Stop};
+
+/// When each contact is closed.
+const OPERATOR: [(u64, Contact); 3] = [
+    (100, Contact::Stop),
+    (500, Contact::Enable),
+    (1_500, Contact::Run),
+];
+
+/// Runs an image of the firmware on an emulated STM32F405 with simulated drives 1, 2, 3, ... and prints its log.
+#[derive(Parser)]
+#[command(
+    name = "emulate",
+    after_help = "The stop circuit is closed after 0.1 s, enable after 0.5 s, run after 1.5 s.\n\n\
+    Example:\n  cargo xtask emulate --config my-machine.rs --drives 5,6,9 --ms 4000"
+)]
+struct Arguments {
+    /// The image
+    image: PathBuf,
+    /// Ids of the drives on the bus
+    #[arg(long, value_delimiter = ',', default_value = "1,2", value_parser = clap::value_parser!(i32).range(1..=63))]
+    drives: Vec<i32>,
+    /// Milliseconds to run
+    #[arg(long, default_value_t = 4_000)]
+    ms: u64,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let image = match Image::read(&arguments.image) {
+        Ok(image) => image,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let mut rig = Rig::with_drive_ids(image, &arguments.drives);
+    let mut printed = 0;
+    for ms in 0..arguments.ms {
+        for (_, contact) in OPERATOR.iter().filter(|(at_ms, _)| *at_ms == ms) {
+            println!("--- {contact:?} is closed");
+            rig.close(*contact);
+        }
+        let stop = rig.run_ms(1);
+        for line in &rig.board().log()[printed..] {
+            println!("{line}");
+        }
+        printed = rig.board().log().len();
+        if stop != Stop::Limit {
+            eprintln!("error: the processor stopped: {stop:x?}");
+            return ExitCode::FAILURE;
+        }
+    }
+    print_end(&rig, arguments.ms);
+    ExitCode::SUCCESS
+}
+
+fn print_end(rig: &Rig, ms: u64) {
+    println!("--- after {ms} ms");
+    let now_ns = ms * MS;
+    for drive in rig.wire().devices() {
+        println!(
+            "drive {:>2}: {:>8} set-points, {:>8} counts commanded, now at {:>8}, {}",
+            drive.id().map_or(0, |id| id.get()),
+            drive.books().pd_frames,
+            drive.commanded_counts(),
+            drive.position_counts(now_ns),
+            if drive.is_enabled() {
+                "enabled"
+            } else {
+                "disabled"
+            }
+        );
+    }
+    for reset in rig.board().resets() {
+        println!("reset at {} ms: {:?}", reset.at_ns / MS, reset.cause);
+    }
+    let soc = rig.board().soc();
+    println!(
+        "{} instructions, stack at most {} bytes, processor asleep {} % of the time",
+        soc.instructions,
+        rig.board().stack_high_water().unwrap_or(0),
+        100 * soc.idle / soc.now.max(1)
+    );
+}

@@ -1,0 +1,132 @@
+//! The bus fails: nobody acknowledges, bus-off, a receive FIFO overruns.
+
+use drive_sim::{FrameMatch, NodeId};
+use firmware_tests::rig::MS;
+use firmware_tests::{Contact, Rig, rig};
+
+fn moving(image: &str, axes: i32) -> Rig {
+    let mut rig = Rig::with_numbered_drives(rig::image(image), axes);
+    rig.bring_up();
+    rig
+}
+
+fn set_connected(rig: &mut Rig, connected: bool) {
+    let mut nodes: Vec<NodeId> = rig
+        .drives()
+        .iter()
+        .map(|drive| rig.wire().node_of(*drive))
+        .collect();
+    nodes.push(rig.stranger());
+    for node in nodes {
+        rig.wire_mut().bus_mut().set_connected(node, connected);
+    }
+}
+
+/// Nothing moves by itself; after enable was released and made active again, everything does, and the sums are equal.
+fn comes_back_on_command(rig: &mut Rig) {
+    let (from_ns, before) = (rig.board().soc().now_ns(), rig.commanded_counts());
+    rig.run_ms(2_000);
+    assert_eq!(rig.set_points_since(from_ns).count(), 0, "moved by itself");
+    assert_eq!(rig.commanded_counts(), before);
+    for contact in [Contact::Run, Contact::Enable] {
+        rig.open(contact);
+    }
+    rig.run_ms(500);
+    rig.enable();
+    rig.close(Contact::Run);
+    assert!(rig.run_until_logged("the motion starts", 100));
+    let started = rig.logged_counts("the motion starts").unwrap();
+    assert_eq!(
+        started,
+        rig.commanded_counts(),
+        "anchored where the drives stand"
+    );
+}
+
+#[test]
+fn without_acknowledge_old_set_points_are_thrown_away_and_nothing_moves_later() {
+    let mut rig = moving("axes-8", 8);
+    set_connected(&mut rig, false);
+    rig.run_ms(100);
+    assert!(rig.has_logged("nobody acknowledges"));
+    assert!(rig.has_logged("Fault(Bus)"));
+    rig.run_ms(2_000);
+    let reconnected_ns = rig.board().soc().now_ns();
+    set_connected(&mut rig, true);
+    rig.run_ms(2_000);
+    assert_eq!(rig.set_points_since(reconnected_ns).count(), 0);
+    comes_back_on_command(&mut rig);
+}
+
+#[test]
+fn drives_that_are_switched_on_after_the_board_are_found_on_command() {
+    let mut rig = Rig::with_numbered_drives(rig::image("shipped"), 2);
+    set_connected(&mut rig, false);
+    rig.close(Contact::Stop);
+    rig.run_ms(3_000);
+    assert!(rig.has_logged("nobody acknowledges"));
+    set_connected(&mut rig, true);
+    rig.run_ms(2_000);
+    assert_eq!(rig.set_points_since(0).count(), 0);
+    rig.close(Contact::Enable);
+    rig.run_ms(2_000);
+    assert!(
+        rig.wire().devices().all(|drive| drive.is_enabled()),
+        "{:#?}",
+        rig.board().log()
+    );
+}
+
+#[test]
+fn bus_off_stops_everything_and_comes_back_only_on_command() {
+    let mut rig = moving("axes-8", 8);
+    let node = rig.board().soc().can.node();
+    let errors = FrameMatch::sent_by(node);
+    rig.wire_mut()
+        .bus_mut()
+        .faults_mut()
+        .corrupt_next(errors, 32, 20);
+    rig.run_ms(20);
+    assert!(rig.has_logged("bus: off"), "{:#?}", rig.board().log());
+    assert!(rig.run_until_logged("BusRecovered", 100) || rig.has_logged("BusRecovered"));
+    comes_back_on_command(&mut rig);
+}
+
+#[test]
+fn an_overrun_of_the_receive_fifo_is_reported() {
+    let mut rig = moving("misbehaving", 2);
+    // The firmware looks at nothing for two milliseconds, in which more replies come than a FIFO holds.
+    rig.board_mut().poke("MISBEHAVE", 5);
+    rig.run_ms(1);
+    for id in 0x100..0x108_u16 {
+        let id = embedded_can::StandardId::new(id).unwrap();
+        let frame: drive_sim::Frame = embedded_can::Frame::new(id, &[0]).unwrap();
+        rig.send(&frame);
+    }
+    rig.run_ms(20);
+    assert!(rig.board().soc().can.overruns() > 0);
+    assert!(
+        rig.has_logged("BusError(Overrun)"),
+        "{:#?}",
+        rig.board().log()
+    );
+    let from_ns = rig.board().soc().now_ns();
+    rig.run_ms(10);
+    assert!(
+        rig.set_points_since(from_ns).count() >= 18,
+        "an overrun is no reason to stop"
+    );
+}
+
+#[test]
+fn frames_of_others_are_reported_and_change_nothing() {
+    let mut rig = moving("shipped", 2);
+    let id = embedded_can::ExtendedId::new(0x03C).unwrap();
+    let extended: drive_sim::Frame = embedded_can::Frame::new(id, &[1, 2]).unwrap();
+    rig.send(&extended);
+    rig.run_ms(5);
+    assert_eq!(rig.board().soc().can.unfiltered(), 1);
+    let from_ns = rig.board().soc().now_ns();
+    rig.run_ms(10);
+    assert!(rig.set_points_since(from_ns + MS).count() >= 16);
+}

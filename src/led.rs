@@ -1,0 +1,85 @@
+//! What the status LED shows.
+
+use crate::config::CYCLE_US;
+use crate::supervisor::State;
+
+/// Each bit of a pattern lasts an eighth of a second; a pattern of 16 is two seconds.
+const BIT_CYCLES: u32 = 125_000 / CYCLE_US;
+
+/// The patterns, first bit lowest. README.md explains them to the user.
+const LOCKED: u16 = 0b0101_0101_0101_0101;
+const FAULT: u16 = 0b0011_0011_0011_0011;
+const STOPPED: u16 = 0b0000_0000_0001_0101;
+const WAITING: u16 = 0b0000_0000_0000_0001;
+const OFF: u16 = 0b0000_0000_1111_1111;
+const ON: u16 = 0b0111_1111_0111_1111;
+const RUNNING: u16 = 0b1111_1111_1111_1111;
+
+/// Plays the pattern of a state.
+pub(crate) struct LedPattern {
+    cycles: u32,
+    bit: u32,
+}
+
+impl LedPattern {
+    /// At the beginning of the pattern.
+    pub(crate) const fn new() -> Self {
+        Self { cycles: 0, bit: 0 }
+    }
+
+    /// Whether the LED is lit in this cycle.
+    pub(crate) fn update(&mut self, state: State, faulted: bool) -> bool {
+        self.cycles += 1;
+        if self.cycles >= BIT_CYCLES {
+            self.cycles = 0;
+            self.bit = (self.bit + 1) % u16::BITS;
+        }
+        pattern(state, faulted) >> self.bit & 1 != 0
+    }
+}
+
+const fn pattern(state: State, faulted: bool) -> u16 {
+    match state {
+        State::Locked => LOCKED,
+        State::Stopped => STOPPED,
+        _ if faulted => FAULT,
+        State::Released | State::GettingReady => WAITING,
+        State::Off => OFF,
+        State::On => ON,
+        State::Running => RUNNING,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_state_has_a_pattern_of_its_own() {
+        let mut patterns = vec![pattern(State::Off, true)];
+        for state in [
+            State::Locked,
+            State::Stopped,
+            State::Off,
+            State::Released,
+            State::On,
+            State::Running,
+        ] {
+            patterns.push(pattern(state, false));
+        }
+        let all = patterns.len();
+        patterns.sort_unstable();
+        patterns.dedup();
+        assert_eq!(patterns.len(), all);
+    }
+
+    #[test]
+    fn a_pattern_takes_two_seconds() {
+        let mut led = LedPattern::new();
+        let cycles = 2_000_000 / CYCLE_US;
+        let lit = (0..cycles)
+            .filter(|_| led.update(State::Off, false))
+            .count();
+        assert_eq!(lit as u32, cycles / 2);
+    }
+}

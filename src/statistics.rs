@@ -1,0 +1,127 @@
+//! How the cycle does, second by second.
+
+use can_motion::{CycleCounters, Instant, Master};
+use cortex_m::peripheral::DWT;
+use embassy_time::Duration;
+
+use crate::board::CORE_HZ;
+use crate::config::{AXES, CYCLE_US};
+
+/// Cycles of a second.
+const SECOND_CYCLES: u32 = 1_000_000 / CYCLE_US;
+/// Core clocks of a thousandth of a second of work.
+const CLOCKS_PER_PERMILLE: u32 = CORE_HZ / 1_000;
+
+/// Figures of one second; the counters of the master count from the start.
+#[derive(Clone, Copy)]
+pub(crate) struct Statistics {
+    counters: CycleCounters,
+    cycles: u32,
+    bus_errors: u32,
+    worst_delay_us: u64,
+    /// Core clocks, by the chip's own counter.
+    worst_cycle_clocks: u32,
+    busy_clocks: u32,
+    oldest_status_us: u64,
+    oldest_position_us: u64,
+}
+
+/// A stretch of work, measured from here.
+#[derive(Clone, Copy)]
+pub(crate) struct Stretch(u32);
+
+impl Stretch {
+    /// Begins now.
+    pub(crate) fn begin() -> Self {
+        Self(DWT::cycle_count())
+    }
+
+    fn clocks(self) -> u32 {
+        DWT::cycle_count().wrapping_sub(self.0)
+    }
+}
+
+impl Statistics {
+    /// A second begins.
+    pub(crate) const fn new() -> Self {
+        Self {
+            counters: CycleCounters {
+                cycles: 0,
+                late: 0,
+                missed: 0,
+                events_dropped: 0,
+            },
+            cycles: 0,
+            bus_errors: 0,
+            worst_delay_us: 0,
+            worst_cycle_clocks: 0,
+            busy_clocks: 0,
+            oldest_status_us: 0,
+            oldest_position_us: 0,
+        }
+    }
+
+    /// The bus had an error; true for the first one of the second. Without an acknowledging drive there is one in every frame.
+    pub(crate) fn note_bus_error(&mut self) -> bool {
+        self.bus_errors += 1;
+        self.bus_errors == 1
+    }
+
+    /// Frames came in between the cycles, or the controller had room again.
+    pub(crate) fn note_service(&mut self, stretch: Stretch) {
+        self.busy_clocks = self.busy_clocks.wrapping_add(stretch.clocks());
+    }
+
+    /// A cycle began `delay` after its plan. Returns the figures when a second is over.
+    pub(crate) fn note_cycle(
+        &mut self,
+        delay: Duration,
+        stretch: Stretch,
+        master: &Master<AXES>,
+        now: Instant,
+    ) -> Option<Self> {
+        let clocks = stretch.clocks();
+        self.cycles += 1;
+        self.worst_delay_us = self.worst_delay_us.max(delay.as_micros());
+        self.worst_cycle_clocks = self.worst_cycle_clocks.max(clocks);
+        self.busy_clocks = self.busy_clocks.wrapping_add(clocks);
+        if self.cycles < SECOND_CYCLES {
+            return None;
+        }
+        self.counters = master.cycle_counters();
+        self.note_poll_ages(master, now);
+        Some(core::mem::replace(self, Self::new()))
+    }
+
+    fn note_poll_ages(&mut self, master: &Master<AXES>, now: Instant) {
+        for snapshot in (0..AXES).filter_map(|axis| master.snapshot(axis)) {
+            let feedback = snapshot.feedback;
+            let status_us = feedback
+                .status
+                .map_or(u64::MAX, |status| now.us_since(status.at));
+            let position_us = feedback
+                .position
+                .map_or(u64::MAX, |position| now.us_since(position.at));
+            self.oldest_status_us = self.oldest_status_us.max(status_us);
+            self.oldest_position_us = self.oldest_position_us.max(position_us);
+        }
+    }
+
+    /// One line of the log.
+    pub(crate) fn write(&self) {
+        let counters = &self.counters;
+        defmt::info!(
+            "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors; begun up to {=u64} us late, up to {=u32} clocks long, load {=u32}/1000; oldest status {=u64} ms, position {=u64} ms",
+            counters.cycles,
+            counters.late,
+            counters.missed,
+            counters.events_dropped,
+            self.bus_errors,
+            self.worst_delay_us,
+            self.worst_cycle_clocks,
+            self.busy_clocks / CLOCKS_PER_PERMILLE,
+            self.oldest_status_us / 1_000,
+            self.oldest_position_us / 1_000
+        );
+    }
+}

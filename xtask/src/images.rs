@@ -1,0 +1,85 @@
+//! The images of the firmware that tests and measurements run.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::thumb::{Builder, Variant};
+
+/// The package with the firmware.
+pub(crate) const PACKAGE: &str = "motion-board";
+/// Configuration whose number of axes is in [`AXES`].
+const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
+const AXES: &str = "FIRMWARE_TEST_AXES";
+/// Names the configuration for the build script of the firmware.
+pub(crate) const CONFIG: &str = "MOTION_BOARD_CONFIG";
+
+/// One image: its name and what makes it differ from the one that `cargo fw` builds.
+pub(crate) struct Image {
+    /// Name of the file.
+    pub(crate) name: String,
+    variant: Variant,
+}
+
+impl Image {
+    /// The image as it is shipped.
+    pub(crate) fn shipped() -> Self {
+        Self {
+            name: "shipped".into(),
+            variant: Variant::default(),
+        }
+    }
+
+    /// One with the user's configuration; `None` for `src/config.rs`.
+    pub(crate) fn with_config(config: Option<&Path>) -> Self {
+        let config = config.map(|path| (CONFIG.into(), path.display().to_string()));
+        Self {
+            name: "emulated".into(),
+            variant: Variant {
+                environment: config.into_iter().collect(),
+                ..Variant::default()
+            },
+        }
+    }
+
+    /// One that fails on command.
+    pub(crate) fn misbehaving() -> Self {
+        Self {
+            name: "misbehaving".into(),
+            variant: Variant {
+                arguments: vec!["--features".into(), "misbehave".into()],
+                ..Variant::default()
+            },
+        }
+    }
+
+    /// One with so many axes.
+    pub(crate) fn with_axes(axes: usize) -> Self {
+        Self {
+            name: format!("axes-{axes}"),
+            variant: Variant {
+                environment: vec![
+                    (CONFIG.into(), MANY_AXES.into()),
+                    (AXES.into(), axes.to_string()),
+                ],
+                ..Variant::default()
+            },
+        }
+    }
+
+    /// Builds it and copies it into `folder`, because the next one takes its place among the build products.
+    ///
+    /// # Errors
+    /// When the build or the copy fails.
+    pub(crate) fn build(&self, builder: &Builder, folder: &Path) -> Result<PathBuf, Error> {
+        builder.build(PACKAGE, &self.variant)?;
+        let place = folder.join(&self.name);
+        let copied = fs::create_dir_all(folder)
+            .and_then(|()| fs::copy(builder.images().join(PACKAGE), &place));
+        copied.map_err(|reason| Error::Image {
+            path: place.clone(),
+            reason: reason.to_string(),
+        })?;
+        Ok(place)
+    }
+}
