@@ -1,7 +1,8 @@
 //! `motionctl decode` as a user runs it: words, JSON, damaged logs, exit status.
 
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// A file of its own for each test, removed afterwards.
 struct Scratch(PathBuf);
@@ -70,7 +71,8 @@ fn a_simulated_run_is_put_into_words_without_one_unknown() {
         "to drive 1    Servo_Disable: ENABLE the servo",
         "to drive 2    Go_Relative_Pos_PD: step by",
         "from drive 1  General_Read: position",
-        " 0 did not decode, 0 error frames, 0 CAN FD frames, 0 damaged lines",
+        " 0 did not decode, 0 error frames, 0 CAN FD frames",
+        "\n0 damaged lines\n",
     ] {
         assert!(words.contains(wanted), "{wanted}");
     }
@@ -86,7 +88,7 @@ fn a_simulated_run_is_put_into_words_without_one_unknown() {
 }
 
 #[test]
-fn json_has_one_object_a_line_and_ends_with_the_statistics() {
+fn json_has_one_object_a_line_with_the_statistics_at_the_end() {
     let log = simulated_run("json");
     let output = motionctl(&["decode", "--json"], &log.0);
     let lines: Vec<serde_json::Value> = text(&output.stdout)
@@ -101,7 +103,8 @@ fn json_has_one_object_a_line_and_ends_with_the_statistics() {
     };
     // One turn of 16384 counts, and half a turn back: the log alone tells it.
     assert_eq!((steps(1), steps(2)), (16_384, -8_192));
-    let last = lines.last().expect("a line");
+    assert_eq!(lines.last().expect("a line")["kind"], "end");
+    let last = &lines[lines.len() - 2];
     assert_eq!(
         (&last["kind"], &last["undecodable_frames"]),
         (&"statistics".into(), &0.into())
@@ -151,6 +154,43 @@ fn a_damaged_log_is_read_to_its_end_and_every_damage_is_named() {
         words.contains("3 frames in") && words.contains("4 damaged lines"),
         "{words}"
     );
+}
+
+#[test]
+fn each_interface_is_a_bus_of_its_own() {
+    let log = Scratch::new(
+        "two.log",
+        b"(1.000000) can0 02E#1B\n(1.000100) can1 02E#1E\n(1.000600) can0 02E#0A\n(1.000700) can1 02E#0A\n",
+    );
+    let output = motionctl(&["decode"], &log.0);
+    let words = text(&output.stdout);
+    for wanted in [
+        "can0  02E 0A                       from drive 1  General_Read: position 10 counts",
+        "can1  02E 0A                       from drive 1  General_Read: torque 10 of 981",
+        "can0: 2 frames",
+        "can1: 2 frames",
+    ] {
+        assert!(words.contains(wanted), "{wanted} in\n{words}");
+    }
+}
+
+#[test]
+fn what_comes_through_a_pipe_is_shown_before_the_pipe_ends() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_motionctl"))
+        .args(["decode", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("motionctl runs");
+    let mut log = child.stdin.take().expect("a pipe");
+    let mut words = BufReader::new(child.stdout.take().expect("a pipe"));
+    writeln!(log, "(1.000000) can0 03C#88").expect("a line");
+    let mut line = String::new();
+    // Waits for ever, and so fails, if the line is kept back: the log has not ended yet.
+    words.read_line(&mut line).expect("a line");
+    assert!(line.contains("step by -120 counts"), "{line}");
+    drop(log);
+    assert!(child.wait().expect("an end").success());
 }
 
 #[test]

@@ -39,7 +39,8 @@ pub(crate) struct Arguments {
     /// Show no frames, only the statistics.
     #[arg(long)]
     statistics_only: bool,
-    /// Write one JSON object a line: "kind" is "frame", "other", "error" or, last, "statistics".
+    /// Write one JSON object a line: "kind" is "frame", "other" or "error", at the end "statistics" of each interface and
+    /// "end".
     #[arg(long)]
     pub(super) json: bool,
 }

@@ -18,8 +18,9 @@ const LINES_WITHOUT_FORMAT: u64 = 20;
 /// Reads a log line by line.
 pub(super) struct LogFile {
     name: String,
-    is_live: bool,
-    input: Box<dyn BufRead>,
+    /// Whether it is the standard input, which may be written while it is read.
+    is_stdin: bool,
+    input: BufReader<Box<dyn Read>>,
     reader: LogReader,
     bytes: Vec<u8>,
     line: u64,
@@ -30,11 +31,9 @@ pub(super) struct LogFile {
 impl LogFile {
     /// Opens a file; `-` is the standard input.
     pub(super) fn open(path: &Path) -> Result<Self, DecodeError> {
-        let (name, input): (_, Box<dyn BufRead>) = if path.as_os_str() == "-" {
-            (
-                "standard input".to_owned(),
-                Box::new(std::io::stdin().lock()),
-            )
+        let is_stdin = path.as_os_str() == "-";
+        let (name, input): (_, Box<dyn Read>) = if is_stdin {
+            ("standard input".to_owned(), Box::new(std::io::stdin()))
         } else {
             let read_error = |source| DecodeError::Read {
                 path: path.display().to_string(),
@@ -42,13 +41,13 @@ impl LogFile {
             };
             let file = File::open(path).map_err(read_error)?;
             let size = file.metadata().map_err(read_error)?.len();
-            let input = BufReader::new(progress_bar(size).wrap_read(file));
+            let input = progress_bar(size).wrap_read(file);
             (path.display().to_string(), Box::new(input))
         };
         Ok(Self {
-            is_live: path.as_os_str() == "-",
             name,
-            input,
+            is_stdin,
+            input: BufReader::new(input),
             reader: LogReader::new(),
             bytes: Vec::new(),
             line: 0,
@@ -94,8 +93,8 @@ impl Source for LogFile {
         self.name.clone()
     }
 
-    fn is_live(&self) -> bool {
-        self.is_live
+    fn may_wait(&self) -> bool {
+        self.is_stdin && self.input.buffer().is_empty()
     }
 
     fn next(&mut self) -> Result<Option<Heard<'_>>, DecodeError> {

@@ -1,6 +1,7 @@
 //! `motionctl decode`: the frames of a log, or of any other source, in plain words.
 
 mod arguments;
+mod bus;
 mod error;
 mod log_file;
 mod output;
@@ -10,12 +11,11 @@ mod table;
 use std::process::ExitCode;
 
 use can_decode::dyn_drives::Settings;
-use can_decode::log::{Entry, Event};
-use can_decode::statistics::Statistics;
-use can_decode::{Decoder, Frame};
+use can_decode::log::Entry;
 
 use crate::exit;
 pub(crate) use arguments::Arguments;
+use bus::{Bus, Said};
 use error::DecodeError;
 use log_file::LogFile;
 use output::Output;
@@ -40,57 +40,44 @@ pub(crate) fn follow(
             Ok(ExitCode::SUCCESS)
         }
         Err(error) => Err(error),
-        Ok(()) if listener.totals.damaged > 0 => Ok(exit::DAMAGED_LOG.into()),
+        Ok(()) if listener.damaged > 0 => Ok(exit::DAMAGED_LOG.into()),
         Ok(()) => Ok(ExitCode::SUCCESS),
     }
 }
 
-/// What is counted beside the frames.
-#[derive(Debug, Clone, Copy, Default)]
-struct Totals {
-    /// Frames that are no message of any protocol.
-    undecodable: u64,
-    error_frames: u64,
-    fd_frames: u64,
+struct Listener<'a> {
+    arguments: &'a Arguments,
+    settings: Settings,
+    /// In the order in which they were first heard; nearly always one.
+    buses: Vec<Bus>,
+    output: Output,
     /// Lines that cannot be read, or whose time goes back.
     damaged: u64,
 }
 
-struct Listener<'a> {
-    arguments: &'a Arguments,
-    decoder: Decoder,
-    statistics: Statistics,
-    totals: Totals,
-    output: Output,
-    latest_ns: u64,
-}
-
 impl<'a> Listener<'a> {
     fn new(arguments: &'a Arguments, source_name: String) -> Self {
-        let settings = Settings {
-            revision: arguments.revision.map(Into::into),
-            reply_window_ns: u64::from(arguments.reply_ms) * 1_000_000,
-            ..Settings::DEFAULT
-        };
         Self {
             arguments,
-            decoder: Decoder::new(settings),
-            statistics: Statistics::default(),
-            totals: Totals::default(),
+            settings: Settings {
+                revision: arguments.revision.map(Into::into),
+                reply_window_ns: u64::from(arguments.reply_ms) * 1_000_000,
+                ..Settings::DEFAULT
+            },
+            buses: Vec::new(),
             output: Output::new(arguments.json, source_name),
-            latest_ns: 0,
+            damaged: 0,
         }
     }
 
     fn follow(&mut self, source: &mut dyn Source) -> Result<(), DecodeError> {
-        let is_live = source.is_live();
         while let Some(Heard { line, what }) = source.next()? {
             match what {
                 Ok(Some(entry)) => self.hear(line, &entry)?,
                 Ok(None) => {}
                 Err(damage) => self.damaged(line, &damage)?,
             }
-            if is_live {
+            if source.may_wait() {
                 self.output.flush()?;
             }
         }
@@ -98,55 +85,42 @@ impl<'a> Listener<'a> {
     }
 
     fn hear(&mut self, line: u64, entry: &Entry<'_>) -> Result<(), DecodeError> {
-        if entry.at_ns < self.latest_ns {
-            let damage = Damage::TimeGoesBack {
-                before_ns: self.latest_ns,
-                at_ns: entry.at_ns,
-            };
-            self.damaged(line, &damage)?;
+        let known = self
+            .buses
+            .iter()
+            .position(|bus| bus.interface == entry.interface);
+        let place = known.unwrap_or_else(|| {
+            self.buses.push(Bus::new(entry.interface, self.settings));
+            self.buses.len() - 1
+        });
+        let bus = &mut self.buses[place];
+        let before = bus.goes_back_from(entry.at_ns);
+        let said = bus.hear(entry);
+        if let Some(before_ns) = before {
+            let at_ns = entry.at_ns;
+            self.damaged(line, &Damage::TimeGoesBack { before_ns, at_ns })?;
         }
-        self.latest_ns = entry.at_ns;
-        match &entry.event {
-            Event::Frame(frame) => self.frame(entry, frame),
-            Event::ErrorFrame => {
-                self.totals.error_frames += 1;
-                self.other(entry, "error frame: a node saw an error on the bus")
+        match said {
+            Said::Frame(frame, meaning) if self.arguments.shows(meaning.drive()) => {
+                self.output.frame(entry, frame, &meaning)?;
             }
-            Event::FdFrame => {
-                self.totals.fd_frames += 1;
-                self.other(entry, "CAN FD frame: not for a classic bus")
-            }
-        }
-    }
-
-    fn frame(&mut self, entry: &Entry<'_>, frame: &Frame) -> Result<(), DecodeError> {
-        let meaning = self.decoder.hear(entry.at_ns, frame);
-        self.statistics.count(entry.at_ns, frame, &meaning);
-        self.totals.undecodable += u64::from(meaning.is_undecodable());
-        if self.arguments.shows(meaning.drive()) {
-            self.output.frame(entry, frame, &meaning)?;
-        }
-        Ok(())
-    }
-
-    fn other(&mut self, entry: &Entry<'_>, text: &str) -> Result<(), DecodeError> {
-        if self.arguments.shows(None) {
-            self.output.other(entry, text)?;
+            Said::Other(text) if self.arguments.shows(None) => self.output.other(entry, text)?,
+            Said::Frame(..) | Said::Other(_) => {}
         }
         Ok(())
     }
 
     fn damaged(&mut self, line: u64, damage: &Damage) -> Result<(), DecodeError> {
-        self.totals.damaged += 1;
+        self.damaged += 1;
         self.output.damaged(line, damage)?;
         Ok(())
     }
 
     fn finish(&mut self) -> Result<(), DecodeError> {
-        let bit_rate_kbit = self.arguments.bit_rate;
-        self.output
-            .statistics(&self.statistics, &self.totals, bit_rate_kbit)?;
-        self.output.flush()?;
+        for bus in &self.buses {
+            self.output.statistics(bus, self.arguments.bit_rate)?;
+        }
+        self.output.end(self.damaged)?;
         Ok(())
     }
 }

@@ -3,11 +3,10 @@
 use std::io::{BufWriter, Stdout, Write};
 
 use can_decode::log::Entry;
-use can_decode::statistics::Statistics;
 use can_decode::{Frame, Meaning};
 use serde::{Serialize, Serializer};
 
-use super::Totals;
+use super::bus::Bus;
 use super::source::Damage;
 use super::table::{Overview, table};
 
@@ -44,8 +43,10 @@ enum Line<'a> {
     },
     /// A line of the log that cannot be read.
     Error { line: u64, error: String },
-    /// The end.
+    /// One interface, at the end.
     Statistics(Overview<'a>),
+    /// The last line.
+    End { damaged_lines: u64 },
 }
 
 /// Bytes without anything between them.
@@ -123,17 +124,21 @@ impl Output {
         Ok(())
     }
 
-    pub(super) fn statistics(
-        &mut self,
-        statistics: &Statistics,
-        totals: &Totals,
-        bit_rate_kbit: u32,
-    ) -> std::io::Result<()> {
-        let overview = Overview::new(statistics, totals, bit_rate_kbit);
+    pub(super) fn statistics(&mut self, bus: &Bus, bit_rate_kbit: u32) -> std::io::Result<()> {
+        let overview = Overview::new(bus, bit_rate_kbit);
         if self.json {
             return self.json_line(&Line::Statistics(overview));
         }
-        writeln!(self.out, "\n{}\n{overview}", table(statistics))
+        writeln!(self.out, "\n{}\n{overview}", table(&bus.statistics))
+    }
+
+    pub(super) fn end(&mut self, damaged_lines: u64) -> std::io::Result<()> {
+        if self.json {
+            self.json_line(&Line::End { damaged_lines })?;
+        } else {
+            writeln!(self.out, "{damaged_lines} damaged lines")?;
+        }
+        self.flush()
     }
 
     pub(super) fn flush(&mut self) -> std::io::Result<()> {

@@ -11,8 +11,8 @@ pub(crate) trait Source {
     /// What messages call it: a file, an interface.
     fn name(&self) -> String;
 
-    /// Whether each frame shall be shown at once.
-    fn is_live(&self) -> bool;
+    /// Whether [`Self::next`] may have to wait: then what was heard is shown first.
+    fn may_wait(&self) -> bool;
 
     /// What was heard next; `None` at the end. A live source waits.
     fn next(&mut self) -> Result<Option<Heard<'_>>, DecodeError>;

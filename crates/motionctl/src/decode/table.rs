@@ -1,4 +1,4 @@
-//! The statistics at the end: a table of the identifiers and one line for the whole bus.
+//! The statistics at the end: for each bus a table of its identifiers and what is true of the whole bus.
 
 use core::fmt;
 
@@ -7,11 +7,12 @@ use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
 
-use super::Totals;
+use super::bus::Bus;
 
-/// The whole bus.
+/// One bus.
 #[derive(Debug, Serialize)]
 pub(super) struct Overview<'a> {
+    interface: &'a str,
     frames: u64,
     duration_s: f64,
     /// Load of the bus without stuff bits, 0 ..= 1: the real one is up to a fifth higher.
@@ -20,7 +21,6 @@ pub(super) struct Overview<'a> {
     undecodable_frames: u64,
     error_frames: u64,
     fd_frames: u64,
-    damaged_lines: u64,
     identifiers: Vec<Identifier<'a>>,
 }
 
@@ -37,7 +37,8 @@ struct Identifier<'a> {
 }
 
 impl<'a> Overview<'a> {
-    pub(super) fn new(statistics: &'a Statistics, totals: &Totals, bit_rate_kbit: u32) -> Self {
+    pub(super) fn new(bus: &'a Bus, bit_rate_kbit: u32) -> Self {
+        let statistics = &bus.statistics;
         let identifier = |(id, extended, entry): (u32, bool, &'a OfIdentifier)| Identifier {
             id,
             extended,
@@ -49,14 +50,14 @@ impl<'a> Overview<'a> {
             response: entry.responses(),
         };
         Self {
+            interface: &bus.interface,
             frames: statistics.frames(),
             duration_s: statistics.duration_ns() as f64 * 1e-9,
             least_load: statistics.least_load(bit_rate_kbit),
             bit_rate_kbit,
-            undecodable_frames: totals.undecodable,
-            error_frames: totals.error_frames,
-            fd_frames: totals.fd_frames,
-            damaged_lines: totals.damaged,
+            undecodable_frames: bus.undecodable,
+            error_frames: bus.error_frames,
+            fd_frames: bus.fd_frames,
             identifiers: statistics.identifiers().map(identifier).collect(),
         }
     }
@@ -64,15 +65,17 @@ impl<'a> Overview<'a> {
 
 impl fmt::Display for Overview<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.interface.is_empty() {
+            write!(f, "{}: ", self.interface)?;
+        }
         write!(
             f,
-            "{} frames in {:.3} s; {} did not decode, {} error frames, {} CAN FD frames, {} damaged lines",
+            "{} frames in {:.3} s; {} did not decode, {} error frames, {} CAN FD frames",
             self.frames,
             self.duration_s,
             self.undecodable_frames,
             self.error_frames,
-            self.fd_frames,
-            self.damaged_lines
+            self.fd_frames
         )?;
         match self.least_load {
             Some(load) => write!(

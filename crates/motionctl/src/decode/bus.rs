@@ -1,0 +1,67 @@
+//! One bus of a log: a log may hold several interfaces, and identifiers mean something on their own bus only.
+
+use can_decode::dyn_drives::Settings;
+use can_decode::log::{Entry, Event};
+use can_decode::statistics::Statistics;
+use can_decode::{Decoder, Frame, Meaning};
+
+/// What was heard on one interface.
+#[derive(Debug)]
+pub(super) struct Bus {
+    pub(super) interface: String,
+    pub(super) statistics: Statistics,
+    /// Frames that are no message of any protocol.
+    pub(super) undecodable: u64,
+    pub(super) error_frames: u64,
+    pub(super) fd_frames: u64,
+    decoder: Decoder,
+    latest_ns: u64,
+}
+
+/// What an entry of a log says.
+#[derive(Debug)]
+pub(super) enum Said<'a> {
+    /// A frame and its meaning.
+    Frame(&'a Frame, Meaning),
+    /// Something else.
+    Other(&'static str),
+}
+
+impl Bus {
+    pub(super) fn new(interface: &str, settings: Settings) -> Self {
+        Self {
+            interface: interface.to_owned(),
+            statistics: Statistics::default(),
+            undecodable: 0,
+            error_frames: 0,
+            fd_frames: 0,
+            decoder: Decoder::new(settings),
+            latest_ns: 0,
+        }
+    }
+
+    /// The time of the latest entry, when this one comes before it.
+    pub(super) fn goes_back_from(&mut self, at_ns: u64) -> Option<u64> {
+        let before_ns = core::mem::replace(&mut self.latest_ns, at_ns);
+        (at_ns < before_ns).then_some(before_ns)
+    }
+
+    pub(super) fn hear<'a>(&mut self, entry: &'a Entry<'_>) -> Said<'a> {
+        match &entry.event {
+            Event::Frame(frame) => {
+                let meaning = self.decoder.hear(entry.at_ns, frame);
+                self.statistics.count(entry.at_ns, frame, &meaning);
+                self.undecodable += u64::from(meaning.is_undecodable());
+                Said::Frame(frame, meaning)
+            }
+            Event::ErrorFrame => {
+                self.error_frames += 1;
+                Said::Other("error frame: a node saw an error on the bus")
+            }
+            Event::FdFrame => {
+                self.fd_frames += 1;
+                Said::Other("CAN FD frame: not for a classic bus")
+            }
+        }
+    }
+}
