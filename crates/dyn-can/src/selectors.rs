@@ -125,6 +125,12 @@ impl StoredDriveId {
     }
 }
 
+impl fmt::Display for StoredDriveId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
 impl From<DriveId> for StoredDriveId {
     fn from(id: DriveId) -> Self {
         Self(id.get())

@@ -28,6 +28,9 @@ pub(crate) struct Arguments {
     /// Ids of the drives on the bus, in any order: numbers and ranges, as in 1,2,5-7.
     #[arg(long, value_name = "IDS", default_value = "1", value_parser = drive_ids)]
     pub(crate) drives: std::vec::Vec<DriveId>,
+    /// One more drive, which was never given an id: on its serial port it is drive 0.
+    #[arg(long)]
+    pub(crate) fresh: bool,
     #[command(flatten)]
     pub(crate) terminals: Terminals,
     /// Bit rate of the bus in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000.

@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
     let mut rig = Rig::new(arguments)?;
     eprintln!(
         "{} virtual drives at {} kbit/s on {}; Ctrl-C ends",
-        arguments.drives.len(),
+        rig.drives(),
         arguments.bit_rate.kbit_per_s(),
         rig.terminals(),
     );

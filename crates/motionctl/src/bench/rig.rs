@@ -38,13 +38,12 @@ impl<'a> Rig<'a> {
     pub(super) fn new(arguments: &'a Arguments) -> Result<Self, BenchError> {
         let mut bench = Bench::new(Bus::new(arguments.bit_rate));
         let node = bench.add_master(ControllerConfig::device());
-        let drives: Vec<DeviceId> = arguments
-            .drives
-            .iter()
-            .map(|&drive| {
-                let drive = arguments.drive_options.drive(drive);
-                bench.add_device(drive, ControllerConfig::device())
-            })
+        let options = &arguments.drive_options;
+        let numbered = arguments.drives.iter().map(|&drive| options.drive(drive));
+        let fresh = arguments.fresh.then(|| options.fresh_drive());
+        let drives: Vec<DeviceId> = numbered
+            .chain(fresh)
+            .map(|drive| bench.add_device(drive, ControllerConfig::device()))
             .collect();
         let adapter = Adapter::new(&mut bench, node);
         let terminals = &arguments.terminals;
@@ -60,6 +59,11 @@ impl<'a> Rig<'a> {
             start: Instant::now(),
             warned_kbit_per_s: None,
         })
+    }
+
+    /// Number of drives.
+    pub(super) fn drives(&self) -> usize {
+        self.bench.devices().len()
     }
 
     /// The terminals behind the links, for a message.

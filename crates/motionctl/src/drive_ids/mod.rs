@@ -1,11 +1,17 @@
 //! Lists of drive ids on the command line.
 
-use dyn_can::DriveId;
+use dyn_can::{DriveId, StoredDriveId};
 
 /// A drive id.
 pub(crate) fn drive_id(text: &str) -> Result<DriveId, String> {
     let number: i32 = text.parse().map_err(|_| "expected a number".to_owned())?;
     DriveId::new(number).map_err(|error| error.to_string())
+}
+
+/// The id of a drive as it is stored: 0 is a drive that was never given one, which has an address on its serial port only.
+pub(crate) fn stored_id(text: &str) -> Result<StoredDriveId, String> {
+    let number: i32 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    StoredDriveId::new(number).map_err(|error| error.to_string())
 }
 
 /// Numbers and ranges of drive ids, as in `1,2,5-7`: at least one, each once, in the order given.

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use can_motion::{ConfigError, ProcedureError};
-use dyn_can::DriveId;
+use dyn_can::{DriveId, StoredDriveId};
 
 use super::Parameter;
 use crate::confirm::NotConfirmed;
@@ -28,12 +28,17 @@ pub(crate) enum DrivesError {
     Config(ConfigError),
     /// The master refuses the procedure.
     Procedure(ProcedureError),
+    /// A drive without an id has no address on CAN of its own.
+    NoIdOnCan,
     /// The drive does not answer.
-    NoAnswer { drive: DriveId },
+    NoAnswer { drive: StoredDriveId },
     /// The drive answered some requests, not all, in the time that it had.
-    Incomplete { drive: DriveId },
+    Incomplete { drive: StoredDriveId },
     /// The drive has a fault that forbids what was asked for.
-    Fault { drive: DriveId, reason: String },
+    Fault {
+        drive: StoredDriveId,
+        reason: String,
+    },
     /// Drives did not confirm that they are disabled, after the error that ended the motion, if there was one.
     StillEnabled {
         drives: Vec<DriveId>,
@@ -43,12 +48,12 @@ pub(crate) enum DrivesError {
     Twice { parameter: Parameter },
     /// The drive refused a value with a data error.
     Refused {
-        drive: DriveId,
+        drive: StoredDriveId,
         parameter: Parameter,
     },
     /// The drive reads back another value than the one that was written.
     NotTaken {
-        drive: DriveId,
+        drive: StoredDriveId,
         parameter: Parameter,
         expected: i32,
         actual: Option<i32>,
@@ -82,6 +87,7 @@ impl Coded for DrivesError {
             Self::Config(_)
             | Self::Interrupt(_)
             | Self::NotConfirmed(_)
+            | Self::NoIdOnCan
             | Self::Twice { .. }
             | Self::Json(_) => exit::BAD_INPUT,
             _ => exit::BROKEN_PROMISE,
@@ -104,6 +110,9 @@ impl fmt::Display for DrivesError {
             Self::NotConfirmed(source) => source.fmt(f),
             Self::Config(source) => source.fmt(f),
             Self::Procedure(source) => source.fmt(f),
+            Self::NoIdOnCan => f.write_str(
+                "0 is every drive on CAN: give the drive an id, or use its serial port with --serial",
+            ),
             Self::NoAnswer { drive } => write!(
                 f,
                 "drive {drive} does not answer: check its power, wiring, termination, bit rate and id, or look with `motionctl scan`"

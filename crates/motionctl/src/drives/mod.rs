@@ -10,7 +10,7 @@ mod parameter;
 mod readings;
 mod serial;
 
-use dyn_can::DriveId;
+use dyn_can::StoredDriveId;
 use serde::Serialize;
 
 pub(crate) use can::state_of;
@@ -67,18 +67,18 @@ pub(crate) trait Drives {
     fn scan(&mut self, on_id: &mut dyn FnMut(u8)) -> Result<Vec<FoundDrive>, DrivesError>;
 
     /// Reads the state and every parameter of a drive.
-    fn read(&mut self, drive: DriveId) -> Result<Readings, DrivesError>;
+    fn read(&mut self, drive: StoredDriveId) -> Result<Readings, DrivesError>;
 
     /// Compares, writes where a value differs, and reads back, one setting after the other; tells how each ended and stops
     /// at the first that did not succeed. The user has agreed.
     fn write(
         &mut self,
-        drive: DriveId,
+        drive: StoredDriveId,
         settings: &[Setting],
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError>;
 
     /// Enables the drive, moves it, disables it; where the protocol has no such commands, moves a drive that is enabled. The
     /// user has agreed. Ctrl-C is listened to and stops the move.
-    fn jog(&mut self, drive: DriveId, jog: Jog) -> Result<JogEnd, DrivesError>;
+    fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError>;
 }

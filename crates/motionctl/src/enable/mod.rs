@@ -87,7 +87,7 @@ fn hold(
     let now = station.now();
     let enabled = station.master().enable(now, GROUP);
     enabled.map_err(|error| DrivesError::Fault {
-        drive: drives[0],
+        drive: drives[0].into(),
         reason: error.to_string(),
     })?;
     if !wait_for(station, drives, AxisState::Streaming)? {
@@ -127,7 +127,9 @@ fn wait_for(
             return Ok(false);
         }
     }
-    Err(DrivesError::Incomplete { drive: drives[0] })
+    Err(DrivesError::Incomplete {
+        drive: drives[0].into(),
+    })
 }
 
 fn check(station: &mut Station<'_>, drives: &[DriveId]) -> Result<(), DrivesError> {
@@ -135,7 +137,10 @@ fn check(station: &mut Station<'_>, drives: &[DriveId]) -> Result<(), DrivesErro
         if let (EventKind::Fault(fault), Some(axis)) = (event.kind, event.axis) {
             let drive = drives[usize::from(axis)];
             let reason = fault.to_string();
-            return Err(DrivesError::Fault { drive, reason });
+            return Err(DrivesError::Fault {
+                drive: drive.into(),
+                reason,
+            });
         }
     }
     Ok(())

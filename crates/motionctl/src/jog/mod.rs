@@ -2,10 +2,10 @@
 
 use std::process::ExitCode;
 
-use dyn_can::DriveId;
+use dyn_can::StoredDriveId;
 
 use crate::confirm::confirm;
-use crate::drive_ids::drive_id;
+use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Jog, JogEnd};
 use crate::exit;
 use crate::interrupt;
@@ -36,9 +36,9 @@ pub(crate) struct Arguments {
     drives: DrivesOptions,
     #[command(flatten)]
     axes: AxisOptions,
-    /// Id of the drive.
-    #[arg(long, value_name = "ID", value_parser = drive_id)]
-    drive: DriveId,
+    /// Id of the drive; over --serial also 0, a drive that was never given one.
+    #[arg(long, value_name = "ID", value_parser = stored_id)]
+    drive: StoredDriveId,
     /// Motor turns, positive clockwise; at most 10 either way.
     #[arg(long, value_name = "TURNS", allow_hyphen_values = true, value_parser = turns)]
     turns: f64,

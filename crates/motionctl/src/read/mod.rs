@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
-use dyn_can::DriveId;
+use dyn_can::StoredDriveId;
 
-use crate::drive_ids::drive_id;
+use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions};
 use crate::station::AxisOptions;
 
@@ -24,9 +24,9 @@ Exit status: 0 read, 1 the drive does not answer, 3 the link failed.";
 pub(crate) struct Arguments {
     #[command(flatten)]
     drives: DrivesOptions,
-    /// Id of the drive.
-    #[arg(long, value_name = "ID", value_parser = drive_id)]
-    drive: DriveId,
+    /// Id of the drive; over --serial also 0, a drive that was never given one.
+    #[arg(long, value_name = "ID", value_parser = stored_id)]
+    drive: StoredDriveId,
     /// Print what was read as JSON.
     #[arg(long)]
     json: bool,

@@ -18,7 +18,8 @@ Examples:
   motionctl scan --can can0 --json
   motionctl scan --serial /dev/ttyUSB0
 
-Every id from 1 to 63 is asked for its parameter group 3, which changes nothing and moves nothing.
+Every id from 1 to 63 is asked for its parameter group 3, over --serial every id from 0 to 63 for its id.
+This changes nothing and moves nothing.
 
 Exit status: 0 at least one drive answered, 1 none did, 3 the link failed.";
 
@@ -54,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         println!("{text}");
     } else if found.drives.is_empty() {
         println!(
-            "no drive answers: check power, wiring, termination and bit rate; a fresh drive has no id yet"
+            "no drive answers: check power, wiring, termination and bit rate; a fresh drive has no id on CAN yet, and is drive 0 on its serial port"
         );
     }
     for found in found.drives.iter().filter(|_| !arguments.json) {

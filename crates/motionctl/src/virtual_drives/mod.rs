@@ -26,10 +26,19 @@ pub(crate) struct VirtualDriveOptions {
 impl VirtualDriveOptions {
     /// A simulated drive.
     pub(crate) fn drive(&self, drive: DriveId) -> DynDrive {
+        self.drive_of(DynDriveConfig::new(drive))
+    }
+
+    /// A simulated drive that was never given an id.
+    pub(crate) fn fresh_drive(&self) -> DynDrive {
+        self.drive_of(DynDriveConfig::fresh())
+    }
+
+    fn drive_of(&self, config: DynDriveConfig) -> DynDrive {
         DynDrive::new(DynDriveConfig {
             response_delay: self.response_delay(),
-            seed: self.seed.wrapping_add(u64::from(drive.get())),
-            ..DynDriveConfig::new(drive).with_revision(self.revision.into())
+            seed: self.seed.wrapping_add(u64::from(config.id.get())),
+            ..config.with_revision(self.revision.into())
         })
     }
 

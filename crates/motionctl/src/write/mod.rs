@@ -2,11 +2,11 @@
 
 use std::process::ExitCode;
 
-use dyn_can::{DriveId, GearNumber};
+use dyn_can::{GearNumber, StoredDriveId};
 use serde::Serialize;
 
 use crate::confirm::confirm;
-use crate::drive_ids::drive_id;
+use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Parameter, Readings, Setting, WriteEnd};
 use crate::station::AxisOptions;
 
@@ -29,9 +29,9 @@ Exit status: 0 the drive has every value, 1 it does not, 2 not confirmed and not
 pub(crate) struct Arguments {
     #[command(flatten)]
     drives: DrivesOptions,
-    /// Id of the drive.
-    #[arg(long, value_name = "ID", value_parser = drive_id)]
-    drive: DriveId,
+    /// Id of the drive; over --serial also 0, a drive that was never given one.
+    #[arg(long, value_name = "ID", value_parser = stored_id)]
+    drive: StoredDriveId,
     /// Parameters and their new values; `motionctl read` shows their names.
     #[arg(value_name = "NAME=VALUE", required = true, value_parser = Setting::parse)]
     settings: Vec<Setting>,
@@ -103,7 +103,7 @@ fn refuse_twice(settings: &[Setting]) -> Result<(), DrivesError> {
     Ok(())
 }
 
-fn question(drive: DriveId, before: &Readings, settings: &[Setting]) -> String {
+fn question(drive: StoredDriveId, before: &Readings, settings: &[Setting]) -> String {
     let gear = new_gear(before, settings);
     let mut question =
         format!("Drive {drive} will store these values, which outlast a power cycle:\n");

@@ -68,16 +68,17 @@ impl BenchProcess {
     }
 
     /// The same with the serial port of the drives.
-    pub(crate) fn start_with_serial(name: &str, drives: &str) -> Self {
+    pub(crate) fn start_with_serial(name: &str, drives: &str, options: &[&str]) -> Self {
         let serial_path = scratch(&format!("{name}-port"));
-        let bench = Self::spawn(name, drives, &["--serial", path_text(&serial_path)]);
+        let port = ["--serial", path_text(&serial_path)];
+        let bench = Self::spawn(name, drives, &[&port, options].concat());
         wait_until("the serial terminal is there", || serial_path.exists());
         // The drives are ready 150 ms after power-on.
         std::thread::sleep(Duration::from_millis(300));
         bench
     }
 
-    fn spawn(name: &str, drives: &str, serial: &[&str]) -> Self {
+    fn spawn(name: &str, drives: &str, options: &[&str]) -> Self {
         let path = scratch(name);
         let adapter = [
             "bench",
@@ -87,7 +88,7 @@ impl BenchProcess {
             path_text(&path),
             "--json",
         ];
-        let child = motionctl(&[&adapter, serial].concat())
+        let child = motionctl(&[&adapter, options].concat())
             .spawn()
             .expect("the bench starts");
         wait_until("the terminal is there", || path.exists());

@@ -33,17 +33,33 @@ fn parameter(readings: &Value, name: &str) -> Option<i64> {
 
 #[test]
 fn scan_finds_every_drive_of_the_line() {
-    let bench = BenchProcess::start_with_serial("serial-scan", "1,9,63");
+    let bench = BenchProcess::start_with_serial("serial-scan", "1,9,63", &["--fresh"]);
     let found = |drive| json!({ "drive": drive, "protocol": "DYN232M (serial)" });
     assert_eq!(
         json_of(serial(&bench, &["scan", "--json"])),
-        json!({ "drives": [found(1), found(9), found(63)] })
+        json!({ "drives": [found(0), found(1), found(9), found(63)] })
     );
 }
 
 #[test]
+fn a_fresh_drive_is_drive_0_here_and_has_no_address_on_can() {
+    let bench = BenchProcess::start_with_serial("serial-fresh", "1", &["--fresh"]);
+    let write = ["write", "--drive", "0", "speed-gain=33", "--yes", "--json"];
+    json_of(serial(&bench, &write));
+    let readings = json_of(serial(&bench, &["read", "--drive", "0", "--json"]));
+    assert_eq!(readings["drive"], 0);
+    assert_eq!(parameter(&readings, "speed-gain"), Some(33));
+    let (status, _, errors) = run(["--slcan", bench.path()], &["read", "--drive", "0"]);
+    assert_eq!(status, Some(2));
+    assert!(errors.contains("0 is every drive on CAN"), "{errors}");
+    let (status, _, errors) = serial(&bench, &["read", "--drive", "64"]);
+    assert_eq!(status, Some(2));
+    assert!(errors.contains("must be 0..=63, got 64"), "{errors}");
+}
+
+#[test]
 fn what_is_written_over_serial_is_read_over_can() {
-    let bench = BenchProcess::start_with_serial("serial-write", "3");
+    let bench = BenchProcess::start_with_serial("serial-write", "3", &[]);
     let settings = [
         "main-gain=100",
         "config=0x04",
@@ -87,7 +103,7 @@ fn what_is_written_over_serial_is_read_over_can() {
 
 #[test]
 fn what_cannot_be_sent_is_refused_with_a_reason() {
-    let bench = BenchProcess::start_with_serial("serial-refusals", "3");
+    let bench = BenchProcess::start_with_serial("serial-refusals", "3", &[]);
     let write = |setting| serial(&bench, &["write", "--drive", "3", setting, "--yes"]);
     let (status, _, errors) = write("line-number=600");
     assert_eq!(status, Some(1));
@@ -111,7 +127,7 @@ fn what_cannot_be_sent_is_refused_with_a_reason() {
 
 #[test]
 fn jog_moves_only_when_the_parameters_of_the_drive_are_slow_enough() {
-    let bench = BenchProcess::start_with_serial("serial-jog", "1");
+    let bench = BenchProcess::start_with_serial("serial-jog", "1", &[]);
     let jog = ["jog", "--drive", "1", "--turns", "-0.25", "--yes", "--json"];
     let (status, _, errors) = serial(&bench, &jog);
     assert_eq!(status, Some(1));
@@ -132,7 +148,7 @@ fn jog_moves_only_when_the_parameters_of_the_drive_are_slow_enough() {
 
 #[test]
 fn ctrl_c_stops_a_jog_on_its_way() {
-    let bench = BenchProcess::start_with_serial("serial-stop", "1");
+    let bench = BenchProcess::start_with_serial("serial-stop", "1", &[]);
     let slower = ["write", "--drive", "1", "max-speed=5", "--yes", "--json"];
     json_of(serial(&bench, &slower));
     let port = ["jog", "--serial", bench.serial_path()];
@@ -152,7 +168,7 @@ fn ctrl_c_stops_a_jog_on_its_way() {
 
 #[test]
 fn a_vanished_port_ends_a_read() {
-    let mut bench = BenchProcess::start_with_serial("serial-vanish", "1");
+    let mut bench = BenchProcess::start_with_serial("serial-vanish", "1", &[]);
     let port = ["scan", "--serial", bench.serial_path()];
     let child = motionctl(&port).spawn().expect("motionctl runs");
     bench.kill();

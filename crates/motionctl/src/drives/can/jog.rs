@@ -35,7 +35,7 @@ pub(super) fn jog(
         positions_counts: [counts],
     });
     let no_motion = |error: can_motion::motion::MotionError| DrivesError::Fault {
-        drive,
+        drive: drive.into(),
         reason: error.to_string(),
     };
     let motion = KeyframeMotion::new(&keyframes).map_err(no_motion)?;
@@ -71,7 +71,11 @@ fn distance_counts(
     let mut station = answering_station(link, axes, drive, PollPeriods::OFF)?;
     let axis = station.master().snapshot(0);
     let group = axis.and_then(|axis| axis.feedback.group3);
-    let gear = group.ok_or(DrivesError::Incomplete { drive })?.gear_number;
+    let gear = group
+        .ok_or(DrivesError::Incomplete {
+            drive: drive.into(),
+        })?
+        .gear_number;
     let counts = jog.turns * f64::from(units::command_counts_per_turn(gear));
     Ok(counts.round() as i32)
 }
@@ -91,7 +95,7 @@ impl Move<'_, '_> {
         let now = self.station.now();
         let enabled = self.station.master().enable(now, GROUP);
         enabled.map_err(|error| DrivesError::Fault {
-            drive: self.drive,
+            drive: self.drive.into(),
             reason: error.to_string(),
         })?;
         self.wait_for(AxisState::Streaming)?;
@@ -139,7 +143,9 @@ impl Move<'_, '_> {
                 return Ok(());
             }
         }
-        Err(DrivesError::Incomplete { drive: self.drive })
+        Err(DrivesError::Incomplete {
+            drive: self.drive.into(),
+        })
     }
 
     fn check(&mut self) -> Result<(), DrivesError> {
@@ -151,9 +157,11 @@ impl Move<'_, '_> {
             .and_then(|axis| axis.fault)
         {
             None => Ok(()),
-            Some(Fault::Lost) => Err(DrivesError::NoAnswer { drive }),
+            Some(Fault::Lost) => Err(DrivesError::NoAnswer {
+                drive: drive.into(),
+            }),
             Some(fault) => Err(DrivesError::Fault {
-                drive,
+                drive: drive.into(),
                 reason: fault.to_string(),
             }),
         }

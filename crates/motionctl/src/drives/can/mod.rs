@@ -7,7 +7,7 @@ mod write;
 
 use can_motion::PollPeriods;
 use can_motion::commission::{Commissioner, Scan};
-use dyn_can::{DriveId, Revision};
+use dyn_can::{DriveId, Revision, StoredDriveId};
 
 use super::{Drives, DrivesError, FoundDrive, Jog, JogEnd, Readings, Setting, WriteEnd};
 use crate::link::Link;
@@ -57,16 +57,17 @@ impl Drives for CanDrives {
         }
     }
 
-    fn read(&mut self, drive: DriveId) -> Result<Readings, DrivesError> {
-        read::read(&mut self.link, self.axes, drive)
+    fn read(&mut self, drive: StoredDriveId) -> Result<Readings, DrivesError> {
+        read::read(&mut self.link, self.axes, on_can(drive)?)
     }
 
     fn write(
         &mut self,
-        drive: DriveId,
+        drive: StoredDriveId,
         settings: &[Setting],
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError> {
+        let drive = on_can(drive)?;
         let mut station = answering_station(&mut self.link, self.axes, drive, PollPeriods::OFF)?;
         for &setting in settings {
             on_end(setting, write(&mut station, drive, setting)?);
@@ -74,9 +75,13 @@ impl Drives for CanDrives {
         Ok(())
     }
 
-    fn jog(&mut self, drive: DriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
-        jog::jog(&mut self.link, self.axes, drive, jog)
+    fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
+        jog::jog(&mut self.link, self.axes, on_can(drive)?, jog)
     }
+}
+
+fn on_can(drive: StoredDriveId) -> Result<DriveId, DrivesError> {
+    drive.drive_id().ok_or(DrivesError::NoIdOnCan)
 }
 
 fn found_drive(drive: DriveId, revision: Option<Revision>) -> FoundDrive {

@@ -32,12 +32,18 @@ pub(super) fn answering_station(
             break;
         };
         match (axis.state, axis.fault) {
-            (_, Some(Fault::Lost)) => return Err(DrivesError::NoAnswer { drive }),
+            (_, Some(Fault::Lost)) => {
+                return Err(DrivesError::NoAnswer {
+                    drive: drive.into(),
+                });
+            }
             (AxisState::Ready | AxisState::Faulted, _) => return Ok(station),
             _ => {}
         }
     }
-    Err(DrivesError::Incomplete { drive })
+    Err(DrivesError::Incomplete {
+        drive: drive.into(),
+    })
 }
 
 /// Runs a procedure to its end. It waits while the master is not ready for it, as after another write.
@@ -53,7 +59,11 @@ pub(super) fn perform(
         while let Some(event) = station.next_event() {
             match event.kind {
                 EventKind::Procedure(end) => return Ok(end),
-                EventKind::Fault(Fault::Lost) => return Err(DrivesError::NoAnswer { drive }),
+                EventKind::Fault(Fault::Lost) => {
+                    return Err(DrivesError::NoAnswer {
+                        drive: drive.into(),
+                    });
+                }
                 _ => {}
             }
         }
@@ -67,7 +77,12 @@ pub(super) fn perform(
             Some(error) => return Err(DrivesError::Procedure(error)),
         }
     }
-    Err(refusal.map_or(DrivesError::Incomplete { drive }, DrivesError::Procedure))
+    Err(refusal.map_or(
+        DrivesError::Incomplete {
+            drive: drive.into(),
+        },
+        DrivesError::Procedure,
+    ))
 }
 
 fn start_procedure(station: &mut Station<'_>, procedure: Procedure) -> Result<(), ProcedureError> {

@@ -33,16 +33,24 @@ pub(super) fn read(
     ] {
         match perform(&mut station, drive, procedure)? {
             ProcedureEnd::Read(reply) => parameters.extend(parameters_of(&reply)),
-            _ => return Err(DrivesError::Incomplete { drive }),
+            _ => {
+                return Err(DrivesError::Incomplete {
+                    drive: drive.into(),
+                });
+            }
         }
     }
     let start = station.now();
     loop {
         let Some(axis) = station.master().snapshot(0) else {
-            return Err(DrivesError::Incomplete { drive });
+            return Err(DrivesError::Incomplete {
+                drive: drive.into(),
+            });
         };
         if axis.fault == Some(Fault::Lost) {
-            return Err(DrivesError::NoAnswer { drive });
+            return Err(DrivesError::NoAnswer {
+                drive: drive.into(),
+            });
         }
         let is_complete = has_every_reading(&axis);
         if is_complete || station.now().us_since(start) > POLL_LIMIT_US {

@@ -20,17 +20,20 @@ pub(super) fn write(
 ) -> Result<WriteEnd, DrivesError> {
     let Setting { parameter, value } = setting;
     let procedure = procedure_of(setting).map_err(|error| DrivesError::Fault {
-        drive,
+        drive: drive.into(),
         reason: error.to_string(),
     })?;
     match perform(station, drive, procedure)? {
         ProcedureEnd::Unchanged => Ok(WriteEnd::Unchanged),
         ProcedureEnd::Written => Ok(WriteEnd::Written),
-        ProcedureEnd::Refused => Err(DrivesError::Refused { drive, parameter }),
+        ProcedureEnd::Refused => Err(DrivesError::Refused {
+            drive: drive.into(),
+            parameter,
+        }),
         ProcedureEnd::NotTaken(reply) => {
             let mut read = parameters_of(&reply).into_iter();
             Err(DrivesError::NotTaken {
-                drive,
+                drive: drive.into(),
                 parameter,
                 expected: value,
                 actual: read
@@ -41,7 +44,9 @@ pub(super) fn write(
         ProcedureEnd::NoReply
         | ProcedureEnd::Aborted
         | ProcedureEnd::Read(_)
-        | ProcedureEnd::Sent => Err(DrivesError::Incomplete { drive }),
+        | ProcedureEnd::Sent => Err(DrivesError::Incomplete {
+            drive: drive.into(),
+        }),
     }
 }
 

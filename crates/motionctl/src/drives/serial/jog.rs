@@ -7,7 +7,7 @@
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use dyn_can::{DriveId, GearNumber, MaxAcceleration, MaxSpeed, RangeError, units};
+use dyn_can::{GearNumber, MaxAcceleration, MaxSpeed, RangeError, StoredDriveId, units};
 use dyn_serial::{Alarm, CommandMode, ConfigByte, Counts28, Request, ServoMode, SpeedRpm};
 
 use super::line::Line;
@@ -27,7 +27,7 @@ const STOP_PAUSE: Duration = Duration::from_millis(30);
 pub(super) fn jog(
     line: &mut Line,
     axes: AxisOptions,
-    drive: DriveId,
+    drive: StoredDriveId,
     jog: Jog,
 ) -> Result<JogEnd, DrivesError> {
     require_ready(line, drive)?;
@@ -53,7 +53,7 @@ pub(super) fn jog(
 }
 
 /// A move needs the servo on, no alarm, commands over this port, and the position servo.
-fn require_ready(line: &mut Line, drive: DriveId) -> Result<(), DrivesError> {
+fn require_ready(line: &mut Line, drive: StoredDriveId) -> Result<(), DrivesError> {
     let fault = |reason: String| Err(DrivesError::Fault { drive, reason });
     let status = line.status(drive)?;
     if status.alarm() != Alarm::None {
@@ -77,7 +77,11 @@ fn require_ready(line: &mut Line, drive: DriveId) -> Result<(), DrivesError> {
 }
 
 /// The distance in command counts, and the move that the drive's parameters make of it.
-fn planned(line: &mut Line, drive: DriveId, jog: Jog) -> Result<(i32, units::SCurve), DrivesError> {
+fn planned(
+    line: &mut Line,
+    drive: StoredDriveId,
+    jog: Jog,
+) -> Result<(i32, units::SCurve), DrivesError> {
     let mut parameter = |parameter| read(line, drive, parameter);
     let (speed, acceleration, gear) = (
         parameter(Parameter::MaxSpeed)?,
@@ -110,7 +114,7 @@ fn too_fast(allowed_rpm: f64, peak_rpm: f64, gear: GearNumber) -> String {
     )
 }
 
-fn refused(drive: DriveId, error: impl core::fmt::Display) -> DrivesError {
+fn refused(drive: StoredDriveId, error: impl core::fmt::Display) -> DrivesError {
     DrivesError::Fault {
         drive,
         reason: error.to_string(),
@@ -126,7 +130,11 @@ fn while_enabled(error: DrivesError) -> DrivesError {
 }
 
 /// Returns false when the user asked to stop.
-fn wait_for_end(line: &mut Line, drive: DriveId, limit: Duration) -> Result<bool, DrivesError> {
+fn wait_for_end(
+    line: &mut Line,
+    drive: StoredDriveId,
+    limit: Duration,
+) -> Result<bool, DrivesError> {
     let start = Instant::now();
     while interrupt::requests() == 0 {
         let status = line.status(drive)?;
@@ -145,7 +153,7 @@ fn wait_for_end(line: &mut Line, drive: DriveId, limit: Duration) -> Result<bool
 }
 
 /// Where the motor stands once it moves no more, in the unit of the drive's read-back.
-fn standstill(line: &mut Line, drive: DriveId) -> Result<i32, DrivesError> {
+fn standstill(line: &mut Line, drive: StoredDriveId) -> Result<i32, DrivesError> {
     let mut position = line.position(drive)?;
     for _ in 0..STOP_READS {
         sleep(STOP_PAUSE);
@@ -158,7 +166,7 @@ fn standstill(line: &mut Line, drive: DriveId) -> Result<i32, DrivesError> {
 }
 
 /// Speed 0 stops in every reading of the documents. It can leave the drive in speed mode (D41).
-fn stop(line: &mut Line, drive: DriveId) -> Result<(), DrivesError> {
+fn stop(line: &mut Line, drive: StoredDriveId) -> Result<(), DrivesError> {
     line.command(drive, &Request::TurnConstSpeed(SpeedRpm::ZERO))?;
     standstill(line, drive)?;
     let config = ConfigByte::new(read(line, drive, Parameter::Config)?)

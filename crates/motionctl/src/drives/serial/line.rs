@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::num::NonZeroU8;
 use std::time::{Duration, Instant};
 
-use dyn_can::DriveId;
+use dyn_can::StoredDriveId;
 use dyn_serial::{Address, Answer, Busy, Client, Dialect, Failure, Poll, Reply, Request, Timing};
 use serialport::SerialPort;
 
@@ -71,7 +71,11 @@ impl Line {
     }
 
     /// Asks a drive and waits for its reply.
-    pub(super) fn read(&mut self, drive: DriveId, request: &Request) -> Result<Reply, DrivesError> {
+    pub(super) fn read(
+        &mut self,
+        drive: StoredDriveId,
+        request: &Request,
+    ) -> Result<Reply, DrivesError> {
         match self.exchange(drive, request)? {
             Answer::Reply { reply, .. } => Ok(reply),
             Answer::Sent => Err(DrivesError::Incomplete { drive }),
@@ -79,12 +83,16 @@ impl Line {
     }
 
     /// Sends a command and waits until it has left the port. Nothing says whether the drive obeys.
-    pub(super) fn command(&mut self, drive: DriveId, request: &Request) -> Result<(), DrivesError> {
+    pub(super) fn command(
+        &mut self,
+        drive: StoredDriveId,
+        request: &Request,
+    ) -> Result<(), DrivesError> {
         self.exchange(drive, request)?;
         Ok(())
     }
 
-    fn exchange(&mut self, drive: DriveId, request: &Request) -> Result<Answer, DrivesError> {
+    fn exchange(&mut self, drive: StoredDriveId, request: &Request) -> Result<Answer, DrivesError> {
         let fault = |reason: String| DrivesError::Fault { drive, reason };
         let id = dyn_serial::DriveId::new(drive.get().into());
         let to = id.map_err(|error| fault(error.to_string()))?;

@@ -4,7 +4,7 @@ mod jog;
 mod line;
 mod parameters;
 
-use dyn_can::DriveId;
+use dyn_can::StoredDriveId;
 use dyn_serial::{Address, Alarm, ReadSelector, Reply, Request};
 
 use super::{
@@ -29,7 +29,7 @@ impl SerialDrives {
         Self { line, axes }
     }
 
-    fn state(&mut self, drive: DriveId) -> Result<DriveState, DrivesError> {
+    fn state(&mut self, drive: StoredDriveId) -> Result<DriveState, DrivesError> {
         let status = self.line.status(drive)?;
         let alarm = status.alarm();
         Ok(DriveState {
@@ -61,7 +61,7 @@ impl Drives for SerialDrives {
         Ok(found)
     }
 
-    fn read(&mut self, drive: DriveId) -> Result<Readings, DrivesError> {
+    fn read(&mut self, drive: StoredDriveId) -> Result<Readings, DrivesError> {
         let state = self.state(drive)?;
         let parameters = parameters::read_all(&mut self.line, drive)?;
         Ok(Readings::new(
@@ -74,7 +74,7 @@ impl Drives for SerialDrives {
 
     fn write(
         &mut self,
-        drive: DriveId,
+        drive: StoredDriveId,
         settings: &[Setting],
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError> {
@@ -84,13 +84,13 @@ impl Drives for SerialDrives {
         Ok(())
     }
 
-    fn jog(&mut self, drive: DriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
+    fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
         jog::jog(&mut self.line, self.axes, drive, jog)
     }
 }
 
 impl Line {
-    fn status(&mut self, drive: DriveId) -> Result<dyn_serial::DriveStatus, DrivesError> {
+    fn status(&mut self, drive: StoredDriveId) -> Result<dyn_serial::DriveStatus, DrivesError> {
         match self.read(drive, &Request::ReadDriveStatus)? {
             Reply::Status(status) => Ok(status),
             _ => Err(DrivesError::Incomplete { drive }),
@@ -98,7 +98,7 @@ impl Line {
     }
 
     /// In the unit of the drive's read-back.
-    fn position(&mut self, drive: DriveId) -> Result<i32, DrivesError> {
+    fn position(&mut self, drive: StoredDriveId) -> Result<i32, DrivesError> {
         match self.read(drive, &Request::GeneralRead(ReadSelector::Position))? {
             Reply::Position(counts) => Ok(counts.get()),
             _ => Err(DrivesError::Incomplete { drive }),

@@ -3,7 +3,7 @@
 use std::thread::sleep;
 use std::time::Duration;
 
-use dyn_can::DriveId;
+use dyn_can::StoredDriveId;
 use dyn_serial::{ConfigByte, RangeError, Reply, Request};
 
 use super::line::Line;
@@ -29,7 +29,7 @@ const PARAMETERS: [(Parameter, Request); 9] = [
 /// Every parameter with its value.
 pub(super) fn read_all(
     line: &mut Line,
-    drive: DriveId,
+    drive: StoredDriveId,
 ) -> Result<Vec<(Parameter, i32)>, DrivesError> {
     PARAMETERS
         .iter()
@@ -40,7 +40,7 @@ pub(super) fn read_all(
 /// One parameter.
 pub(super) fn read(
     line: &mut Line,
-    drive: DriveId,
+    drive: StoredDriveId,
     parameter: Parameter,
 ) -> Result<i32, DrivesError> {
     let (_, request) = PARAMETERS
@@ -54,7 +54,7 @@ pub(super) fn read(
 /// Compares, writes and reads back.
 pub(super) fn write(
     line: &mut Line,
-    drive: DriveId,
+    drive: StoredDriveId,
     setting: Setting,
 ) -> Result<WriteEnd, DrivesError> {
     let Setting { parameter, value } = setting;
@@ -84,7 +84,7 @@ pub(super) fn write(
     })
 }
 
-fn not_reached(drive: DriveId, parameter: Parameter) -> DrivesError {
+fn not_reached(drive: StoredDriveId, parameter: Parameter) -> DrivesError {
     DrivesError::Fault {
         drive,
         reason: format!("{parameter} is not in the serial protocol: use CAN"),
