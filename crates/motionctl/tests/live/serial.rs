@@ -142,8 +142,13 @@ fn jog_moves_only_when_the_parameters_of_the_drive_are_slow_enough() {
             "interrupted": false, "enabled": true,
         })
     );
+    // A position in another unit than expected is noticed.
+    let wrong_unit = [&jog[..], &["--read-back", "encoder"]].concat();
+    let (status, _, errors) = serial(&bench, &wrong_unit);
+    assert_eq!(status, Some(1), "{errors}");
+    assert!(errors.contains("reports -1024"), "{errors}");
     let report = bench.stop();
-    assert_eq!(report["drives"][0]["position_counts"], -4_096);
+    assert_eq!(report["drives"][0]["position_counts"], -8_192);
 }
 
 #[test]

@@ -7,7 +7,9 @@
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use dyn_can::{GearNumber, MaxAcceleration, MaxSpeed, RangeError, StoredDriveId, units};
+use dyn_can::{
+    GearNumber, MaxAcceleration, MaxSpeed, OnPosRange, RangeError, StoredDriveId, units,
+};
 use dyn_serial::{Alarm, CommandMode, ConfigByte, Counts28, Request, ServoMode, SpeedRpm};
 
 use super::line::Line;
@@ -16,6 +18,8 @@ use crate::drives::{DrivesError, Jog, JogEnd, Parameter};
 use crate::interrupt;
 use crate::station::AxisOptions;
 
+/// Stops in every reading of the documents.
+const STOP: Request = Request::TurnConstSpeed(SpeedRpm::ZERO);
 /// What a move may take beyond twice its computed time.
 const GRACE: Duration = Duration::from_secs(3);
 
@@ -38,18 +42,54 @@ pub(super) fn jog(
         .map_err(while_enabled)?;
     eprintln!("drive {drive} moves; Ctrl-C stops it");
     let limit = Duration::from_secs_f64(2.0 * curve.total_time_s) + GRACE;
-    let arrived = wait_for_end(line, drive, limit).map_err(while_enabled)?;
+    let arrived = wait_for_end(line, drive, limit).map_err(|error| {
+        // A drive that is not heard may hear. If this is lost too, the move still ends by itself.
+        let _ = line.command(drive, &STOP);
+        while_enabled(error)
+    })?;
     if !arrived {
         stop(line, drive).map_err(while_enabled)?;
     }
     let moved = standstill(line, drive)?.wrapping_sub(before);
-    Ok(JogEnd {
+    let end = JogEnd {
         asked_counts,
         sent_counts: asked_counts,
         read_counts: axes.scale().to_command_counts(moved),
         interrupted: !arrived,
         enabled: true,
-    })
+    };
+    if arrived {
+        require_arrival(line, drive, &end)?;
+    }
+    Ok(end)
+}
+
+/// A command is not acknowledged: only the position tells that it was obeyed.
+fn require_arrival(line: &mut Line, drive: StoredDriveId, end: &JogEnd) -> Result<(), DrivesError> {
+    let range = OnPosRange::new(read(line, drive, Parameter::OnPositionRange)?)
+        .map_err(|error| refused(drive, error))?;
+    let gear = GearNumber::new(read(line, drive, Parameter::GearNumber)?)
+        .map_err(|error| refused(drive, error))?;
+    // Within the range before the move and within it afterwards, in command counts.
+    let steps = f64::from(range.get()) / units::gear_ratio(gear);
+    let tolerance = 2 * steps.ceil() as i64 + 1;
+    let missing = end
+        .read_counts
+        .map(|read| i64::from(end.asked_counts) - i64::from(read));
+    match missing {
+        Some(missing) if missing.abs() <= tolerance => Ok(()),
+        _ => Err(refused(drive, not_arrived(end))),
+    }
+}
+
+fn not_arrived(end: &JogEnd) -> String {
+    let asked = end.asked_counts;
+    match end.read_counts {
+        Some(read) => format!(
+            "it was asked for {asked} counts and reports {read}: the command was lost, or --read-back is not the unit of its position"
+        ),
+        None => format!("it was asked for {asked} counts and reports a position beyond 32 bit"),
+    }
 }
 
 /// A move needs the servo on, no alarm, commands over this port, and the position servo.
@@ -165,9 +205,9 @@ fn standstill(line: &mut Line, drive: StoredDriveId) -> Result<i32, DrivesError>
     Ok(position)
 }
 
-/// Speed 0 stops in every reading of the documents. It can leave the drive in speed mode (D41).
+/// Stops, which can leave the drive in speed mode (D41), and waits for standstill.
 fn stop(line: &mut Line, drive: StoredDriveId) -> Result<(), DrivesError> {
-    line.command(drive, &Request::TurnConstSpeed(SpeedRpm::ZERO))?;
+    line.command(drive, &STOP)?;
     standstill(line, drive)?;
     let config = ConfigByte::new(read(line, drive, Parameter::Config)?)
         .and_then(ConfigByte::config)
