@@ -85,7 +85,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
     let result: Result<ExitCode, Failure> = match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
-        Command::Decode(arguments) => decode::run(arguments).map_err(Into::into),
+        Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),
         Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
         Command::Scan(arguments) => scan::run(arguments).map_err(Failure::coded),

@@ -6,7 +6,9 @@ use crate::revision::RevisionOption;
 
 const EXAMPLES: &str = "\
 Examples:
-  candump -L can0 | motionctl decode -             while it happens
+  motionctl decode --can can0                      while it happens, until Ctrl-C
+  motionctl decode --slcan /dev/ttyACM0            the same through a serial adapter that only listens
+  candump -L can0 | motionctl decode -             the same from another program
   motionctl decode run.log                         candump -L or candump -t a
   motionctl decode trace.asc --drive 3             one drive; .asc, .csv, .txt, .log, .trc of python-can
   motionctl decode run.log --statistics-only       frames, intervals and response times of each identifier
@@ -15,15 +17,22 @@ Examples:
 Which side sent a frame, and whether a reading is a position or a torque, follows from the frames
 before it: begin a log before the conversation begins.
 
-Exit status: 0 the whole log was read, 1 lines could not be read (each is named), 2 there is no log.";
+Exit status: 0 the whole log was read, 1 lines could not be read (each is named), 2 there is no log,
+3 the live bus cannot be opened, or has failed.";
 
 /// Options of `motionctl decode`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Log of candump (-L, -l, -t a) or python-can (.log, .asc, .csv, .txt, .trc); `-` reads the standard input.
-    #[arg(value_name = "LOG")]
-    pub(super) log: PathBuf,
+    #[arg(value_name = "LOG", required_unless_present_any = ["can", "slcan"])]
+    pub(super) log: Option<PathBuf>,
+    /// Listen to a CAN network interface instead, on Linux, until Ctrl-C.
+    #[arg(long, value_name = "INTERFACE", conflicts_with = "log")]
+    pub(super) can: Option<String>,
+    /// Listen to a Lawicel (slcan) adapter instead, until Ctrl-C; it does not even acknowledge.
+    #[arg(long, value_name = "TTY", conflicts_with_all = ["log", "can"])]
+    pub(super) slcan: Option<String>,
     /// Show the messages of these drives only. The statistics count everything.
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     drive: Vec<u8>,
@@ -33,7 +42,7 @@ pub(crate) struct Arguments {
     /// Milliseconds for which a request waits for its reply.
     #[arg(long, value_name = "MS", default_value_t = 10)]
     pub(super) reply_ms: u32,
-    /// Bit rate in kbit/s, for the bus load.
+    /// Bit rate in kbit/s: for the bus load, and what a serial adapter is set to.
     #[arg(long, value_name = "KBIT", default_value_t = 1_000)]
     pub(super) bit_rate: u32,
     /// Show no frames, only the statistics.

@@ -2,6 +2,9 @@
 
 use core::fmt;
 
+use crate::exit::{self, Coded};
+use crate::link::{LinkFault, OpenError};
+
 /// A log that cannot be read, or a text that cannot be written.
 #[derive(Debug)]
 pub(crate) enum DecodeError {
@@ -12,6 +15,12 @@ pub(crate) enum DecodeError {
     },
     /// No line belongs to a format that is known.
     NoLog { path: String },
+    /// The bus cannot be opened.
+    Open(OpenError),
+    /// The bus cannot be listened to any longer.
+    Link(LinkFault),
+    /// Ctrl-C cannot be listened to.
+    Interrupt(ctrlc::Error),
     /// The output cannot be written any further.
     Write(std::io::Error),
 }
@@ -30,9 +39,21 @@ impl fmt::Display for DecodeError {
                 f,
                 "{path} is no log that can be read: expected one of candump (-L, -l, -t a) or python-can (.log, .asc, .csv, .txt, .trc)"
             ),
+            Self::Open(source) => source.fmt(f),
+            Self::Link(source) => write!(f, "the link failed: {source}"),
+            Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::Write(source) => write!(f, "cannot write the output: {source}"),
         }
     }
 }
 
 impl std::error::Error for DecodeError {}
+
+impl Coded for DecodeError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Open(_) | Self::Link(_) => exit::LINK_FAILED,
+            _ => exit::BAD_INPUT,
+        }
+    }
+}

@@ -3,28 +3,43 @@
 mod arguments;
 mod bus;
 mod error;
+mod live;
 mod log_file;
 mod output;
 mod source;
 mod table;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use can_decode::dyn_drives::Settings;
 use can_decode::log::Entry;
 
 use crate::exit;
+use crate::interrupt;
+use crate::link::{listen_to_slcan, open_interface};
 pub(crate) use arguments::Arguments;
 use bus::{Bus, Said};
 use error::DecodeError;
+use live::LiveBus;
 use log_file::LogFile;
 use output::Output;
 use source::{Damage, Heard, Source};
 
-/// Reads a log to its end.
+/// Reads a log to its end, or listens to a bus until Ctrl-C.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DecodeError> {
-    let mut source = LogFile::open(&arguments.log)?;
-    follow(arguments, &mut source)
+    let live = match (&arguments.can, &arguments.slcan) {
+        (Some(interface), _) => Some((interface, open_interface(interface))),
+        (None, Some(port)) => Some((port, listen_to_slcan(port, arguments.bit_rate))),
+        (None, None) => None,
+    };
+    if let Some((name, link)) = live {
+        let mut bus = LiveBus::new(name, link)?;
+        interrupt::listen().map_err(DecodeError::Interrupt)?;
+        return follow(arguments, &mut bus);
+    }
+    let log = arguments.log.as_deref().unwrap_or(Path::new("-"));
+    follow(arguments, &mut LogFile::open(log)?)
 }
 
 /// Decodes what a source tells until it ends.

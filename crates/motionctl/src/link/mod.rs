@@ -4,6 +4,8 @@
 //! by the same `can_motion::service`. In addition it can wait, and it remembers the fault that made it unusable.
 
 mod error;
+#[cfg(test)]
+pub(crate) mod fake_adapter;
 mod fault;
 mod options;
 mod slcan;
@@ -17,7 +19,7 @@ use embedded_can::nb::Can;
 
 pub(crate) use error::OpenError;
 pub(crate) use fault::LinkFault;
-pub(crate) use options::{LinkOptions, SpeedOptions, open_interface};
+pub(crate) use options::{LinkOptions, SpeedOptions, listen_to_slcan, open_interface};
 use slcan::Slcan;
 #[cfg(target_os = "linux")]
 use socket_can::SocketCan;

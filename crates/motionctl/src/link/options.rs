@@ -2,9 +2,12 @@
 
 use drive_sim::BitRate;
 
-use super::slcan::Slcan;
+use super::slcan::{Channel, Slcan};
 use super::{Link, OpenError};
 use crate::virtual_drives::bit_rate;
+
+/// What most adapters with a real serial port use; those on USB ignore it.
+const DEFAULT_BAUD: u32 = 115_200;
 
 /// Which bus to use.
 #[derive(Debug, Clone, clap::Args)]
@@ -22,7 +25,7 @@ pub(crate) struct SpeedOptions {
     #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
     bit_rate: BitRate,
     /// Speed of the serial port in baud; adapters on USB ignore it.
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    #[arg(long, value_name = "BAUD", default_value_t = DEFAULT_BAUD)]
     baud: u32,
 }
 
@@ -57,8 +60,17 @@ impl SpeedOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open_slcan(&self, port: &str) -> Result<Link, OpenError> {
-        Slcan::open(port, self.baud, self.bit_rate.kbit_per_s()).map(Link::Slcan)
+        let kbit_per_s = self.bit_rate.kbit_per_s();
+        Slcan::open(port, self.baud, kbit_per_s, Channel::Open).map(Link::Slcan)
     }
+}
+
+/// Opens a Lawicel adapter on USB that only listens: it sends nothing and acknowledges nothing.
+///
+/// # Errors
+/// [`OpenError`].
+pub(crate) fn listen_to_slcan(port: &str, kbit_per_s: u32) -> Result<Link, OpenError> {
+    Slcan::open(port, DEFAULT_BAUD, kbit_per_s, Channel::ListenOnly).map(Link::Slcan)
 }
 
 /// Opens a CAN network interface.

@@ -25,6 +25,15 @@ const WRITE_TIME: Duration = Duration::from_millis(2);
 /// How long bytes of an earlier use may trickle in.
 const SETTLE_TIME: Duration = Duration::from_millis(50);
 
+/// What the adapter does on the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Channel {
+    /// It sends and acknowledges.
+    Open,
+    /// It only listens, and does not even acknowledge.
+    ListenOnly,
+}
+
 /// An open adapter.
 pub(crate) struct Slcan {
     name: String,
@@ -45,7 +54,12 @@ impl Slcan {
     ///
     /// # Errors
     /// [`OpenError`] says what is wrong with the port or with what answers on it.
-    pub(super) fn open(name: &str, baud: u32, kbit_per_s: u32) -> Result<Self, OpenError> {
+    pub(super) fn open(
+        name: &str,
+        baud: u32,
+        kbit_per_s: u32,
+        channel: Channel,
+    ) -> Result<Self, OpenError> {
         let code = lawicel::bit_rate_code(kbit_per_s).ok_or(OpenError::BitRate { kbit_per_s })?;
         let port = serialport::new(name, baud)
             .timeout(WRITE_TIME)
@@ -61,11 +75,11 @@ impl Slcan {
             answers: false,
             fault: None,
         };
-        slcan.set_up(code)?;
+        slcan.set_up(code, channel)?;
         Ok(slcan)
     }
 
-    fn set_up(&mut self, bit_rate_code: char) -> Result<(), OpenError> {
+    fn set_up(&mut self, bit_rate_code: char, channel: Channel) -> Result<(), OpenError> {
         // Ends half a command of an earlier user, and closes the channel if it was left open.
         self.send_line("\r\rC")
             .map_err(|error| self.system(error))?;
@@ -75,7 +89,10 @@ impl Slcan {
         self.lines.clear();
         self.ask_version()?;
         self.command(&format!("S{bit_rate_code}"))?;
-        self.command("O")
+        self.command(match channel {
+            Channel::Open => "O",
+            Channel::ListenOnly => "L",
+        })
     }
 
     fn ask_version(&mut self) -> Result<(), OpenError> {
@@ -249,4 +266,106 @@ fn is_transient(error: &io::Error) -> bool {
         error.kind(),
         ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use embedded_can::{Frame as _, StandardId};
+
+    use super::super::fake_adapter::{FakeAdapter, set_up_answer};
+    use super::*;
+
+    fn open(adapter: &FakeAdapter) -> Result<Slcan, OpenError> {
+        Slcan::open(adapter.port(), 115_200, 1_000, Channel::Open)
+    }
+
+    fn frame(byte: u8) -> Frame {
+        Frame::new(StandardId::new(0x03C).unwrap(), &[byte]).unwrap()
+    }
+
+    /// Waits until the adapter has answered for every frame.
+    fn await_answers(slcan: &mut Slcan) {
+        let start = Instant::now();
+        while !slcan.unanswered.is_empty() && start.elapsed() < Duration::from_secs(30) {
+            slcan.wait(Duration::from_millis(5));
+        }
+        assert!(slcan.unanswered.is_empty());
+    }
+
+    #[test]
+    fn a_refused_frame_comes_back_from_a_later_transmit() {
+        let adapter = FakeAdapter::new("refuse", |line| match line {
+            b"t03C102" => b"\x07",
+            b"t03C1FF" => b"z\rt03D1EE\r",
+            [b't', ..] => b"z\r",
+            line => set_up_answer(line),
+        });
+        let mut slcan = open(&adapter).unwrap();
+        for byte in [1, 2, 3] {
+            assert_eq!(slcan.transmit(&frame(byte)), Ok(None));
+        }
+        await_answers(&mut slcan);
+        assert_eq!(slcan.transmit(&frame(4)), Ok(Some(frame(2))));
+        assert_eq!(slcan.transmit(&frame(0xFF)), Ok(None));
+        await_answers(&mut slcan);
+        while slcan.received.is_empty() {
+            slcan.wait(Duration::from_millis(5));
+        }
+        let alarm = Frame::new(StandardId::new(0x03D).unwrap(), &[0xEE]).unwrap();
+        assert_eq!(slcan.receive(), Ok(alarm));
+        assert_eq!(slcan.receive(), Err(nb::Error::WouldBlock));
+    }
+
+    #[test]
+    fn an_adapter_that_falls_silent_holds_up_and_one_that_never_answers_does_not() {
+        let adapter = FakeAdapter::new("silent", |line| match line {
+            b"t03C100" => b"z\r",
+            [b't', ..] => b"",
+            line => set_up_answer(line),
+        });
+        let mut slcan = open(&adapter).unwrap();
+        for _ in 0..3 * MOST_UNANSWERED {
+            assert_eq!(slcan.transmit(&frame(1)), Ok(None));
+        }
+        assert_eq!(slcan.transmit(&frame(0)), Ok(None));
+        while !slcan.answers {
+            slcan.wait(Duration::from_millis(5));
+        }
+        let until_full = (0..=MOST_UNANSWERED).map(|_| slcan.transmit(&frame(1)));
+        assert_eq!(until_full.last(), Some(Err(nb::Error::WouldBlock)));
+    }
+
+    #[test]
+    fn an_adapter_that_is_gone_is_a_final_fault() {
+        let mut adapter = FakeAdapter::new("gone", set_up_answer);
+        let mut slcan = open(&adapter).unwrap();
+        adapter.vanish();
+        while slcan.fault().is_none() {
+            slcan.wait(Duration::from_millis(5));
+        }
+        assert_eq!(slcan.fault(), Some(LinkFault::Vanished));
+        let gone = || nb::Error::Other(LinkFault::Vanished);
+        assert_eq!(slcan.transmit(&frame(1)), Err(gone()));
+        assert_eq!(slcan.receive(), Err(gone()));
+    }
+
+    #[test]
+    fn what_does_not_answer_as_an_adapter_is_told() {
+        let modem = FakeAdapter::new("modem", |_| b"ERROR\r");
+        let Err(error @ OpenError::NoAdapter { .. }) = open(&modem) else {
+            panic!("a modem is no adapter");
+        };
+        assert!(error.to_string().contains("said \"ERROR\""), "{error}");
+        let narrow = FakeAdapter::new("narrow", |line| match line {
+            b"S8" => b"\x07",
+            line => set_up_answer(line),
+        });
+        let refused = open(&narrow).unwrap_err();
+        assert!(
+            refused.to_string().contains("refuses the command S8"),
+            "{refused}"
+        );
+        let odd = Slcan::open(narrow.port(), 115_200, 333, Channel::Open);
+        assert!(matches!(odd, Err(OpenError::BitRate { kbit_per_s: 333 })));
+    }
 }

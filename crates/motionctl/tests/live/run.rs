@@ -175,18 +175,24 @@ fn a_wrong_device_is_refused_before_anything_is_sent() {
 
 #[test]
 fn an_interface_that_is_not_there_is_refused() {
-    let file = Scratch::new("interface.csv", SHORT);
-    let output = run(&["--can", "no-such-can", "--trajectory", file.path(), "--yes"]);
-    let (status, errors) = status_and_errors(&output);
-    assert_eq!(status, Some(3), "{errors}");
-    let expected = if cfg!(not(target_os = "linux")) {
-        "only Linux has CAN network interfaces"
-    } else if std::path::Path::new("/proc/net/can").exists() {
-        "there is no CAN interface no-such-can"
-    } else {
-        "this kernel has no CAN support"
-    };
-    assert!(errors.contains(expected), "{errors}");
+    for command in [
+        ["run", "--can", "no-such-can", "--yes"].as_slice(),
+        &["scan", "--can", "no-such-can"],
+        &["decode", "--can", "no-such-can"],
+    ] {
+        let output = motionctl(command).output().expect("motionctl runs");
+        let (status, errors) = status_and_errors(&output);
+        assert_eq!(status, Some(3), "{command:?}: {errors}");
+        // Asking for an interface loads the modules where there are any, so the kernel is looked at afterwards.
+        let expected = if cfg!(not(target_os = "linux")) {
+            "only Linux has CAN network interfaces"
+        } else if std::path::Path::new("/proc/net/can").exists() {
+            "there is no CAN interface no-such-can"
+        } else {
+            "this kernel has no CAN support"
+        };
+        assert!(errors.contains(expected), "{command:?}: {errors}");
+    }
 }
 
 #[test]
