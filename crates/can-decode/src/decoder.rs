@@ -74,6 +74,16 @@ impl Meaning {
         }
     }
 
+    /// Whether someone who looks for trouble wants to see it: it does not decode, came twice, late or unasked, asks again for what was
+    /// not answered, or is an alarm or a data error.
+    #[must_use]
+    pub fn is_remarkable(&self) -> bool {
+        match self {
+            Self::Dyn(message) => message.is_remarkable(),
+            Self::Foreign { .. } => true,
+        }
+    }
+
     /// The drive that sent or gets it; `None` for a message to all and a foreign frame.
     #[must_use]
     pub fn drive(&self) -> Option<u8> {

@@ -71,7 +71,7 @@ fn a_simulated_run_is_put_into_words_without_one_unknown() {
         "to drive 1    Servo_Disable: ENABLE the servo",
         "to drive 2    Go_Relative_Pos_PD: step by",
         "from drive 1  General_Read: position",
-        " 0 did not decode, 0 error frames, 0 CAN FD frames",
+        " 0 did not decode, 0 look like trouble, 0 error frames, 0 CAN FD frames",
         "\n0 damaged lines\n",
     ] {
         assert!(words.contains(wanted), "{wanted}");
@@ -122,6 +122,19 @@ fn only_what_is_asked_for_is_shown() {
     let none = motionctl(&["decode", "--statistics-only"], &log.0);
     assert!(!text(&none.stdout).contains("drive 2  "));
     assert!(text(&none.stdout).contains("Go_Relative_Pos_PD"));
+
+    let trouble = Scratch::new(
+        "trouble.log",
+        b"(1.000000) can0 03C#88\n(1.000090) can0 03C#88\n(1.001000) can0 03C#88\n(1.001500) can0 03D#EE\n",
+    );
+    let output = motionctl(&["decode", "--trouble"], &trouble.0);
+    let shown: Vec<&str> = text(&output.stdout)
+        .lines()
+        .filter(|line| line.contains("drive 1"))
+        .collect();
+    assert_eq!(shown.len(), 2, "{shown:?}");
+    assert!(shown[0].contains("the same frame as 0.090 ms before") && shown[1].contains("ALARM"));
+    assert!(text(&output.stdout).contains("2 look like trouble"));
 }
 
 #[test]

@@ -82,6 +82,21 @@ impl Message {
         matches!(self.content, Content::Undecodable { .. })
     }
 
+    /// Whether someone who looks for trouble wants to see it.
+    #[must_use]
+    pub const fn is_remarkable(&self) -> bool {
+        self.note.is_some()
+            || matches!(
+                self.content,
+                Content::Undecodable { .. }
+                    | Content::PositionOrTorque { .. }
+                    | Content::Reply {
+                        reply: Reply::DriveError(_),
+                        ..
+                    }
+            )
+    }
+
     /// Time from the request to this reply in nanoseconds; `None` for everything else.
     #[must_use]
     pub const fn response_ns(&self) -> Option<u64> {

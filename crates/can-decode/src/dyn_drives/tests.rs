@@ -163,6 +163,26 @@ fn every_identifier_and_length_has_words() {
 }
 
 #[test]
+fn trouble_is_remarkable_and_the_rest_is_not() {
+    let remarkable = |frames: &[(u64, u32, &[u8])]| {
+        let mut decoder = Decoder::default();
+        let mut last = false;
+        for (at_us, id, data) in frames {
+            let frame = Frame::new(*id, false, data).expect("a frame");
+            last = decoder.hear(at_us * 1_000, &frame).is_remarkable();
+        }
+        last
+    };
+    let asked: (u64, u32, &[u8]) = (0, 0x029, &[]);
+    assert!(!remarkable(&[asked]));
+    assert!(!remarkable(&[asked, (500, 0x029, &[0])]));
+    assert!(remarkable(&[asked, (15_000, 0x029, &[0])]), "late");
+    assert!(remarkable(&[asked, (9_000, 0x029, &[])]), "not answered");
+    assert!(remarkable(&[(0, 0x03D, &[0xEE])]), "an alarm");
+    assert!(remarkable(&[(0, 0x03C, &[1, 2, 3])]), "does not decode");
+}
+
+#[test]
 fn values_have_units_in_their_names() {
     let mut decoder = Decoder::default();
     let mut json = |at_us: u64, id, data: &[u8]| {

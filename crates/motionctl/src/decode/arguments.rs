@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use can_decode::Meaning;
+
 use crate::revision::RevisionOption;
 
 const EXAMPLES: &str = "\
@@ -11,6 +13,7 @@ Examples:
   candump -L can0 | motionctl decode -             the same from another program
   motionctl decode run.log                         candump -L or candump -t a
   motionctl decode trace.asc --drive 3             one drive; .asc, .csv, .txt, .log, .trc of python-can
+  motionctl decode run.log --trouble               alarms, repeated and late frames, what does not decode
   motionctl decode run.log --statistics-only       frames, intervals and response times of each identifier
   motionctl decode run.log --json | jq 'select(.alarm_code > 0)'
 
@@ -45,6 +48,10 @@ pub(crate) struct Arguments {
     /// Bit rate in kbit/s: for the bus load, and what a serial adapter is set to.
     #[arg(long, value_name = "KBIT", default_value_t = 1_000)]
     pub(super) bit_rate: u32,
+    /// Show only what looks like trouble: alarms, frames that came twice, late or unasked, requests without a reply, frames
+    /// that do not decode, errors on the bus.
+    #[arg(long, conflicts_with = "statistics_only")]
+    trouble: bool,
     /// Show no frames, only the statistics.
     #[arg(long)]
     statistics_only: bool,
@@ -55,9 +62,20 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// Whether the messages of a drive, or those of no drive, are shown.
-    pub(super) fn shows(&self, drive: Option<u8>) -> bool {
+    /// Whether a message is shown.
+    pub(super) fn shows(&self, meaning: &Meaning) -> bool {
+        let of_drive = || {
+            meaning
+                .drive()
+                .is_some_and(|drive| self.drive.contains(&drive))
+        };
         !self.statistics_only
-            && (self.drive.is_empty() || drive.is_some_and(|drive| self.drive.contains(&drive)))
+            && (self.drive.is_empty() || of_drive())
+            && (!self.trouble || meaning.is_remarkable())
+    }
+
+    /// Whether what concerns the whole bus is shown.
+    pub(super) fn shows_bus(&self) -> bool {
+        !self.statistics_only && self.drive.is_empty()
     }
 }

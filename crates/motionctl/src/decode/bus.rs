@@ -12,6 +12,8 @@ pub(super) struct Bus {
     pub(super) statistics: Statistics,
     /// Frames that are no message of any protocol.
     pub(super) undecodable: u64,
+    /// Messages that look like trouble, those that do not decode included.
+    pub(super) remarkable: u64,
     pub(super) error_frames: u64,
     pub(super) fd_frames: u64,
     decoder: Decoder,
@@ -33,6 +35,7 @@ impl Bus {
             interface: interface.to_owned(),
             statistics: Statistics::default(),
             undecodable: 0,
+            remarkable: 0,
             error_frames: 0,
             fd_frames: 0,
             decoder: Decoder::new(settings),
@@ -52,6 +55,7 @@ impl Bus {
                 let meaning = self.decoder.hear(entry.at_ns, frame);
                 self.statistics.count(entry.at_ns, frame, &meaning);
                 self.undecodable += u64::from(meaning.is_undecodable());
+                self.remarkable += u64::from(meaning.is_remarkable());
                 Said::Frame(frame, meaning)
             }
             Event::ErrorFrame => {

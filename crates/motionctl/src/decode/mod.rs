@@ -116,10 +116,10 @@ impl<'a> Listener<'a> {
             self.damaged(line, &Damage::TimeGoesBack { before_ns, at_ns })?;
         }
         match said {
-            Said::Frame(frame, meaning) if self.arguments.shows(meaning.drive()) => {
+            Said::Frame(frame, meaning) if self.arguments.shows(&meaning) => {
                 self.output.frame(entry, frame, &meaning)?;
             }
-            Said::Other(text) if self.arguments.shows(None) => self.output.other(entry, text)?,
+            Said::Other(text) if self.arguments.shows_bus() => self.output.other(entry, text)?,
             Said::Frame(..) | Said::Other(_) => {}
         }
         Ok(())

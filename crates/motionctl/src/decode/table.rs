@@ -19,6 +19,8 @@ pub(super) struct Overview<'a> {
     least_load: Option<f64>,
     bit_rate_kbit: u32,
     undecodable_frames: u64,
+    /// Frames that look like trouble, those that do not decode included.
+    remarkable_frames: u64,
     error_frames: u64,
     fd_frames: u64,
     identifiers: Vec<Identifier<'a>>,
@@ -56,6 +58,7 @@ impl<'a> Overview<'a> {
             least_load: statistics.least_load(bit_rate_kbit),
             bit_rate_kbit,
             undecodable_frames: bus.undecodable,
+            remarkable_frames: bus.remarkable,
             error_frames: bus.error_frames,
             fd_frames: bus.fd_frames,
             identifiers: statistics.identifiers().map(identifier).collect(),
@@ -70,10 +73,11 @@ impl fmt::Display for Overview<'_> {
         }
         write!(
             f,
-            "{} frames in {:.3} s; {} did not decode, {} error frames, {} CAN FD frames",
+            "{} frames in {:.3} s; {} did not decode, {} look like trouble, {} error frames, {} CAN FD frames",
             self.frames,
             self.duration_s,
             self.undecodable_frames,
+            self.remarkable_frames,
             self.error_frames,
             self.fd_frames
         )?;
