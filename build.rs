@@ -9,7 +9,10 @@ use std::{env, error, fs};
 /// Names a file that is compiled in the place of `src/config.rs`; `cargo fw --config` sets it.
 const CONFIG: &str = "MOTION_BOARD_CONFIG";
 /// Memory map of each board, by its feature as cargo writes it in the environment.
-const MEMORY_MAPS: [(&str, &str); 1] = [("CARGO_FEATURE_STM32F405", "memory.x")];
+const MEMORY_MAPS: [(&str, &str); 2] = [
+    ("CARGO_FEATURE_STM32F405", "memory.x"),
+    ("CARGO_FEATURE_STM32G474", "src/board/stm32g474.x"),
+];
 
 fn main() -> Result<(), Box<dyn error::Error>> {
     println!("cargo::rerun-if-changed=build.rs");

@@ -4,6 +4,8 @@
 
 #[cfg(feature = "stm32f405")]
 mod stm32f405;
+#[cfg(feature = "stm32g474")]
+mod stm32g474;
 
 use embassy_executor::SendSpawner;
 use embassy_stm32::gpio::{Input, Output};
@@ -15,6 +17,8 @@ use crate::start::Cause;
 
 #[cfg(feature = "stm32f405")]
 pub(crate) use stm32f405::{CORE_HZ, init};
+#[cfg(feature = "stm32g474")]
+pub(crate) use stm32g474::{CORE_HZ, init};
 
 /// The watchdog's period at the nominal frequency of its oscillator; a real one makes it 14 to 38 ms.
 const WATCHDOG_US: u32 = 20_000;

@@ -11,6 +11,8 @@
 
 #[cfg(feature = "stm32f405")]
 mod bxcan;
+#[cfg(feature = "stm32g474")]
+mod fdcan;
 
 use core::fmt;
 
@@ -20,6 +22,8 @@ use embedded_can::{ErrorKind, StandardId};
 
 #[cfg(feature = "stm32f405")]
 pub(crate) use bxcan::Bus;
+#[cfg(feature = "stm32g474")]
+pub(crate) use fdcan::Bus;
 
 /// Low bits of an identifier: the function code. CAN specification 1.6A, "CAN ID".
 const FUNCTION_CODE_MASK: StandardId = standard_id(0x1F);

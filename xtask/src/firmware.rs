@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
-use crate::images::{CONFIG, PACKAGE};
+use crate::images::{Board, CONFIG, PACKAGE};
 use crate::size::Size;
 use crate::thumb::{Builder, Variant};
 use crate::toolchain::Preference;
@@ -12,11 +12,16 @@ use crate::toolchain::Preference;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     cargo fw                      build and print the size\n  \
+    cargo fw --board stm32g474    the other board\n  \
     cargo fw --toolchain source   build core from source, as on a machine without rustup's server\n  \
     cargo fw --config press.rs    compile this file in the place of src/config.rs\n  \
     cargo fw -- --locked          hand further arguments to cargo build\n\n\
     Log lines: the variable DEFMT_LOG (error, warn, info, debug, trace) chooses at build time which are in the image.")]
 pub(crate) struct Arguments {
+    /// The board
+    #[arg(long, value_enum, default_value = "stm32f405")]
+    board: Board,
+
     /// Where the target's core library comes from
     #[arg(long, value_enum, default_value = "auto")]
     toolchain: Preference,
@@ -36,7 +41,8 @@ pub(crate) struct Arguments {
 /// When the build fails or leaves no image that could run on the board.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
-    let mut variant = Variant::with_arguments(&arguments.cargo);
+    let mut variant = Variant::with_arguments(&arguments.board.arguments());
+    variant.arguments.extend_from_slice(&arguments.cargo);
     if let Some(config) = &arguments.config {
         variant
             .environment

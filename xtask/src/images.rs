@@ -14,6 +14,30 @@ const AXES: &str = "FIRMWARE_TEST_AXES";
 /// Names the configuration for the build script of the firmware.
 pub(crate) const CONFIG: &str = "MOTION_BOARD_CONFIG";
 
+/// The boards, by the features of the firmware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Board {
+    /// STM32F405RG, bxCAN: the default.
+    Stm32f405,
+    /// STM32G474RE, FDCAN in classic mode.
+    Stm32g474,
+}
+
+impl Board {
+    /// Its feature.
+    pub(crate) const fn feature(self) -> &'static str {
+        match self {
+            Self::Stm32f405 => "stm32f405",
+            Self::Stm32g474 => "stm32g474",
+        }
+    }
+
+    /// What chooses it on cargo's command line.
+    pub(crate) fn arguments(self) -> [String; 3] {
+        ["--no-default-features", "--features", self.feature()].map(String::from)
+    }
+}
+
 /// One image: its name and what makes it differ from the one that `cargo fw` builds.
 pub(crate) struct Image {
     /// Name of the file.
