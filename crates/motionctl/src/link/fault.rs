@@ -37,7 +37,7 @@ impl fmt::Display for LinkFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Vanished => f.write_str("the adapter is gone: unplugged, or its program ended"),
-            Self::Down => f.write_str("the network interface is down"),
+            Self::Down => f.write_str("the network interface is down or gone"),
             Self::BusOff => f.write_str(
                 "the adapter is bus-off: check bit rate, termination and wiring, then restart the interface",
             ),
