@@ -66,7 +66,7 @@ fn every_state_fault_event_and_error_is_in_the_docs() {
             ("event", "EventKind", ""),
             ("command", "CommandError", "CommandError::"),
             ("command", "TargetError", "TargetError::"),
-            ("config", "ConfigError", "ConfigError::"),
+            ("config/error", "ConfigError", "ConfigError::"),
             ("procedure/error", "ProcedureError", "ProcedureError::"),
         ],
     );
