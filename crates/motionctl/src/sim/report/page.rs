@@ -42,7 +42,7 @@ pub(super) fn page(recording: &Recording, summary: &Summary) -> Result<String, S
 }
 
 const AXIS_LEGEND: &str = "<ul class=\"legend\"><li class=\"target\">target</li><li class=\"sent\">sent</li><li class=\"drive\">drive</li>\
-<li class=\"error\">target - drive</li><li class=\"backlog\">target - sent</li><li class=\"status-age\">status</li><li class=\"position-age\">position</li>\
+<li class=\"error\">target - drive</li><li class=\"backlog\">target - sent</li><li class=\"status-age\">status poll</li><li class=\"position-age\">position poll</li>\
 <li class=\"cause\">commanded fault</li><li class=\"fault\">fault</li></ul>";
 
 /// Puts each part at its place in the template, once: a part is never searched for places.

@@ -71,7 +71,7 @@ fn every_axis_of_a_picture_has_its_unit() {
         "position, counts",
         "error, counts",
         "backlog, counts",
-        "poll age, ms",
+        "oldest poll, ms",
         "bus load, %",
         "time, s",
         "less the cycle, us",

@@ -46,21 +46,31 @@ pub(super) fn thin(
     end: f64,
     columns: u32,
 ) -> Vec<(f64, f64)> {
+    let columns = columns_of(points, end, columns);
+    columns.iter().flat_map(Column::points).collect()
+}
+
+/// The largest value in each column: what matters of a sawtooth, whose teeth would hide everything behind them.
+pub(super) fn peaks(
+    points: impl Iterator<Item = (f64, f64)>,
+    end: f64,
+    columns: u32,
+) -> Vec<(f64, f64)> {
+    let columns = columns_of(points, end, columns);
+    columns.iter().map(|column| column.most).collect()
+}
+
+fn columns_of(points: impl Iterator<Item = (f64, f64)>, end: f64, columns: u32) -> Vec<Column> {
     let per_x = f64::from(columns) / end.max(f64::MIN_POSITIVE);
-    let mut thinned = Vec::new();
-    let mut column: Option<Column> = None;
+    let mut filled: Vec<Column> = Vec::new();
     for point in points {
         let number = (point.0 * per_x) as u64;
-        match &mut column {
+        match filled.last_mut() {
             Some(column) if column.number == number => column.add(point),
-            _ => {
-                thinned.extend(column.iter().flat_map(Column::points));
-                column = Some(Column::new(number, point));
-            }
+            _ => filled.push(Column::new(number, point)),
         }
     }
-    thinned.extend(column.iter().flat_map(Column::points));
-    thinned
+    filled
 }
 
 #[cfg(test)]
@@ -74,6 +84,14 @@ mod tests {
         let thinned = thin(points, 100_000.0, 1_000);
         assert!(thinned.len() <= 4_000);
         assert!(thinned.contains(&(56_789.0, 7.0)));
+    }
+
+    #[test]
+    fn peaks_are_the_largest_values() {
+        let sawtooth = (0..1_000).map(|n| (f64::from(n), f64::from(n % 20)));
+        let peaks = peaks(sawtooth, 1_000.0, 10);
+        assert_eq!(peaks.len(), 10);
+        assert!(peaks.iter().all(|(_, value)| *value == 19.0));
     }
 
     proptest! {

@@ -7,10 +7,13 @@ use plotters::prelude::*;
 use super::{Area, COLUMNS, Drawn, TIME_LABELS, WIDTH, at_s, mesh, reason, seconds, time_chart};
 use crate::sim::recording::{AxisSample, Kind, Recording};
 use crate::sim::report::palette;
-use crate::sim::report::thin::thin;
+use crate::sim::report::thin::{peaks, thin};
 
 /// Room in pixels for one label of a value.
 const LABEL_HEIGHT: u32 = 32;
+
+/// Columns of the poll ages: wide enough for several polls in a run of seconds.
+const AGE_COLUMNS: u32 = COLUMNS / 6;
 
 /// One curve of a panel.
 struct Curve {
@@ -41,23 +44,34 @@ impl OfAxis<'_> {
         width: u32,
         value: impl Fn(&AxisSample) -> Option<f64>,
     ) -> Curve {
-        let points = self.recording.samples.iter().filter_map(|sample| {
-            let of_axis = sample.axes.get(self.axis)?;
-            Some((seconds(sample), value(of_axis)?))
-        });
         Curve {
-            points: thin(points, self.recording.end_s(), COLUMNS),
+            points: thin(self.values(value), self.recording.end_s(), COLUMNS),
             color,
             width,
         }
     }
 
-    /// In milliseconds, while polls run: from the start of the motion on.
+    /// The oldest of a while in milliseconds, while polls run: from the start of the motion on.
     fn age(&self, color: RGBColor, age_us: impl Fn(&AxisSample) -> Option<u32>) -> Curve {
         let start_s = self.recording.motion_start_us.unwrap_or(0) as f64 * 1e-6;
-        let mut curve = self.curve(color, 1, |axis| Some(f64::from(age_us(axis)?) * 1e-3));
-        curve.points.retain(|(at_s, _)| *at_s >= start_s);
-        curve
+        let ages = self
+            .values(|axis| Some(f64::from(age_us(axis)?) * 1e-3))
+            .filter(|(at_s, _)| *at_s >= start_s);
+        Curve {
+            points: peaks(ages, self.recording.end_s(), AGE_COLUMNS),
+            color,
+            width: 2,
+        }
+    }
+
+    fn values(
+        &self,
+        value: impl Fn(&AxisSample) -> Option<f64>,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        self.recording.samples.iter().filter_map(move |sample| {
+            let of_axis = sample.axes.get(self.axis)?;
+            Some((seconds(sample), value(of_axis)?))
+        })
     }
 
     fn panels(&self) -> [Panel; 4] {
@@ -86,7 +100,7 @@ impl OfAxis<'_> {
                 at_least: -10.0..10.0,
             },
             Panel {
-                title: "poll age, ms",
+                title: "oldest poll, ms",
                 height: 120,
                 curves: vec![
                     self.age(palette::STATUS_AGE, |axis| axis.status_age_us),
