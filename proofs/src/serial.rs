@@ -1,10 +1,13 @@
 //! The serial codec: every request and reply in both directions, the stream decoder and the client.
 
+use core::fmt;
+
 use dyn_serial::{
     Address, CircularMove, Client, ConfigByte, Counts28, Decoder, Dialect, DriveId, DriveStatus,
     Dummy, Event, FeedRate, GeneralId, LinearMove, Packet, ParameterForm, Reply, Request,
-    RequestFunction, SpeedRpm, Timing, Turn,
+    RequestFunction, SpeedRpm, Timing, Turn, service,
 };
+use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write};
 
 use crate::opaque::{self, consume, hide, number, reach, reach_mut};
 
@@ -107,6 +110,63 @@ fn client() {
     consume(client.receive(opaque::bits(), opaque::byte()));
     consume(client.poll(opaque::bits()));
     consume((*client.line(), *client.traffic()));
+    consume(service(&mut client, &mut AnyPort, opaque::bits()).is_ok());
     client.abandon();
     consume(Timing::chain(hide(Timing::ONE_DRIVE.attempts)));
+}
+
+/// A port that may do anything, broken contracts included.
+struct AnyPort;
+
+#[derive(Debug)]
+struct PortError;
+
+impl fmt::Display for PortError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("port error")
+    }
+}
+
+impl core::error::Error for PortError {}
+
+impl embedded_io::Error for PortError {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::Other
+    }
+}
+
+impl ErrorType for AnyPort {
+    type Error = PortError;
+}
+
+impl Read for AnyPort {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, PortError> {
+        buffer.iter_mut().for_each(|byte| *byte = opaque::byte());
+        any_result(opaque::word() as usize)
+    }
+}
+
+impl ReadReady for AnyPort {
+    fn read_ready(&mut self) -> Result<bool, PortError> {
+        any_result(opaque::flag())
+    }
+}
+
+impl Write for AnyPort {
+    fn write(&mut self, buffer: &[u8]) -> Result<usize, PortError> {
+        buffer.iter().copied().for_each(consume);
+        any_result(opaque::word() as usize)
+    }
+
+    fn flush(&mut self) -> Result<(), PortError> {
+        any_result(())
+    }
+}
+
+fn any_result<T>(value: T) -> Result<T, PortError> {
+    if opaque::flag() {
+        Ok(value)
+    } else {
+        Err(PortError)
+    }
 }

@@ -2,13 +2,26 @@
 
 use embedded_io::{Read, ReadReady, Write};
 
-use crate::client::{Client, Poll};
+use crate::client::{Client, Failure, Poll};
 
 /// Bytes that one call of [`service`] reads at most: a port that is always ready must not hold the caller's loop.
 pub const MAX_BYTES_A_CALL: usize = 64;
 
 /// Hands the client what has come in and writes what it wants sent; then says how things stand. Call it again when more
 /// bytes may have come, and at the time of a [`Poll::Wait`].
+///
+/// ```
+/// use dyn_serial::{Answer, Client, Poll, Reply, service};
+/// use embedded_io::{Read, ReadReady, Write};
+///
+/// /// One turn of the firmware's loop: the reply to whatever was begun, once it is there.
+/// fn turn<U: Read + ReadReady + Write>(client: &mut Client, uart: &mut U, now_us: u64) -> Option<Reply> {
+///     match service(client, uart, now_us) {
+///         Ok(Poll::Done(Ok(Answer::Reply { reply, .. }))) => Some(reply),
+///         _ => None,
+///     }
+/// }
+/// ```
 ///
 /// Reads only what is ready. Writing waits for the driver to take at most 7 bytes, 1.8 ms at 38400 baud; a driver with a
 /// buffer does not wait. Set the port to 38400 8N1.
@@ -43,12 +56,29 @@ fn exchange<U: Read + ReadReady + Write>(
     }
     match client.poll(now_us) {
         Poll::Transmit(packet) => {
-            port.write_all(packet.as_bytes())?;
+            if let Err(taken) = write_all(port, packet.as_bytes())? {
+                client.abandon();
+                return Ok(Poll::Done(Err(Failure::NotTaken { taken })));
+            }
             port.flush()?;
             Ok(client.poll(now_us))
         }
         other => Ok(other),
     }
+}
+
+/// Writes everything; the inner error is the number of bytes after which the port took no more.
+///
+/// `embedded_io::Write::write_all` panics where a driver breaks its contract and takes nothing.
+fn write_all<U: Write>(port: &mut U, bytes: &[u8]) -> Result<Result<(), usize>, U::Error> {
+    let mut taken = 0;
+    while let Some(rest @ [_, ..]) = bytes.get(taken..) {
+        match port.write(rest)? {
+            0 => return Ok(Err(taken)),
+            more => taken = taken.saturating_add(more),
+        }
+    }
+    Ok(Ok(()))
 }
 
 #[cfg(test)]
@@ -59,11 +89,21 @@ mod tests {
     use std::collections::VecDeque;
     use std::vec::Vec;
 
-    /// A UART with endless buffers, or a broken one.
-    #[derive(Default)]
+    /// A UART that takes at most three bytes at once, and none beyond its room.
     struct Uart {
         incoming: VecDeque<u8>,
         sent: Vec<u8>,
+        room: usize,
+    }
+
+    impl Default for Uart {
+        fn default() -> Self {
+            Self {
+                incoming: VecDeque::new(),
+                sent: Vec::new(),
+                room: usize::MAX,
+            }
+        }
     }
 
     impl embedded_io::ErrorType for Uart {
@@ -88,8 +128,9 @@ mod tests {
 
     impl Write for Uart {
         fn write(&mut self, buffer: &[u8]) -> Result<usize, Infallible> {
-            self.sent.extend_from_slice(buffer);
-            Ok(buffer.len())
+            let taken = buffer.len().min(3).min(self.room - self.sent.len());
+            self.sent.extend_from_slice(&buffer[..taken]);
+            Ok(taken)
         }
 
         fn flush(&mut self) -> Result<(), Infallible> {
@@ -129,6 +170,23 @@ mod tests {
             Ok(Poll::Done(Ok(Answer::Sent)))
         );
         assert_eq!(uart.sent, [0x00, 0x8A, 0x80, 0x8A]);
+    }
+
+    #[test]
+    fn a_port_that_takes_no_more_ends_the_request_and_does_not_panic() {
+        let mut client = client();
+        let mut uart = Uart {
+            room: 3,
+            ..Uart::default()
+        };
+        client
+            .begin(10_000, DriveId::FRESH.into(), &Request::ReadDriveId)
+            .unwrap();
+        assert_eq!(
+            service(&mut client, &mut uart, 10_000),
+            Ok(Poll::Done(Err(Failure::NotTaken { taken: 3 })))
+        );
+        assert_eq!(service(&mut client, &mut uart, 10_000), Ok(Poll::Idle));
     }
 
     #[test]

@@ -57,6 +57,11 @@ pub enum Failure {
         /// What was wrong.
         error: DecodeError,
     },
+    /// The port took no more than a part of the request; a drive hears a packet that is cut short.
+    NotTaken {
+        /// Bytes that it took.
+        taken: usize,
+    },
     /// The line was never quiet for long enough, and nothing was sent.
     NotQuiet {
         /// How long the client waited.
@@ -73,6 +78,10 @@ impl fmt::Display for Failure {
             Self::BadReply { attempts, error } => {
                 write!(f, "bad reply in {attempts} attempts: {error}")
             }
+            Self::NotTaken { taken } => write!(
+                f,
+                "expected the port to take a whole packet, it took {taken} bytes"
+            ),
             Self::NotQuiet { waited_us } => write!(
                 f,
                 "expected a quiet line, got bytes for {waited_us} us: is another host on it?"
