@@ -180,6 +180,14 @@ pub trait Sends: Life {
     fn sends_each_cycle(&self) -> bool;
     /// The set-point of this cycle.
     fn set_point(&self) -> (FrameOf<Self>, SetPointOf<Self>);
+    /// Bits of the set-point of this cycle on the wire.
+    fn set_point_bits(&self) -> u16 {
+        0
+    }
+    /// Bits of a request on the wire.
+    fn request_bits(&self, _request: RequestOf<Self>) -> u16 {
+        0
+    }
     /// The frame that switches the drive.
     fn switch_frame(&self, switch: Switch) -> Option<FrameOf<Self>>;
     /// The request to send next, and for how many cycles it has been due; below 0 it is not due yet.

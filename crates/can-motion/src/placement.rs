@@ -6,8 +6,13 @@
 //! as far as the responses of the drives are known. Where there is no such place, or the plan of the bus has no room for
 //! requests before set-points, they go behind all set-points.
 
+use core::cmp::Ordering;
+
 use crate::plan::{Burst, ResponseWindow};
 use crate::time::Instant;
+
+/// So far from the mean the length of the set-points may be without a request that evens it out.
+const USUAL_BITS: u32 = 1;
 
 /// The place, and when the frames of this cycle leave.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +25,8 @@ pub(crate) struct Placement {
     before: Option<u8>,
     /// Time on the wire of what was accepted in this cycle.
     accepted_us: u32,
+    /// Mean length of the set-points of a cycle lately, in sixteenths of a bit.
+    mean_sixteenths: u32,
 }
 
 impl Placement {
@@ -31,6 +38,7 @@ impl Placement {
             may_choose,
             before: None,
             accepted_us: 0,
+            mean_sixteenths: 0,
         }
     }
 
@@ -60,6 +68,24 @@ impl Placement {
     /// Requests come before set-points, so each cycle must have its requests, or set-points would shift.
     pub(crate) const fn needs_requests(&self) -> bool {
         self.before.is_some()
+    }
+
+    /// How long the request of this cycle should be, compared with the usual one, beside set-points of this length: their
+    /// extremes and its own must not add up. Most set-points are of medium length and leave the choice to the due dates.
+    pub(crate) fn counterweight(&mut self, set_points_bits: u32) -> Option<Ordering> {
+        let mean_bits = self.mean_sixteenths / 16;
+        // A sixteenth of the difference, as the mean is in sixteenths.
+        self.mean_sixteenths = self
+            .mean_sixteenths
+            .saturating_add(set_points_bits)
+            .saturating_sub(mean_bits);
+        if set_points_bits + USUAL_BITS < mean_bits {
+            Some(Ordering::Greater)
+        } else if set_points_bits > mean_bits + USUAL_BITS {
+            Some(Ordering::Less)
+        } else {
+            None
+        }
     }
 
     /// Chooses the place anew for so many set-points. A place that still fits is kept.
@@ -154,5 +180,16 @@ mod tests {
         placement.set_point_accepted();
         assert_eq!(placement.request_leaves(start, start), start + 2 * 67 + 57);
         assert_eq!(placement.request_leaves(start + 400, start), start + 457);
+    }
+
+    #[test]
+    fn a_request_evens_out_what_is_far_from_the_mean() {
+        let mut placement = Placement::new(1_000, BURST, true);
+        for _ in 0..200 {
+            placement.counterweight(524);
+        }
+        assert_eq!(placement.counterweight(525), None);
+        assert_eq!(placement.counterweight(514), Some(Ordering::Greater));
+        assert_eq!(placement.counterweight(534), Some(Ordering::Less));
     }
 }

@@ -14,6 +14,7 @@ mod exit;
 mod interrupt;
 mod jog;
 mod lawicel;
+mod limits;
 mod link;
 mod monitor;
 mod pty;
@@ -51,6 +52,8 @@ enum Command {
     Decode(decode::Arguments),
     /// Offer simulated drives behind a CAN adapter, in real time, to this tool or any other.
     Bench(bench::Arguments),
+    /// Measure on the simulated bus how many axes it carries, and how regularly.
+    Limits(limits::Arguments),
     /// Run a motion on the drives of a real bus, in real time.
     Run(Box<run::Arguments>),
     /// Find the drives on a real bus, and their revisions.
@@ -86,6 +89,7 @@ fn main() -> ExitCode {
     let result: Result<ExitCode, Failure> = match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
+        Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),
         Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
         Command::Scan(arguments) => scan::run(arguments).map_err(Failure::coded),

@@ -7,6 +7,7 @@ use crate::config::MasterConfig;
 use crate::event::EventKind;
 use crate::family::{Life, Sends, Switch};
 use crate::life::{AxisState, Reason};
+use crate::plan::wire::exact_bits;
 use crate::polls::PollKind;
 use crate::time::Instant;
 
@@ -61,6 +62,16 @@ impl Sends for Axis {
         // Procedures were checked against the revision when they started, and readings exist in both.
         let frame = request.encode(address, &self.dialect).ok()?;
         self.slot.is_free().then_some(frame)
+    }
+
+    fn set_point_bits(&self) -> u16 {
+        let (frame, _) = self.set_point();
+        exact_bits(frame.id(), frame.data())
+    }
+
+    fn request_bits(&self, request: Request) -> u16 {
+        let frame = self.request_frame(request);
+        frame.map_or(0, |frame| exact_bits(frame.id(), frame.data()))
     }
 
     /// The controller accepted a set-point.
