@@ -7,7 +7,9 @@ use can_motion::{
     AxisConfig, AxisState, Confirmation, EventKind, GroupId, Instant, MasterConfig, Procedure,
     ProcedureEnd, ProcedureError, service,
 };
-use drive_sim::{Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, NodeId, TxOrder};
+use drive_sim::{
+    Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, NodeId, ResponseDelay, TxOrder,
+};
 use dyn_can::{
     Alarm, ByteOrder, Dialect, DriveId, MaxSpeed, OnPosRange, Reply, Revision, SetParamGroup2,
     SetParamGroup3,
@@ -250,6 +252,18 @@ fn a_scan_finds_every_drive_and_its_revision() {
             (63, Some(Revision::V1_6A))
         ]
     );
+}
+
+#[test]
+fn a_scan_that_listens_longer_finds_what_answers_late() {
+    let late = || {
+        let mut config = drive(5, Revision::V1_6A);
+        config.response_delay = ResponseDelay::fixed(30_000_000);
+        Workbench::new(vec![config])
+    };
+    assert!(late().run(Scan::default()).is_empty());
+    let found = late().run(Scan::listening(50_000));
+    assert_eq!(found.first().map(|found| found.drive.get()), Some(5));
 }
 
 #[test]

@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn frames_come_in_order_until_the_adapter_is_gone() {
         let mut adapter = FakeAdapter::new("listen", |line| match line {
-            b"L" => b"\rt0290\rt029100\r",
+            b"L" => b"\rt0290\rt029100\r".to_vec(),
             b"O" => panic!("a listener must not acknowledge"),
             line => set_up_answer(line),
         });

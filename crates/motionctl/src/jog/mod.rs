@@ -67,6 +67,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     );
     confirm(&question, arguments.yes).map_err(DrivesError::NotConfirmed)?;
     interrupt::listen().map_err(DrivesError::Interrupt)?;
+    if !arguments.json {
+        eprintln!("drive {drive} is being enabled and moved; Ctrl-C stops it");
+    }
     let jog = Jog {
         turns: *turns,
         rpm: *rpm,

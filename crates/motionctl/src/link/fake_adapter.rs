@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use super::Link;
+use super::slcan::{Channel, Slcan};
 use crate::lawicel::{Lines, Token};
 use crate::pty::{self, Pty};
 
@@ -18,10 +20,7 @@ pub(crate) struct FakeAdapter {
 
 impl FakeAdapter {
     /// An adapter that answers a line with bytes.
-    pub(crate) fn new(
-        name: &str,
-        answer: impl Fn(&[u8]) -> &'static [u8] + Send + 'static,
-    ) -> Self {
+    pub(crate) fn new(name: &str, answer: impl Fn(&[u8]) -> Vec<u8> + Send + 'static) -> Self {
         let link =
             std::env::temp_dir().join(format!("motionctl-slcan-{}-{name}", std::process::id()));
         let pty = Pty::create(&link).unwrap();
@@ -37,7 +36,7 @@ impl FakeAdapter {
                     let Token::Line(line) = token else { continue };
                     // Byte by byte: an answer may come in any portions.
                     for byte in answer(&line) {
-                        assert_eq!(pty.write(&[*byte]).unwrap(), 1);
+                        assert_eq!(pty.write(&[byte]).unwrap(), 1);
                     }
                 }
             }
@@ -52,6 +51,12 @@ impl FakeAdapter {
     /// Its port.
     pub(crate) fn port(&self) -> &str {
         self.link.to_str().unwrap()
+    }
+
+    /// Opens it as a link.
+    pub(crate) fn open(&self) -> Link {
+        let slcan = Slcan::open(self.port(), 115_200, 1_000, Channel::Open);
+        Link::Slcan(slcan.unwrap())
     }
 
     /// Takes its terminal away.
@@ -71,10 +76,10 @@ impl Drop for FakeAdapter {
 }
 
 /// What every adapter answers while it is set up.
-pub(crate) fn set_up_answer(line: &[u8]) -> &'static [u8] {
+pub(crate) fn set_up_answer(line: &[u8]) -> Vec<u8> {
     match line {
-        b"V" => b"V1013\r",
-        b"C" => b"\x07",
-        _ => b"\r",
+        b"V" => b"V1013\r".to_vec(),
+        b"C" => b"\x07".to_vec(),
+        _ => b"\r".to_vec(),
     }
 }

@@ -295,9 +295,9 @@ mod tests {
     #[test]
     fn a_refused_frame_comes_back_from_a_later_transmit() {
         let adapter = FakeAdapter::new("refuse", |line| match line {
-            b"t03C102" => b"\x07",
-            b"t03C1FF" => b"z\rt03D1EE\r",
-            [b't', ..] => b"z\r",
+            b"t03C102" => b"\x07".to_vec(),
+            b"t03C1FF" => b"z\rt03D1EE\r".to_vec(),
+            [b't', ..] => b"z\r".to_vec(),
             line => set_up_answer(line),
         });
         let mut slcan = open(&adapter).unwrap();
@@ -319,8 +319,8 @@ mod tests {
     #[test]
     fn an_adapter_that_falls_silent_holds_up_and_one_that_never_answers_does_not() {
         let adapter = FakeAdapter::new("silent", |line| match line {
-            b"t03C100" => b"z\r",
-            [b't', ..] => b"",
+            b"t03C100" => b"z\r".to_vec(),
+            [b't', ..] => Vec::new(),
             line => set_up_answer(line),
         });
         let mut slcan = open(&adapter).unwrap();
@@ -351,13 +351,13 @@ mod tests {
 
     #[test]
     fn what_does_not_answer_as_an_adapter_is_told() {
-        let modem = FakeAdapter::new("modem", |_| b"ERROR\r");
+        let modem = FakeAdapter::new("modem", |_| b"ERROR\r".to_vec());
         let Err(error @ OpenError::NoAdapter { .. }) = open(&modem) else {
             panic!("a modem is no adapter");
         };
         assert!(error.to_string().contains("said \"ERROR\""), "{error}");
         let narrow = FakeAdapter::new("narrow", |line| match line {
-            b"S8" => b"\x07",
+            b"S8" => b"\x07".to_vec(),
             line => set_up_answer(line),
         });
         let refused = open(&narrow).unwrap_err();

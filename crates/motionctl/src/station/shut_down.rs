@@ -70,3 +70,41 @@ pub(crate) fn warning(unconfirmed: &[DriveId]) -> String {
         list(unconfirmed)
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use can_motion::PollPeriods;
+    use dyn_can::StepLimit;
+
+    use super::*;
+    use crate::link::fake_adapter::{FakeAdapter, set_up_answer};
+    use crate::station::AxisOptions;
+
+    /// Drive 1 answers every question and obeys no Servo_Disable.
+    fn stubborn_drive(line: &[u8]) -> Vec<u8> {
+        let reply: &[u8] = match line {
+            // Echo_Function: the same bytes.
+            [b't', b'0', b'3', b'E', ..] => line,
+            b"t0350" => b"t0356140000100000",
+            b"t0280" => b"t028100",
+            b"t0290" => b"t029100",
+            b"t02E11B" => b"t02E100",
+            [b't', ..] => return b"z\r".to_vec(),
+            _ => return set_up_answer(line),
+        };
+        [b"z\r", reply, b"\r"].concat()
+    }
+
+    #[test]
+    fn a_drive_that_stays_enabled_is_named() {
+        let adapter = FakeAdapter::new("stubborn", stubborn_drive);
+        let mut link = adapter.open();
+        let axis = AxisOptions::default().axis(DriveId::MIN, StepLimit::MAX, PollPeriods::DEFAULT);
+        let mut station = Station::new(&mut link, &[axis], 1_000).unwrap();
+        while !station.master().all_are(GROUP, AxisState::Ready) {
+            station.cycle(|_, _| {}).unwrap();
+        }
+        assert_eq!(station.shut_down(), Ok(vec![DriveId::MIN]));
+        assert!(warning(&[DriveId::MIN]).contains("drives 1 did not confirm"));
+    }
+}

@@ -135,6 +135,32 @@ fn jog_moves_by_turns_whatever_the_gear_and_disables() {
 }
 
 #[test]
+fn ctrl_c_stops_a_jog_and_disables() {
+    let bench = BenchProcess::start("jog-stop", "1");
+    // Ten turns at 60 rpm take 19 s.
+    let arguments = [
+        "jog",
+        "--slcan",
+        bench.path(),
+        "--drive",
+        "1",
+        "--turns",
+        "10",
+        "--yes",
+    ];
+    let child = start_and_wait_for(motionctl(&arguments), "Ctrl-C stops it");
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    interrupt(&child);
+    let output = child.wait_with_output().expect("its output");
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let report = bench.stop();
+    let drive = &report["drives"][0];
+    assert_eq!(drive["enabled"], false, "{drive}");
+    let received = drive["received_counts"].as_i64().expect("a count");
+    assert!((0..163_840).contains(&received), "{drive}");
+}
+
+#[test]
 fn enable_holds_until_ctrl_c_and_then_disables() {
     let bench = BenchProcess::start("enable", "1,2");
     let arguments = [

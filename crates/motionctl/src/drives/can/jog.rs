@@ -18,6 +18,7 @@ const START_UP_LIMIT_US: u64 = 10_000_000;
 const SETTLE_US: u64 = 300_000;
 /// The highest speed of a minimum-jerk move is 15/8 of the mean one.
 const PEAK_OVER_MEAN: f64 = 15.0 / 8.0;
+const MS_PER_MINUTE: f64 = 60_000.0;
 
 /// Enables, moves, disables.
 pub(super) fn jog(
@@ -27,22 +28,12 @@ pub(super) fn jog(
     jog: Jog,
 ) -> Result<JogEnd, DrivesError> {
     let asked_counts = distance_counts(link, axes, drive, jog)?;
-    let minutes = jog.turns.abs() * PEAK_OVER_MEAN / jog.rpm;
-    // The options bound turns and speed; a float that is too large becomes the largest number.
-    let duration_ms = ((minutes * 60_000.0).ceil() as u32).max(1);
-    let keyframes = [(0, 0), (duration_ms, asked_counts)].map(|(at_ms, counts)| Keyframe {
-        at_ms,
-        positions_counts: [counts],
-    });
-    let no_motion = |error: can_motion::motion::MotionError| DrivesError::Fault {
+    let keyframes = keyframes(asked_counts, jog);
+    let motion = KeyframeMotion::new(&keyframes).map_err(|error| DrivesError::Fault {
         drive: drive.into(),
         reason: error.to_string(),
-    };
-    let motion = KeyframeMotion::new(&keyframes).map_err(no_motion)?;
-    let [peak] = motion.peak_step_counts(CYCLE_US);
-    let max_step =
-        StepLimit::new((peak + peak / 4).try_into().unwrap_or(i32::MAX)).unwrap_or(StepLimit::MAX);
-    let axis = axes.axis(drive, max_step, PollPeriods::DEFAULT);
+    })?;
+    let axis = axes.axis(drive, catch_up(&motion), PollPeriods::DEFAULT);
     let mut station = Station::new(link, &[axis], CYCLE_US).map_err(DrivesError::Config)?;
     let moved = Move {
         station: &mut station,
@@ -59,6 +50,24 @@ pub(super) fn jog(
         interrupted,
         enabled: false,
     })
+}
+
+/// From rest to rest, with the highest speed in the middle.
+fn keyframes(counts: i32, jog: Jog) -> [Keyframe<1>; 2] {
+    let minutes = jog.turns.abs() * PEAK_OVER_MEAN / jog.rpm;
+    // The options bound turns and speed, so the time fits.
+    let duration_ms = ((minutes * MS_PER_MINUTE).ceil() as u32).max(1);
+    [(0, 0), (duration_ms, counts)].map(|(at_ms, counts)| Keyframe {
+        at_ms,
+        positions_counts: [counts],
+    })
+}
+
+/// A quarter above the largest step of the motion: an axis that is behind catches up, and never much faster than planned.
+fn catch_up(motion: &KeyframeMotion<'_, 1>) -> StepLimit {
+    let [peak] = motion.peak_step_counts(CYCLE_US);
+    let step = i32::try_from(peak + peak / 4).unwrap_or(i32::MAX);
+    StepLimit::new(step).unwrap_or(StepLimit::MAX)
 }
 
 /// Turns in the command counts of the drive, which depend on its gear number.
