@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         drive, turns, rpm, ..
     } = arguments;
     let question = format!(
-        "The motor of drive {drive} will be enabled and TURN by {turns} turns at up to {rpm} rpm. Is everybody clear of the machine?"
+        "The motor of drive {drive} will TURN, powered, by {turns} turns at up to {rpm} rpm. Is everybody clear of the machine?"
     );
     confirm(&question, arguments.yes).map_err(DrivesError::NotConfirmed)?;
     interrupt::listen().map_err(DrivesError::Interrupt)?;
