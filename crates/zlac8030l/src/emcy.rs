@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::error::DecodeError;
 use crate::frame::DataFrame;
-use crate::node::{NodeId, Service};
+use crate::node::{EMCY, NodeId, Service};
 
 /// An emergency message (CiA 301): 8 bytes at 80h + node.
 ///
@@ -35,10 +35,9 @@ impl Emcy {
     /// # Errors
     /// [`DecodeError`] for another service and for a length other than 8.
     pub const fn decode(frame: &DataFrame) -> Result<(Option<NodeId>, Self), DecodeError> {
-        let node = match frame.service() {
-            Ok(Service::Emcy(node)) => Some(node),
-            Ok(Service::Sync) => None,
-            Ok(_) => return Err(DecodeError::Service { can_id: frame.id() }),
+        let node = match frame.node_of(EMCY) {
+            Ok(node) => Some(node),
+            Err(DecodeError::Node { .. }) => None,
             Err(error) => return Err(error),
         };
         let [low, high, error_register, a, b, c, d, e] = match frame.exactly(8) {

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::error::{DecodeError, FrameError};
-use crate::node::Service;
+use crate::node::{NodeId, Service};
 
 /// A data frame: identifier 0 ..= 0x7FF and 0 ..= 8 data bytes.
 ///
@@ -77,6 +77,17 @@ impl DataFrame {
     /// [`DecodeError::Node`] and [`DecodeError::Service`], see [`Service::of`].
     pub const fn service(&self) -> Result<Service, DecodeError> {
         Service::of(self.id)
+    }
+
+    /// The node of a frame whose identifier is a function code (its upper four bits) and a node.
+    pub(crate) const fn node_of(&self, function: u16) -> Result<NodeId, DecodeError> {
+        if self.id >> 7 != function {
+            return Err(DecodeError::Service { can_id: self.id });
+        }
+        match NodeId::new((self.id & 0x7F) as i32) {
+            Ok(node) => Ok(node),
+            Err(_) => Err(DecodeError::Node { can_id: self.id }),
+        }
     }
 
     /// The number of data bytes, 0 ..= 8.

@@ -51,7 +51,7 @@ impl HeartbeatWatch {
     /// When the drive is lost unless a heartbeat comes; `None` before the first one, because the producer may be off.
     #[must_use]
     pub fn deadline_us(&self) -> Option<u64> {
-        Some(self.heard_us? + u64::from(self.timeout_us))
+        Some(self.heard_us?.saturating_add(u64::from(self.timeout_us)))
     }
 
     /// Whether the heartbeat has stopped.

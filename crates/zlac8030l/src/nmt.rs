@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::error::DecodeError;
 use crate::frame::DataFrame;
-use crate::node::{NodeId, Service};
+use crate::node::{HEARTBEAT, NodeId, Service};
 
 /// A command of the NMT master. The guide shows start and pre-operational; the others are CiA 301.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -118,9 +118,8 @@ impl Heartbeat {
     /// # Errors
     /// [`DecodeError`] for another service, node 0, a length other than 1, and an unknown state.
     pub const fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        let node = match frame.service() {
-            Ok(Service::Heartbeat(node)) => node,
-            Ok(_) => return Err(DecodeError::Service { can_id: frame.id() }),
+        let node = match frame.node_of(HEARTBEAT) {
+            Ok(node) => node,
             Err(error) => return Err(error),
         };
         let [state, ..] = match frame.exactly(1) {

@@ -106,6 +106,14 @@ pub enum Service {
 
 /// Function code of TPDO 0; the other PDOs follow in pairs of TPDO and RPDO.
 const TPDO_0: u16 = 3;
+/// Function code of SYNC and EMCY.
+pub(crate) const EMCY: u16 = 1;
+/// Function code of SDO replies.
+pub(crate) const SDO_REPLY: u16 = 0xB;
+/// Function code of SDO requests.
+pub(crate) const SDO_REQUEST: u16 = 0xC;
+/// Function code of boot-up and heartbeat.
+pub(crate) const HEARTBEAT: u16 = 0xE;
 
 impl Service {
     /// The identifier.
@@ -114,12 +122,12 @@ impl Service {
         let (function, node) = match self {
             Self::Nmt => return 0,
             Self::Sync => return 0x080,
-            Self::Emcy(node) => (1, node),
+            Self::Emcy(node) => (EMCY, node),
             Self::Tpdo(number, node) => (TPDO_0 + 2 * number as u16, node),
             Self::Rpdo(number, node) => (TPDO_0 + 1 + 2 * number as u16, node),
-            Self::SdoReply(node) => (0xB, node),
-            Self::SdoRequest(node) => (0xC, node),
-            Self::Heartbeat(node) => (0xE, node),
+            Self::SdoReply(node) => (SDO_REPLY, node),
+            Self::SdoRequest(node) => (SDO_REQUEST, node),
+            Self::Heartbeat(node) => (HEARTBEAT, node),
         };
         function << 7 | node.0 as u16
     }
@@ -140,7 +148,7 @@ impl Service {
         }
         let node = NodeId(number);
         Ok(match function {
-            1 => Self::Emcy(node),
+            EMCY => Self::Emcy(node),
             3 => Self::Tpdo(PdoNumber::Pdo0, node),
             4 => Self::Rpdo(PdoNumber::Pdo0, node),
             5 => Self::Tpdo(PdoNumber::Pdo1, node),
@@ -149,8 +157,8 @@ impl Service {
             8 => Self::Rpdo(PdoNumber::Pdo2, node),
             9 => Self::Tpdo(PdoNumber::Pdo3, node),
             0xA => Self::Rpdo(PdoNumber::Pdo3, node),
-            0xB => Self::SdoReply(node),
-            0xC => Self::SdoRequest(node),
+            SDO_REPLY => Self::SdoReply(node),
+            SDO_REQUEST => Self::SdoRequest(node),
             _ => Self::Heartbeat(node),
         })
     }

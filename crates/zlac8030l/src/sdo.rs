@@ -8,7 +8,7 @@ use core::fmt;
 use crate::abort::AbortCode;
 use crate::error::DecodeError;
 use crate::frame::DataFrame;
-use crate::node::{NodeId, Service};
+use crate::node::{NodeId, SDO_REPLY, SDO_REQUEST, Service};
 use crate::object::{ObjectAddress, ObjectData};
 
 /// Read an object; its reply is 43h and friends.
@@ -75,9 +75,8 @@ impl SdoRequest {
     /// # Errors
     /// [`DecodeError`] for another service, a length other than 8, and specifiers that are not expedited.
     pub const fn decode(frame: &DataFrame) -> Result<(NodeId, Self), DecodeError> {
-        let node = match frame.service() {
-            Ok(Service::SdoRequest(node)) => node,
-            Ok(_) => return Err(DecodeError::Service { can_id: frame.id() }),
+        let node = match frame.node_of(SDO_REQUEST) {
+            Ok(node) => node,
             Err(error) => return Err(error),
         };
         let bytes = match frame.exactly(8) {
@@ -124,11 +123,14 @@ impl SdoReply {
     /// # Errors
     /// [`DecodeError`] for another service, a length other than 8, and specifiers that are not expedited.
     pub const fn decode(frame: &DataFrame) -> Result<(NodeId, Self), DecodeError> {
-        let node = match frame.service() {
-            Ok(Service::SdoReply(node)) => node,
-            Ok(_) => return Err(DecodeError::Service { can_id: frame.id() }),
-            Err(error) => return Err(error),
-        };
+        match (frame.node_of(SDO_REPLY), Self::content(frame)) {
+            (Ok(node), Ok(reply)) => Ok((node, reply)),
+            (Err(error), _) | (_, Err(error)) => Err(error),
+        }
+    }
+
+    /// What an SDO frame of a drive says, whoever the drive is.
+    pub(crate) const fn content(frame: &DataFrame) -> Result<Self, DecodeError> {
         let bytes = match frame.exactly(8) {
             Ok(bytes) => bytes,
             Err(error) => return Err(error),
@@ -142,7 +144,7 @@ impl SdoReply {
             }
             actual => return Err(DecodeError::Specifier { actual }),
         };
-        Ok((node, reply))
+        Ok(reply)
     }
 }
 

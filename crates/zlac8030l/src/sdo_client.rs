@@ -57,19 +57,11 @@ pub struct SdoQuirks {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-enum Transfer {
+enum Phase {
     Idle,
-    Pending {
-        request: SdoRequest,
-        until_us: u64,
-    },
-    Settling {
-        address: ObjectAddress,
-        until_us: u64,
-    },
-    Quarantined {
-        until_us: u64,
-    },
+    Pending,
+    Settling,
+    Quarantined,
 }
 
 /// Why no transfer can start now.
@@ -141,8 +133,19 @@ pub struct SdoEvent {
     pub request: SdoRequest,
     /// How it ended.
     pub end: SdoEnd,
-    /// A frame that must go out now: the abort that CiA 301 asks of a client that gives up.
-    pub abort: Option<DataFrame>,
+}
+
+impl SdoEvent {
+    /// What must go out now: the abort that CiA 301 asks of a client that gives up.
+    #[must_use]
+    pub const fn abort(&self) -> Option<SdoRequest> {
+        let code = match self.end {
+            SdoEnd::TimedOut => AbortCode::TIMEOUT,
+            SdoEnd::Specifier { .. } => AbortCode::COMMAND_SPECIFIER,
+            SdoEnd::Value(_) | SdoEnd::Written | SdoEnd::Aborted(_) => return None,
+        };
+        Some(SdoRequest::Abort(self.request.address(), code))
+    }
 }
 
 /// Why a frame was not believed. The running transfer, if any, goes on.
@@ -187,7 +190,11 @@ pub struct SdoClient {
     node: NodeId,
     timeouts: SdoTimeouts,
     quirks: SdoQuirks,
-    transfer: Transfer,
+    phase: Phase,
+    /// The latest one.
+    request: SdoRequest,
+    /// When the phase ends, unless it is idle.
+    until_us: u64,
 }
 
 impl SdoClient {
@@ -200,7 +207,9 @@ impl SdoClient {
             quirks: SdoQuirks {
                 profile_speed_confirmed_as_sub_1: false,
             },
-            transfer: Transfer::Idle,
+            phase: Phase::Idle,
+            request: objects::STATUS_WORD.read(),
+            until_us: 0,
         }
     }
 
@@ -222,17 +231,15 @@ impl SdoClient {
     /// # Errors
     /// [`SdoBusy`] with the reason.
     pub fn ready(&self, now_us: u64, address: ObjectAddress) -> Result<(), SdoBusy> {
-        match self.transfer {
-            Transfer::Pending { request, .. } => Err(SdoBusy::Running {
-                address: request.address(),
+        let (until_us, is_over) = (self.until_us, now_us >= self.until_us);
+        match self.phase {
+            Phase::Pending => Err(SdoBusy::Running {
+                address: self.request.address(),
             }),
-            Transfer::Quarantined { until_us } if now_us < until_us => {
-                Err(SdoBusy::Quarantined { until_us })
+            Phase::Quarantined if !is_over => Err(SdoBusy::Quarantined { until_us }),
+            Phase::Settling if !is_over && self.request.address() == address => {
+                Err(SdoBusy::Settling { until_us })
             }
-            Transfer::Settling {
-                address: answered,
-                until_us,
-            } if answered == address && now_us < until_us => Err(SdoBusy::Settling { until_us }),
             _ => Ok(()),
         }
     }
@@ -246,33 +253,29 @@ impl SdoClient {
             return Err(SdoBusy::NoTransfer);
         }
         self.ready(now_us, request.address())?;
-        self.transfer = Transfer::Pending {
-            request,
-            until_us: now_us + u64::from(self.timeouts.reply_us),
-        };
+        self.request = request;
+        self.enter(Phase::Pending, now_us, self.timeouts.reply_us);
         Ok(request.encode(self.node))
     }
 
     /// A frame came in, of whatever service.
     pub fn on_frame(&mut self, now_us: u64, frame: &DataFrame) -> SdoHeard {
-        if frame.service() != Ok(Service::SdoReply(self.node)) {
+        if frame.id() != Service::SdoReply(self.node).can_id() {
             return SdoHeard::Ignored(SdoIgnored::Foreign);
         }
         let actual = address_of(frame);
-        let Transfer::Pending { request, .. } = self.transfer else {
+        if self.phase != Phase::Pending {
             return SdoHeard::Ignored(SdoIgnored::Unawaited { address: actual });
-        };
+        }
+        let request = self.request;
         let expected = request.address();
-        let reply = match SdoReply::decode(frame) {
-            Ok((_, reply)) => reply,
+        let reply = match SdoReply::content(frame) {
+            Ok(reply) => reply,
             // Segmented or block transfer of the right object: the drive waits for what will never come.
             Err(DecodeError::Specifier { actual: specifier }) if actual == expected => {
-                return SdoHeard::Ended(self.give_up(
-                    now_us,
-                    request,
-                    SdoEnd::Specifier { actual: specifier },
-                    AbortCode::COMMAND_SPECIFIER,
-                ));
+                self.quarantine(now_us);
+                let end = SdoEnd::Specifier { actual: specifier };
+                return SdoHeard::Ended(SdoEvent { request, end });
             }
             Err(error) => return SdoHeard::Ignored(SdoIgnored::Malformed(error)),
         };
@@ -285,71 +288,56 @@ impl SdoClient {
             (SdoRequest::Write(..), SdoReply::Written(_)) => SdoEnd::Written,
             _ => return SdoHeard::Ignored(SdoIgnored::Direction),
         };
-        self.transfer = Transfer::Settling {
-            address: expected,
-            until_us: now_us + u64::from(self.timeouts.settle_us),
-        };
-        SdoHeard::Ended(SdoEvent {
-            request,
-            end,
-            abort: None,
-        })
+        self.enter(Phase::Settling, now_us, self.timeouts.settle_us);
+        SdoHeard::Ended(SdoEvent { request, end })
     }
 
     /// Lets time pass: ends a transfer whose reply did not come.
     pub fn poll(&mut self, now_us: u64) -> Option<SdoEvent> {
-        match self.transfer {
-            Transfer::Pending { request, until_us } if now_us >= until_us => {
-                Some(self.give_up(now_us, request, SdoEnd::TimedOut, AbortCode::TIMEOUT))
-            }
-            Transfer::Quarantined { until_us } | Transfer::Settling { until_us, .. }
-                if now_us >= until_us =>
-            {
-                self.transfer = Transfer::Idle;
-                None
-            }
-            _ => None,
+        if self.phase == Phase::Idle || now_us < self.until_us {
+            return None;
         }
+        if self.phase != Phase::Pending {
+            self.phase = Phase::Idle;
+            return None;
+        }
+        self.quarantine(now_us);
+        Some(SdoEvent {
+            request: self.request,
+            end: SdoEnd::TimedOut,
+        })
     }
 
     /// When [`Self::poll`] should come next; `None` while idle.
     #[must_use]
     pub const fn poll_at_us(&self) -> Option<u64> {
-        match self.transfer {
-            Transfer::Idle => None,
-            Transfer::Pending { until_us, .. }
-            | Transfer::Settling { until_us, .. }
-            | Transfer::Quarantined { until_us } => Some(until_us),
+        match self.phase {
+            Phase::Idle => None,
+            Phase::Pending | Phase::Settling | Phase::Quarantined => Some(self.until_us),
         }
     }
 
     /// The bus failed, or the drive restarted: a running transfer ends without a word, and its reply may still come.
     pub fn abandon(&mut self, now_us: u64) {
-        if matches!(self.transfer, Transfer::Pending { .. }) {
+        if self.phase == Phase::Pending {
             self.quarantine(now_us);
         }
     }
 
-    fn give_up(
-        &mut self,
-        now_us: u64,
-        request: SdoRequest,
-        end: SdoEnd,
-        code: AbortCode,
-    ) -> SdoEvent {
-        self.quarantine(now_us);
-        let abort = SdoRequest::Abort(request.address(), code).encode(self.node);
-        SdoEvent {
-            request,
-            end,
-            abort: Some(abort),
+    /// The controller gave the request back unsent: no reply will come.
+    pub fn withdraw(&mut self) {
+        if self.phase == Phase::Pending {
+            self.phase = Phase::Idle;
         }
     }
 
     fn quarantine(&mut self, now_us: u64) {
-        self.transfer = Transfer::Quarantined {
-            until_us: now_us + u64::from(self.timeouts.reply_us),
-        };
+        self.enter(Phase::Quarantined, now_us, self.timeouts.reply_us);
+    }
+
+    fn enter(&mut self, phase: Phase, now_us: u64, lasts_us: u32) {
+        self.phase = phase;
+        self.until_us = now_us.saturating_add(u64::from(lasts_us));
     }
 
     fn tolerates(&self, request: SdoRequest, reply: SdoReply) -> bool {

@@ -202,6 +202,13 @@ impl SetUp {
             return Err(SetUpError::Width { address, error });
         }
         let equal = data == setting.data;
+        if !equal && matches!(current, SetUpStep::Expect(_)) {
+            return Err(SetUpError::Differs {
+                address,
+                expected: setting.data.raw(),
+                actual: data.raw(),
+            });
+        }
         if !equal && pass == Pass::Verify {
             return Err(SetUpError::NotTaken {
                 address,

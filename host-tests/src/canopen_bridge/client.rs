@@ -101,8 +101,8 @@ impl<W: Write> Bridge<W> {
             SdoEnd::TimedOut => writeln!(self.out, "!end timed-out")?,
             SdoEnd::Specifier { actual } => writeln!(self.out, "!end specifier {actual:02X}")?,
         }
-        match event.abort {
-            Some(abort) => writeln!(self.out, "{abort}"),
+        match event.abort() {
+            Some(abort) => writeln!(self.out, "{}", abort.encode(self.client.node())),
             None => Ok(()),
         }
     }

@@ -1,7 +1,8 @@
 //! One wheel: its state, its target, and the one transfer that its drive may owe.
 
 use zlac8030l::{
-    ControlWord, DataFrame, HeartbeatWatch, SdoClient, SdoEvent, SdoRequest, SetUp, SetUpStep,
+    ControlWord, HeartbeatWatch, SdoClient, SdoEvent, SdoRequest, SetUp, SetUpStep, State,
+    StatusWord,
 };
 
 use super::books::{Books, WheelRamp};
@@ -45,13 +46,15 @@ pub struct Wheel {
     /// An NMT command waits for the controller.
     pub(super) nmt_due: bool,
     /// The abort of a transfer that was given up waits for the controller.
-    pub(super) abort: Option<DataFrame>,
+    pub(super) abort: Option<SdoRequest>,
     /// The transfer that the application asked for and that the controller has not accepted yet.
     pub(super) wanted: Option<SdoRequest>,
     /// Position mode: the next frame carries the edge that makes the drive take the target.
     pub(super) edge: bool,
     pub(super) timeouts_in_row: u8,
     pub(super) still_since: Option<Instant>,
+    /// Since when the wheel turns at another speed than it was told.
+    pub(super) off_since: Option<Instant>,
     pub(super) since: Instant,
     /// The latest cycle, for what is asked between two cycles.
     pub(super) now: Instant,
@@ -98,6 +101,7 @@ impl Wheel {
             edge: false,
             timeouts_in_row: 0,
             still_since: None,
+            off_since: None,
             since: Instant::default(),
             now: Instant::default(),
             held: false,
@@ -128,6 +132,12 @@ impl Wheel {
         let status = self.feedback.status.map(|status| status.value);
         match (self.state, self.config.mode) {
             (Disabling | ConfirmingDisable, _) => ControlWord::DISABLE_VOLTAGE,
+            // Released directly, a quick stop would be followed by the rest of the old move: leave it by switching off.
+            (Enabling | ConfirmingEnable, WheelMode::Position { .. })
+                if status.is_some_and(is_quick_stopped) =>
+            {
+                ControlWord::DISABLE_VOLTAGE
+            }
             (Enabling | ConfirmingEnable, _) => status
                 .and_then(|status| status.state().toward_enabled())
                 .unwrap_or(ControlWord::ENABLE_OPERATION),
@@ -218,7 +228,7 @@ impl Wheel {
 
     /// The transfer that was given up leaves an abort behind for the drive.
     pub(super) fn note_abort(&mut self, event: &SdoEvent) {
-        self.abort = event.abort.or(self.abort);
+        self.abort = event.abort().or(self.abort);
     }
 }
 
@@ -276,6 +286,7 @@ impl Life for Wheel {
         // A stop that ends while a fault is latched does not end in readiness.
         let to = match to {
             AxisState::Ready | AxisState::Holding if self.fault.is_some() => AxisState::Faulted,
+            AxisState::Streaming if self.resumes_a_move() => AxisState::Enabling,
             other => other,
         };
         log.push(Happening::State {
@@ -288,9 +299,13 @@ impl Life for Wheel {
             AxisState::CheckingStatus => self.nmt_due = self.reset == Reset::No,
             AxisState::AwaitingStandstill => self.still_since = None,
             // Where a quick stop ended is not where the targets led.
-            AxisState::Streaming if self.quick_stop => {
-                self.anchor();
-                self.quick_stop = false;
+            AxisState::Streaming => {
+                if self.quick_stop {
+                    self.anchor();
+                    self.quick_stop = false;
+                }
+                // A drive may take the control word before the target of the same frame: the first edge must find it.
+                self.edge = false;
             }
             _ => {}
         }
@@ -344,7 +359,18 @@ impl Life for Wheel {
     }
 }
 
+/// Energised and stopped by control word 2.
+fn is_quick_stopped(status: StatusWord) -> bool {
+    status.state() == State::OperationEnabled && status.emergency_stop()
+}
+
 impl Wheel {
+    /// A wheel in position mode is to stream again after a quick stop.
+    fn resumes_a_move(&self) -> bool {
+        let is_position = matches!(self.config.mode, WheelMode::Position { .. });
+        is_position && self.quick_stop && self.state == AxisState::Holding
+    }
+
     /// Nothing known of the drive is believed any more; it is read and compared anew.
     fn start_over(&mut self) {
         self.feedback = WheelFeedback::default();

@@ -6,6 +6,12 @@ use zlac8030l::{Firmware, NodeId, SdoQuirks, SdoTimeouts};
 
 use super::fault::WheelReactions;
 use crate::config::GroupId;
+use crate::plan::{BitRate, wire};
+
+/// Data bytes of the frames of one wheel in a cycle: command, status, position, and at times a heartbeat.
+const CYCLE_BYTES: [u8; 4] = [6, 8, 6, 1];
+/// Data bytes of an SDO frame.
+const SDO_BYTES: u8 = 8;
 
 /// Settings of the whole bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +21,8 @@ pub struct WheelMasterConfig {
     pub cycle_us: u32,
     /// SDO and NMT frames that may go out in one cycle, at least 1.
     pub requests_per_cycle: u8,
+    /// Bit rate of the bus: the frames of a cycle must fit.
+    pub bit_rate: BitRate,
     /// When the drives send their feedback.
     pub feedback: FeedbackTiming,
     /// Waiting times.
@@ -22,10 +30,11 @@ pub struct WheelMasterConfig {
 }
 
 impl WheelMasterConfig {
-    /// 100 Hz, one SDO request a cycle, feedback every 10 ms by the drives' timers.
+    /// 100 Hz at 500 kbit/s, one SDO request a cycle, feedback every 10 ms by the drives' timers.
     pub const DEFAULT: Self = Self {
         cycle_us: 10_000,
         requests_per_cycle: 1,
+        bit_rate: BitRate::Kbit500,
         feedback: FeedbackTiming::Timer { ticks: 20 },
         timeouts: WheelTimeouts::DEFAULT,
     };
@@ -126,18 +135,24 @@ pub struct WheelLimits {
     pub ramp_change: u32,
     /// Distance in counts between the position sent and the position read beyond which a wheel in position mode faults.
     pub following_error: u32,
+    /// Difference between the speed sent and the speed read, in 0.1 r/min, beyond which a wheel in velocity mode faults ...
+    pub following_speed: u16,
+    /// ... when it lasts so long, in microseconds: a wheel may need a moment to get there.
+    pub following_speed_us: u32,
     /// Speed below which a wheel stands, in 0.1 r/min.
     pub standstill: u16,
 }
 
 impl WheelLimits {
-    /// Speeds of the whole range of 60FFh at n = 1, changing by 10 r/min a cycle.
+    /// Speeds of the whole range of 60FFh at n = 1, changing by 10 r/min a cycle, at most 30 r/min off for half a second.
     pub const SPEED: Self = Self {
         min: -1_000,
         max: 1_000,
         max_step: 10,
         ramp_change: 1,
         following_error: u32::MAX,
+        following_speed: 300,
+        following_speed_us: 500_000,
         standstill: 10,
     };
 
@@ -148,6 +163,8 @@ impl WheelLimits {
         max_step: 400,
         ramp_change: 20,
         following_error: 2_048,
+        following_speed: u16::MAX,
+        following_speed_us: u32::MAX,
         standstill: 10,
     };
 }
@@ -238,6 +255,13 @@ pub enum WheelConfigError {
         /// The node.
         node: NodeId,
     },
+    /// The frames of a cycle do not fit into it at this bit rate, each taken at its longest.
+    BusLoad {
+        /// Bits of a cycle.
+        cycle_bits: u32,
+        /// Bits of its frames.
+        needed_bits: u32,
+    },
     /// `speed_resolution` is outside 1 ..= 10, or `profile_speed_rpm` outside 1 ..= 1000.
     Speed {
         /// The node.
@@ -279,6 +303,13 @@ impl fmt::Display for WheelConfigError {
                     "max_step and ramp_change of node {node} must be at least 1"
                 )
             }
+            Self::BusLoad {
+                cycle_bits,
+                needed_bits,
+            } => write!(
+                f,
+                "the frames of a cycle need {needed_bits} bits, a cycle has {cycle_bits}: use a longer cycle, a higher bit rate, or fewer requests"
+            ),
             Self::Speed { node, most, actual } => {
                 write!(
                     f,
@@ -318,7 +349,27 @@ impl WheelMasterConfig {
                 return Err(WheelConfigError::Order { node: upper.node });
             }
         }
-        wheels.iter().try_for_each(WheelConfig::validate)
+        wheels.iter().try_for_each(WheelConfig::validate)?;
+        self.check_load(actual)
+    }
+
+    /// Every frame of a cycle at its longest, with a reply to each request, must fit.
+    fn check_load(&self, wheels: usize) -> Result<(), WheelConfigError> {
+        let bits = |bytes: u8| u32::from(wire::bound_bits(bytes));
+        let wheel_bits: u32 = CYCLE_BYTES.iter().map(|bytes| bits(*bytes)).sum();
+        // At most 127 wheels and 255 requests.
+        let needed_bits = wheels as u32 * wheel_bits
+            + 2 * u32::from(self.requests_per_cycle) * bits(SDO_BYTES)
+            + bits(0);
+        // kbit/s are bits in a millisecond; the cycle was checked to be at most a second.
+        let cycle_bits = self.bit_rate.kbit_per_s() * (self.cycle_us / 1_000);
+        if needed_bits > cycle_bits {
+            return Err(WheelConfigError::BusLoad {
+                cycle_bits,
+                needed_bits,
+            });
+        }
+        Ok(())
     }
 }
 
@@ -417,6 +468,28 @@ mod tests {
             silent.validate(&[wheel(1)], 1),
             Err(WheelConfigError::Timeout)
         );
+    }
+
+    #[test]
+    fn a_cycle_that_is_too_short_for_its_frames_is_refused() {
+        let config = WheelMasterConfig {
+            cycle_us: 1_000,
+            ..WheelMasterConfig::DEFAULT
+        };
+        // 55 + 10 n bits: 6, 8, 6 and 1 bytes of the wheel, two SDO frames, SYNC.
+        let (cycle_bits, needed_bits) = (500, 755);
+        assert_eq!(
+            config.validate(&[wheel(1)], 1),
+            Err(WheelConfigError::BusLoad {
+                cycle_bits,
+                needed_bits
+            })
+        );
+        let fast = WheelMasterConfig {
+            bit_rate: BitRate::Kbit1000,
+            ..config
+        };
+        assert_eq!(fast.validate(&[wheel(1)], 1), Ok(()));
     }
 
     #[test]

@@ -42,6 +42,13 @@ pub enum WheelFault {
         /// Position read minus position sent, in counts.
         counts: i32,
     },
+    /// The wheel turns at another speed than it was told for too long: it is blocked, too slow, or driven by something else.
+    FollowingSpeed {
+        /// Speed that was sent, in 0.1 r/min.
+        sent_decirpm: i32,
+        /// Speed that was read, in 0.1 r/min.
+        actual_decirpm: i32,
+    },
     /// The bus failed.
     Bus,
     /// The wheel did not stand still, or the drive did not confirm, in time.
@@ -60,7 +67,10 @@ impl FaultKind for WheelFault {
     const BUS: Self = Self::Bus;
 
     fn cannot_ramp(self) -> bool {
-        !matches!(self, Self::Group | Self::FollowingError { .. })
+        !matches!(
+            self,
+            Self::Group | Self::FollowingError { .. } | Self::FollowingSpeed { .. }
+        )
     }
 }
 
@@ -83,6 +93,13 @@ impl fmt::Display for WheelFault {
             Self::FollowingError { counts } => {
                 write!(f, "the wheel is {counts} counts from where it was sent")
             }
+            Self::FollowingSpeed {
+                sent_decirpm,
+                actual_decirpm,
+            } => write!(
+                f,
+                "the wheel turns at {actual_decirpm} in place of {sent_decirpm} tenths of an r/min"
+            ),
             Self::Bus => f.write_str("the bus failed"),
             Self::ConfirmTimeout => {
                 f.write_str("the drive did not confirm in time, or its wheel turns")
@@ -129,7 +146,9 @@ impl WheelReactions {
             | WheelFault::Reboot
             | WheelFault::NotEnabled
             | WheelFault::NotOperational(_) => self.lost,
-            WheelFault::FollowingError { .. } => self.following_error,
+            WheelFault::FollowingError { .. } | WheelFault::FollowingSpeed { .. } => {
+                self.following_error
+            }
             WheelFault::Bus => self.bus,
             WheelFault::SetUp(_)
             | WheelFault::Transfer(_)

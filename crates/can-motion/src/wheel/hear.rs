@@ -81,10 +81,12 @@ impl Wheel {
         self.feedback.speed_decirpm = Some(speed_decirpm);
         let stands = speed_decirpm.unsigned_abs() <= u32::from(self.config.limits.standstill);
         self.still_since = stands.then(|| self.still_since.unwrap_or(log.now));
-        self.status_fault(status, config, log.now).or_else(|| {
-            self.follow_status(status, config, log);
-            None
-        })
+        self.status_fault(status, config, log.now)
+            .or_else(|| self.following_speed(speed_decirpm, log.now))
+            .or_else(|| {
+                self.follow_status(status, config, log);
+                None
+            })
     }
 
     /// What the status says against what the state expects.
@@ -131,7 +133,6 @@ impl Wheel {
             AxisState::ConfirmingEnable
                 if status.state() == State::OperationEnabled && !status.emergency_stop() =>
             {
-                self.quick_stop = false;
                 AxisState::Streaming
             }
             AxisState::ConfirmingDisable if status.state() == State::NotEnabled => AxisState::Ready,
@@ -185,6 +186,26 @@ impl Wheel {
         let is_far = error.unsigned_abs() > u64::from(self.config.limits.following_error);
         (follows && is_far).then(|| WheelFault::FollowingError {
             counts: error.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
+        })
+    }
+
+    /// A wheel in velocity mode that turns at another speed than it was told for too long.
+    fn following_speed(&mut self, actual_decirpm: i32, now: Instant) -> Option<WheelFault> {
+        let follows = self.config.mode == WheelMode::Velocity && self.state.sends_set_points();
+        let resolution = i32::from(self.config.speed_resolution.max(1));
+        // At most ten times 1000 r/min, so that nothing overflows.
+        let sent_decirpm = self.books.sent().saturating_mul(10) / resolution;
+        let limits = &self.config.limits;
+        let difference = actual_decirpm.abs_diff(sent_decirpm);
+        if !follows || difference <= u32::from(limits.following_speed) {
+            self.off_since = None;
+            return None;
+        }
+        let since = *self.off_since.get_or_insert(now);
+        let is_long = now.us_since(since) >= u64::from(limits.following_speed_us);
+        is_long.then_some(WheelFault::FollowingSpeed {
+            sent_decirpm,
+            actual_decirpm,
         })
     }
 

@@ -18,7 +18,7 @@ pub enum WheelRequest {
     /// The start of a transfer.
     Transfer(SdoRequest),
     /// The abort of a transfer that was given up.
-    Abort(DataFrame),
+    Abort(SdoRequest),
 }
 
 impl Sends for Wheel {
@@ -62,8 +62,7 @@ impl Sends for Wheel {
                 node: Some(node),
             }
             .encode(),
-            WheelRequest::Transfer(request) => request.encode(node),
-            WheelRequest::Abort(frame) => frame,
+            WheelRequest::Transfer(request) | WheelRequest::Abort(request) => request.encode(node),
         })
     }
 
@@ -110,7 +109,7 @@ impl Sends for Wheel {
                 log.push(WheelEventKind::TargetDisplaced);
                 return false;
             }
-            Ok(Service::SdoRequest(_)) => self.withdraw(frame, log.now),
+            Ok(Service::SdoRequest(_)) => self.withdraw(frame),
             Ok(Service::Nmt) => self.nmt_due = true,
             _ => {
                 log.push(WheelEventKind::ForeignFrame { id: frame.id() });
@@ -153,12 +152,16 @@ impl Wheel {
         }
     }
 
-    /// The controller gave a request back: the transfer has not begun.
-    fn withdraw(&mut self, frame: &DataFrame, now: Instant) {
+    /// The controller gave a request back: no reply will come.
+    fn withdraw(&mut self, frame: &DataFrame) {
         let Ok((_, request)) = SdoRequest::decode(frame) else {
             return;
         };
-        self.sdo.abandon(now.as_us());
+        if matches!(request, SdoRequest::Abort(..)) {
+            self.abort = Some(request);
+            return;
+        }
+        self.sdo.withdraw();
         if self.wanted.is_none() && self.state.may_poll() {
             self.wanted = Some(request);
         }

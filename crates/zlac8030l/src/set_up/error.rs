@@ -20,6 +20,15 @@ pub enum SetUpError {
         /// What is there.
         actual: u32,
     },
+    /// A value that the set-up expects and does not write is another one.
+    Differs {
+        /// The object.
+        address: ObjectAddress,
+        /// What it should be.
+        expected: u32,
+        /// What it is.
+        actual: u32,
+    },
     /// The drive refused.
     Refused {
         /// The object.
@@ -61,6 +70,11 @@ impl fmt::Display for SetUpError {
                 f,
                 "this is another drive or firmware: {address} should be 0x{expected:X}, it is 0x{actual:X}"
             ),
+            Self::Differs {
+                address,
+                expected,
+                actual,
+            } => write!(f, "{address} must be 0x{expected:X}, it is 0x{actual:X}"),
             Self::Refused { address, code } => write!(f, "the drive refuses {address}: {code}"),
             Self::Silent { address } => write!(f, "no answer about {address}"),
             Self::Width { address, error } => write!(f, "{address}: {error}"),

@@ -76,6 +76,8 @@ impl PdoSetUp {
 pub enum SetUpStep {
     /// One object.
     Value(Setting),
+    /// One object that must have a value already; it is never written.
+    Expect(Setting),
     /// One PDO; the drive must be pre-operational.
     Pdo(PdoSetUp),
 }
@@ -83,7 +85,7 @@ pub enum SetUpStep {
 impl SetUpStep {
     pub(super) fn setting(&self, place: u8) -> Option<Setting> {
         match self {
-            Self::Value(setting) => (place == 0).then_some(*setting),
+            Self::Value(setting) | Self::Expect(setting) => (place == 0).then_some(*setting),
             Self::Pdo(pdo) => pdo.settings().nth(usize::from(place)),
         }
     }
@@ -91,7 +93,7 @@ impl SetUpStep {
     /// What must be 0 while the settings are written.
     pub(super) const fn gate(&self) -> Option<Object<u8>> {
         match self {
-            Self::Value(_) => None,
+            Self::Value(_) | Self::Expect(_) => None,
             Self::Pdo(pdo) => Some(pdo.objects().count()),
         }
     }

@@ -213,3 +213,18 @@ fn a_silent_drive_is_asked_three_times() {
     let address = objects::DEVICE_TYPE.address();
     assert_eq!(set_up.outcome(), Some(Err(SetUpError::Silent { address })));
 }
+
+#[test]
+fn what_is_only_expected_is_never_written() {
+    let mut memory = Memory::factory();
+    let expect = |n| SetUpStep::Expect(Setting::new(objects::SPEED_RESOLUTION, n));
+    assert!(memory.run(PLAIN, &[expect(1)]).is_ok());
+    let address = objects::SPEED_RESOLUTION.address();
+    let error = SetUpError::Differs {
+        address,
+        expected: 10,
+        actual: 1,
+    };
+    assert_eq!(memory.run(PLAIN, &[expect(10)]), Err(error));
+    assert_eq!(raw_writes(&memory), [(0x2010, 0, 1)]);
+}
