@@ -103,7 +103,8 @@ class Client:
         self.bridge.wire = lambda message: held.append(message) or []
         # The request arrives, its confirmation does not: the client must not take it for that of the next request.
         self.bridge.command("write 60FF 00 4 64")
-        self.checks.becomes("the drive took the write", 100, lambda: speed.raw)
+        self.checks.becomes("the drive answered", 1, lambda: len(held))
+        self.checks.same("the drive took the write", 100, speed.raw)
         self.checks.same("second transfer", ["busy running"], self.bridge.command("read 6064 00"))
         self.checks.same("silence", ["end timed-out"], self.bridge.command(f"pass {REPLY_US}"))
         aborted = lambda: self.node.sdo.last_received_error
@@ -135,8 +136,10 @@ class Client:
             self.checks.same(f"sound reply behind {name}", "end written", self.bridge.answer())
         self.settle()
         # Another drive's confirmation of the same object.
-        self.bridge.wire = lambda message: []
+        held = []
+        self.bridge.wire = lambda message: held.append(message) or []
         self.bridge.command("write 60FF 00 4 7")
+        self.checks.becomes("the drive answered again", 1, lambda: len(held))
         self.bridge.put(0x580 + NODE + 1, bytes.fromhex("60FF600000000000"))
         self.checks.same("another drive", "ignored foreign", self.bridge.answer())
         self.checks.same("still open", ["end timed-out"], self.give_up())

@@ -27,10 +27,15 @@ class Drive:
         self.bridge = Bridge(program, "drive", str(NODE))
         self.network = canopen.Network(self.bridge)
         self.node = BaseNode402(NODE, dictionary.load(program, NODE))
+        self.boots = 0
+        self.node.nmt.add_heartbeat_callback(self.count_boot)
         self.network.add_node(self.node)
         self.network.connect()
         self.sdo = self.node.sdo
         self.sdo.RESPONSE_TIMEOUT = PATIENCE_S
+
+    def count_boot(self, state):
+        self.boots += state == 0
 
     def wheel(self):
         _, counts, rpm = self.bridge.command("wheel")[0].split()
@@ -56,7 +61,7 @@ class Drive:
         self.network.disconnect()
 
     def start(self):
-        self.node.nmt.wait_for_bootup(PATIENCE_S)
+        self.checks.becomes("boot-up", 1, lambda: self.boots)
         self.checks.same("pre-operational after boot-up", "PRE-OPERATIONAL", self.node.nmt.state)
         self.checks.same("device type", 0x40192, self.sdo[0x1000].raw)
         self.checks.same("vendor", 0x100, self.sdo[0x1018][1].raw)
@@ -175,8 +180,8 @@ class Drive:
 
     def fault(self):
         self.bridge.command("trip 0204")
-        emergency = self.node.emcy.wait(timeout=PATIENCE_S)
-        self.checks.same("emergency message", (0x1000, 1), emergency and (emergency.code, emergency.register))
+        heard = lambda: [(emergency.code, emergency.register) for emergency in self.node.emcy.log]
+        self.checks.becomes("emergency message", [(0x1000, 1)], heard)
         self.checks.becomes("fault", "FAULT", lambda: self.node.state)
         self.checks.same("603Fh", 0x0204, self.sdo[0x603F].raw)
         self.node.controlword = 0x0080
@@ -190,7 +195,7 @@ class Drive:
     def restart(self):
         self.network.sync.stop()
         self.bridge.command("power-cycle")
-        self.node.nmt.wait_for_bootup(PATIENCE_S)
+        self.checks.becomes("boot-up again", 2, lambda: self.boots)
         self.checks.same("2010h is not stored", 0, self.sdo[0x2010].raw)
         self.checks.same("nor is what was written under it", (500, 0), (self.sdo[0x6083].raw, self.sdo[0x1017].raw))
         self.checks.same("nothing wore the EEPROM", ["wear 0 0"], self.bridge.command("wear"))
