@@ -22,6 +22,7 @@ Examples:
   cargo sim -- --live                           watch it in the terminal and interfere
   cargo sim -- --faults examples/faults.toml    see what the master does when things go wrong
   cargo sim -- --candump run.log                and the bus traffic as a candump log
+  cargo sim -- --drives zlac                    two hub motors of a differential drive on CANopen
 
 Exit status: 0 every promise kept, 1 a promise broken (a sum differs, a cycle was late, an axis
 faulted), 2 the input cannot be used and nothing was run.";
@@ -32,12 +33,15 @@ faulted), 2 the input cannot be used and nothing was run.";
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) motion: MotionOptions,
-    /// Cycle time in microseconds.
-    #[arg(long, value_name = "US", default_value_t = 1_000)]
-    cycle_us: u32,
-    /// Bit rate in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000.
-    #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
-    bit_rate: BitRate,
+    /// Cycle time in microseconds. Default: 1000, of hub motors 10000.
+    #[arg(long, value_name = "US")]
+    cycle_us: Option<u32>,
+    /// Bit rate in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000. Default: 1000, of hub motors 500.
+    #[arg(long, value_name = "KBIT", value_parser = bit_rate)]
+    bit_rate: Option<BitRate>,
+    /// Hub motors: speeds count 1/N r/min, up to 1000 of them (202Fh:05).
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=10))]
+    pub(super) speed_resolution: u16,
     /// Largest step of an axis in one cycle, in command counts.
     #[arg(long, value_name = "COUNTS", default_value_t = 16_384)]
     max_step: i32,
@@ -96,8 +100,8 @@ impl Arguments {
         Ok(Setup {
             faults: self.script(&drives)?,
             drives,
-            cycle_us: self.cycle_us,
-            bit_rate: self.bit_rate,
+            cycle_us: self.cycle_us.unwrap_or(1_000),
+            bit_rate: self.bit_rate.unwrap_or(BitRate::Kbit1000),
             max_step: StepLimit::new(self.max_step).map_err(|source| SimError::Option {
                 name: "--max-step",
                 source,
@@ -113,6 +117,28 @@ impl Arguments {
                 TxOrderOption::Identifier => TxOrder::ByIdentifier,
             },
         })
+    }
+
+    pub(super) fn wheel_cycle_us(&self) -> u32 {
+        self.cycle_us.unwrap_or(10_000)
+    }
+
+    pub(super) fn wheel_bit_rate(&self) -> BitRate {
+        self.bit_rate.unwrap_or(BitRate::Kbit500)
+    }
+
+    /// An option that was given and that a simulation of wheels does not have.
+    pub(super) fn not_for_wheels(&self) -> Option<&'static str> {
+        let given = [
+            (self.report.is_some(), "--report"),
+            (self.csv.is_some(), "--csv"),
+            (self.faults.is_some(), "--faults"),
+            (self.live, "--live"),
+        ];
+        given
+            .into_iter()
+            .find(|(is_given, _)| *is_given)
+            .map(|(_, name)| name)
     }
 
     /// Whether something will look at the record of the run.

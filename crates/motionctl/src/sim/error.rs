@@ -4,6 +4,7 @@ use core::fmt;
 use std::path::PathBuf;
 
 use can_motion::ConfigError;
+use can_motion::wheel::WheelConfigError;
 use dyn_can::RangeError;
 
 use super::faults::ScriptError;
@@ -43,6 +44,18 @@ pub(crate) enum SimError {
     AxisCount { most: usize, actual: usize },
     /// The master refuses the configuration.
     Config(ConfigError),
+    /// The master of wheels refuses the configuration.
+    Wheels(WheelConfigError),
+    /// Another number of nodes than of columns, or more wheels than a simulation can hold.
+    WheelCount {
+        most: usize,
+        columns: usize,
+        nodes: usize,
+    },
+    /// A speed beyond what the drive can be told at this resolution.
+    WheelSpeed { most_rpm: u32, actual_rpm: u32 },
+    /// An option that a simulation of wheels does not have.
+    NotForWheels { option: &'static str },
 }
 
 impl fmt::Display for SimError {
@@ -67,6 +80,26 @@ impl fmt::Display for SimError {
                 )
             }
             Self::Config(source) => source.fmt(f),
+            Self::Wheels(source) => source.fmt(f),
+            Self::WheelCount {
+                most,
+                columns,
+                nodes,
+            } => write!(
+                f,
+                "--drives: expected one node for each of the {columns} columns, at most {most}, got {nodes}"
+            ),
+            Self::WheelSpeed {
+                most_rpm,
+                actual_rpm,
+            } => write!(
+                f,
+                "at this resolution a wheel can be told at most {most_rpm} r/min, the file has {actual_rpm}: lower --speed-resolution"
+            ),
+            Self::NotForWheels { option } => write!(
+                f,
+                "{option} is for servo drives: with --drives zlac use --json or --candump"
+            ),
         }
     }
 }

@@ -11,6 +11,7 @@ mod report;
 mod spectator;
 mod summary;
 mod watch;
+mod wheels;
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -28,6 +29,9 @@ use summary::Summary;
 
 /// Checks everything, runs the motion, prints the summary.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
+    if let Some(nodes) = arguments.motion.hub_motors() {
+        return wheels::run(arguments, nodes);
+    }
     let motion = arguments.motion.read().map_err(SimError::Motion)?;
     let setup = arguments.setup(&motion)?;
     let plan = motion

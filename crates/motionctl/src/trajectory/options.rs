@@ -5,14 +5,19 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use dyn_can::{DriveId, StepLimit};
+use zlac8030l::NodeId;
 
-use crate::drive_ids::drive_ids;
+use crate::drive_ids::{DriveSet, drive_set};
 
 use super::{AxisScale, ColumnChoice, Columns, Interpolation, Plan, Table, TrajectoryError, Unit};
 
 /// The motion that runs when no file is given.
 const EXAMPLE: &str = include_str!("../../../../examples/pick-and-place.csv");
 const EXAMPLE_NAME: &str = "examples/pick-and-place.csv";
+
+/// The speeds that wheels follow when no file is given.
+const WHEEL_EXAMPLE: &str = include_str!("../../../../examples/differential-drive.csv");
+const WHEEL_EXAMPLE_NAME: &str = "examples/differential-drive.csv";
 
 /// What to move.
 #[derive(Debug, clap::Args)]
@@ -58,9 +63,10 @@ pub(crate) struct MotionOptions {
     /// How to go from point to point.
     #[arg(long, value_enum, default_value_t)]
     interpolation: Interpolation,
-    /// Drive ids in the order of the axes: numbers and ranges, as in 9,1-3. Default: 1, 2, 3 ...
-    #[arg(long, value_name = "IDS", value_parser = drive_ids)]
-    drives: Option<std::vec::Vec<DriveId>>,
+    /// Drive ids in the order of the axes: numbers and ranges, as in 9,1-3. Default: 1, 2, 3 ... Or hub motors, whose columns
+    /// are speeds in r/min: zlac for nodes 4, 5 ..., zlac:7,9 for others.
+    #[arg(long, value_name = "IDS", value_parser = drive_set)]
+    drives: Option<DriveSet>,
 }
 
 /// Unit of the time column.
@@ -95,6 +101,22 @@ pub(crate) struct MotionFile<'a> {
 }
 
 impl MotionOptions {
+    /// The nodes of hub motors, when they are to be driven.
+    pub(crate) fn hub_motors(&self) -> Option<&[NodeId]> {
+        match &self.drives {
+            Some(DriveSet::Zlac(nodes)) => Some(nodes),
+            Some(DriveSet::Dyn(_)) | None => None,
+        }
+    }
+
+    /// The built-in example and its name.
+    fn example(&self) -> (&'static str, &'static str) {
+        match self.hub_motors() {
+            Some(_) => (WHEEL_EXAMPLE, WHEEL_EXAMPLE_NAME),
+            None => (EXAMPLE, EXAMPLE_NAME),
+        }
+    }
+
     /// Reads the file and finds its columns.
     pub(crate) fn read(&self) -> Result<MotionFile<'_>, MotionError> {
         let text = match &self.trajectory {
@@ -102,7 +124,7 @@ impl MotionOptions {
                 path: path.clone(),
                 source,
             })?,
-            None => EXAMPLE.to_owned(),
+            None => self.example().0.to_owned(),
         };
         let choice = ColumnChoice {
             time: self.time_column.clone(),
@@ -120,7 +142,7 @@ impl MotionOptions {
 
     fn in_file(&self, source: TrajectoryError) -> MotionError {
         let path = self.trajectory.as_ref().map_or_else(
-            || EXAMPLE_NAME.to_owned(),
+            || self.example().1.to_owned(),
             |path| path.display().to_string(),
         );
         MotionError::Trajectory { path, source }
@@ -148,7 +170,8 @@ impl MotionFile<'_> {
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
         let axes = self.axes();
         let drives: Vec<DriveId> = match &self.options.drives {
-            Some(drives) => drives.clone(),
+            Some(DriveSet::Dyn(drives)) => drives.clone(),
+            Some(DriveSet::Zlac(_)) => return Err(MotionError::HubMotors),
             None => DriveId::all().take(axes).collect(),
         };
         if drives.len() != axes {
@@ -174,6 +197,39 @@ impl MotionFile<'_> {
             &vec![max_step; axes],
         )
         .map_err(in_file)
+    }
+
+    /// Speeds of wheels at every cycle, in 1/n r/min; the columns are r/min, at rest in the beginning and in the end.
+    pub(crate) fn speeds(&self, cycle_us: u32, speed_resolution: u16) -> Result<Plan, MotionError> {
+        let ends = [self.table.rows.first(), self.table.rows.last()];
+        for row in ends.into_iter().flatten() {
+            let speeds = self
+                .columns
+                .positions
+                .iter()
+                .map(|&column| row.values[column]);
+            if let Some(rpm) = speeds.into_iter().find(|rpm| *rpm != 0.0) {
+                return Err(MotionError::NotAtRest {
+                    line: row.line,
+                    rpm,
+                });
+            }
+        }
+        let scale = AxisScale {
+            unit: Unit::Turns,
+            gear_ratio: 1.0,
+            counts_per_turn: speed_resolution.into(),
+        };
+        Plan::new(
+            &self.table,
+            &self.columns,
+            &vec![scale; self.axes()],
+            self.options.time_unit.seconds(),
+            Interpolation::Linear,
+            cycle_us,
+            &vec![StepLimit::MAX; self.axes()],
+        )
+        .map_err(|source| self.options.in_file(source))
     }
 
     /// What the user may not expect of the choice of columns.
@@ -227,6 +283,10 @@ pub(crate) enum MotionError {
     },
     /// The number of drive ids, of which there are 63, is not the number of axes.
     DriveCount { expected: usize, actual: usize },
+    /// Hub motors were asked for where servo drives are moved.
+    HubMotors,
+    /// Wheels do not stand in the first or the last line.
+    NotAtRest { line: u64, rpm: f64 },
 }
 
 impl fmt::Display for MotionError {
@@ -234,6 +294,13 @@ impl fmt::Display for MotionError {
         match self {
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Trajectory { path, source } => write!(f, "{path}: {source}"),
+            Self::HubMotors => f.write_str(
+                "hub motors follow speeds on a bus of their own: use `motionctl sim --drives zlac`",
+            ),
+            Self::NotAtRest { line, rpm } => write!(
+                f,
+                "line {line}: wheels start and end at rest, the speed is {rpm} r/min and must be 0"
+            ),
             Self::DriveCount { expected, actual } => write!(
                 f,
                 "--drives: expected {expected} ids for {expected} axes, got {actual}"

@@ -1,0 +1,308 @@
+//! The bench: the master of wheels, a virtual bus, and simulated hub-motor drives, in virtual time.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+
+use can_motion::plan;
+use can_motion::wheel::{
+    FeedbackTiming, WheelConfig, WheelEventKind, WheelLimits, WheelMaster, WheelMasterConfig,
+};
+use can_motion::{AxisState, GroupId, Instant};
+use drive_sim::{
+    BitRate, Bus, CandumpLine, ControllerConfig, DeviceId, LogMode, NodeId as BusNode, TxOrder,
+    ZlacDrive, ZlacDriveConfig,
+};
+use embedded_can::{Frame as _, Id};
+use indicatif::ProgressBar;
+use zlac8030l::{NodeId, PdoNumber, Service, objects};
+
+use super::summary::{Summary, WheelSummary};
+use crate::sim::error::SimError;
+use crate::trajectory::Plan;
+
+/// Wheels that a simulation can hold.
+pub(super) const MOST_WHEELS: usize = 16;
+
+const GROUP: GroupId = GroupId(0);
+/// Time for the drives to become ready, and to be enabled, before the simulation gives up.
+const START_UP_LIMIT_US: u64 = 10_000_000;
+/// Time after the motion for the wheels to come to rest.
+const SETTLE_US: u64 = 300_000;
+/// Largest number that 60FFh holds, whatever it counts (Z34).
+pub(super) const MOST_SPEED: i32 = 1_000;
+
+/// What to simulate.
+#[derive(Debug)]
+pub(super) struct Setup {
+    /// Node of each wheel, in the order of the columns.
+    pub(super) nodes: Vec<NodeId>,
+    pub(super) cycle_us: u32,
+    pub(super) bit_rate: BitRate,
+    /// Speeds count 1/n r/min.
+    pub(super) speed_resolution: u16,
+}
+
+/// What is measured of one wheel.
+#[derive(Debug, Clone, Copy, Default)]
+struct WheelWatch {
+    /// Place in the master, which wants ascending nodes.
+    place: usize,
+    start_counts: i64,
+    start_set_points: u32,
+    start_received: u64,
+    /// Sum of the speeds that were commanded.
+    commanded: i64,
+    largest_error_rpm: f64,
+    worst_age_us: u64,
+}
+
+/// A bench that is ready to run.
+pub(super) struct Bench {
+    bench: drive_sim::Bench<ZlacDrive>,
+    node: BusNode,
+    devices: Vec<DeviceId>,
+    master: WheelMaster<MOST_WHEELS>,
+    setup: Setup,
+    candump: Option<BufWriter<File>>,
+    wheels: Vec<WheelWatch>,
+    cycle: u64,
+    set_points_of_cycle: usize,
+    late_cycles: u32,
+    faults: u32,
+}
+
+impl Bench {
+    /// Connects master and drives.
+    pub(super) fn new(setup: Setup, candump: Option<BufWriter<File>>) -> Result<Self, SimError> {
+        let mut bus = Bus::new(setup.bit_rate);
+        bus.set_log(LogMode::Full);
+        let mut bench = drive_sim::Bench::new(bus);
+        let node = bench.add_master(ControllerConfig::bxcan(TxOrder::Fifo));
+        let connect = |node: &NodeId| {
+            let drive = ZlacDrive::new(drive_of(*node, setup.speed_resolution));
+            bench.add_device(drive, ControllerConfig::device())
+        };
+        let devices = setup.nodes.iter().map(connect).collect();
+        let mut ascending = setup.nodes.clone();
+        ascending.sort_unstable();
+        let wheels: Vec<WheelConfig> = ascending
+            .iter()
+            .map(|node| wheel_of(*node, setup.speed_resolution))
+            .collect();
+        let master =
+            WheelMaster::wheels(master_config(&setup), &wheels).map_err(SimError::Wheels)?;
+        let place = |node| {
+            ascending
+                .iter()
+                .position(|other| other == node)
+                .unwrap_or(0)
+        };
+        let watch = |node| WheelWatch {
+            place: place(node),
+            ..WheelWatch::default()
+        };
+        Ok(Self {
+            wheels: setup.nodes.iter().map(watch).collect(),
+            bench,
+            node,
+            devices,
+            master,
+            setup,
+            candump,
+            cycle: 0,
+            set_points_of_cycle: 0,
+            late_cycles: 0,
+            faults: 0,
+        })
+    }
+
+    /// From power-on to rest, with the speeds in between.
+    pub(super) fn run(mut self, plan: &Plan, show_progress: bool) -> Result<Summary, SimError> {
+        self.run_until(AxisState::Ready)?;
+        // Refused only when a wheel is not ready, and the summary will say so.
+        let _ = self.master.enable(self.now(), GROUP);
+        self.run_until(AxisState::Streaming)?;
+        self.begin_motion();
+        let bar = if show_progress {
+            ProgressBar::new(plan.cycles.len() as u64)
+        } else {
+            ProgressBar::hidden()
+        };
+        let mark = self.bench.bus().load_mark();
+        for speeds in &plan.cycles {
+            for (wheel, speed) in speeds.iter().enumerate() {
+                // Refused after a fault, which the summary shows.
+                let _ = self.master.set_target(self.wheels[wheel].place, *speed);
+                self.wheels[wheel].commanded += i64::from(*speed);
+            }
+            self.one_cycle()?;
+            self.late_cycles += u32::from(self.set_points_of_cycle < self.wheels.len());
+            self.watch_wheels();
+            bar.inc(1);
+        }
+        let mean_bus_load = self.bench.bus().load_since(&mark);
+        bar.finish_and_clear();
+        for _ in 0..SETTLE_US / u64::from(self.setup.cycle_us) {
+            self.one_cycle()?;
+        }
+        Ok(self.summary(plan.cycles.len(), mean_bus_load))
+    }
+
+    fn now(&self) -> Instant {
+        Instant::from_us(self.bench.now_ns() / 1_000)
+    }
+
+    fn run_until(&mut self, state: AxisState) -> Result<(), SimError> {
+        for _ in 0..START_UP_LIMIT_US / u64::from(self.setup.cycle_us) {
+            if self.master.all_are(GROUP, state) {
+                break;
+            }
+            self.one_cycle()?;
+        }
+        Ok(())
+    }
+
+    fn begin_motion(&mut self) {
+        self.faults = 0;
+        let now_ns = self.bench.now_ns();
+        for (watch, device) in self.wheels.iter_mut().zip(&self.devices) {
+            let drive = self.bench.device(*device);
+            watch.start_counts = drive.travel_counts(now_ns);
+            watch.start_received = drive.books().rpdos;
+            let snapshot = self.master.snapshot(watch.place);
+            watch.start_set_points = snapshot.map_or(0, |wheel| wheel.counters.set_points);
+        }
+    }
+
+    /// One cycle: control words and targets out, feedback in, until the next cycle is due.
+    fn one_cycle(&mut self) -> Result<(), SimError> {
+        let now = self.now();
+        self.master.begin_cycle(now);
+        self.cycle += 1;
+        let end_ns = self.cycle * u64::from(self.setup.cycle_us) * 1_000;
+        loop {
+            let now = self.now();
+            // Whether it is idle or blocked, the next event on the bus is the next chance.
+            let _ = can_motion::service(&mut self.master, &mut self.bench.port(self.node), now);
+            if !self.bench.step_to(end_ns) {
+                break;
+            }
+        }
+        while let Some(event) = self.master.next_event() {
+            self.faults += u32::from(matches!(event.kind, WheelEventKind::Fault(_)));
+        }
+        self.drain_log()
+    }
+
+    /// Counts the set-points that ended on the wire, and writes the log.
+    fn drain_log(&mut self) -> Result<(), SimError> {
+        self.set_points_of_cycle = 0;
+        for record in self.bench.bus_mut().log_mut().drain() {
+            let id = match record.frame.id() {
+                Id::Standard(id) => Service::of(id.as_raw()).ok(),
+                Id::Extended(_) => None,
+            };
+            let is_set_point = matches!(id, Some(Service::Rpdo(PdoNumber::Pdo1, _)));
+            let line = CandumpLine::new(&record, "can0");
+            self.set_points_of_cycle += usize::from(is_set_point && line.is_some());
+            if let (Some(out), Some(line)) = (&mut self.candump, line) {
+                writeln!(out, "{line}").map_err(SimError::Log)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn watch_wheels(&mut self) {
+        let now_ns = self.bench.now_ns();
+        for (watch, device) in self.wheels.iter_mut().zip(&self.devices) {
+            let Some(wheel) = self.master.snapshot(watch.place) else {
+                continue;
+            };
+            let sent_rpm = f64::from(wheel.sent) / f64::from(self.setup.speed_resolution);
+            let error_rpm = (sent_rpm - self.bench.device(*device).speed_rpm(now_ns)).abs();
+            watch.largest_error_rpm = watch.largest_error_rpm.max(error_rpm);
+            let age_us = wheel.feedback.status.map_or(u64::MAX, |read| {
+                Instant::from_us(now_ns / 1_000).us_since(read.at)
+            });
+            watch.worst_age_us = watch.worst_age_us.max(age_us);
+        }
+    }
+
+    fn summary(&self, cycles: usize, mean_bus_load: f64) -> Summary {
+        let wheels = (0..self.wheels.len()).filter_map(|wheel| self.wheel_summary(wheel));
+        Summary::new(
+            wheels.collect(),
+            &self.setup,
+            cycles,
+            (
+                self.late_cycles,
+                self.master.cycle_counters().late,
+                self.faults,
+            ),
+            mean_bus_load,
+        )
+    }
+
+    fn wheel_summary(&self, wheel: usize) -> Option<WheelSummary> {
+        let (watch, drive) = (
+            self.wheels.get(wheel)?,
+            self.bench.device(*self.devices.get(wheel)?),
+        );
+        let snapshot = self.master.snapshot(watch.place)?;
+        let now_ns = self.bench.now_ns();
+        let turns = |counts: f64| counts / drive.counts_per_turn();
+        let minutes = f64::from(self.setup.cycle_us) / 60e6;
+        let commanded_rpm = watch.commanded as f64 / f64::from(self.setup.speed_resolution);
+        let wear = drive.eeprom_wear();
+        Some(WheelSummary {
+            wheel,
+            node: snapshot.node.get(),
+            state: snapshot.state.to_string(),
+            fault: snapshot.fault.map(|fault| fault.to_string()),
+            set_points: snapshot.counters.set_points - watch.start_set_points,
+            received: drive.books().rpdos - watch.start_received,
+            commanded_turns: commanded_rpm * minutes,
+            travelled_turns: turns((drive.travel_counts(now_ns) - watch.start_counts) as f64),
+            largest_speed_error_rpm: watch.largest_error_rpm,
+            final_speed_rpm: drive.speed_rpm(now_ns),
+            oldest_feedback_ms: watch.worst_age_us as f64 / 1e3,
+            sdo_timeouts: snapshot.counters.timeouts,
+            eeprom_writes: wear.single_writes + wear.saves + wear.restores,
+            streamed: snapshot.state == AxisState::Streaming,
+        })
+    }
+}
+
+fn master_config(setup: &Setup) -> WheelMasterConfig {
+    WheelMasterConfig {
+        cycle_us: setup.cycle_us,
+        // Both sides know the rates of the drives.
+        bit_rate: plan::BitRate::from_kbit_per_s(setup.bit_rate.kbit_per_s())
+            .unwrap_or(plan::BitRate::Kbit500),
+        feedback: FeedbackTiming::Sync,
+        ..WheelMasterConfig::DEFAULT
+    }
+}
+
+fn wheel_of(node: NodeId, speed_resolution: u16) -> WheelConfig {
+    WheelConfig {
+        speed_resolution,
+        limits: WheelLimits {
+            min: -MOST_SPEED,
+            max: MOST_SPEED,
+            // The file says how fast speeds change.
+            max_step: u32::MAX,
+            ..WheelLimits::SPEED
+        },
+        ..WheelConfig::new(node)
+    }
+}
+
+/// A drive whose speed resolution was stored when it was commissioned.
+fn drive_of(node: NodeId, speed_resolution: u16) -> ZlacDriveConfig {
+    let resolution = objects::SPEED_RESOLUTION.address();
+    ZlacDriveConfig {
+        stored: vec![(resolution, speed_resolution.into())],
+        ..ZlacDriveConfig::new(node)
+    }
+}

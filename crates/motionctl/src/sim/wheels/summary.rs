@@ -1,0 +1,152 @@
+//! The result of a simulation with wheels: were the promises kept?
+
+use core::fmt;
+
+use comfy_table::presets::UTF8_BORDERS_ONLY;
+use comfy_table::{CellAlignment, Table};
+use serde::Serialize;
+
+use super::bench::Setup;
+
+/// Largest difference between the way that was commanded and the way that the wheel made, in turns: a hundredth.
+const WAY_TOLERANCE_TURNS: f64 = 0.01;
+
+/// One wheel at the end.
+#[derive(Debug, Serialize)]
+pub(super) struct WheelSummary {
+    pub(super) wheel: usize,
+    pub(super) node: u8,
+    pub(super) state: String,
+    pub(super) fault: Option<String>,
+    /// Set-points that the master's controller accepted.
+    pub(super) set_points: u32,
+    /// Set-points that the drive took.
+    pub(super) received: u64,
+    /// The commanded speeds, each for its cycle.
+    pub(super) commanded_turns: f64,
+    /// What the wheel turned.
+    pub(super) travelled_turns: f64,
+    /// Largest difference between the speed sent and the speed of the wheel at the end of a cycle.
+    pub(super) largest_speed_error_rpm: f64,
+    pub(super) final_speed_rpm: f64,
+    pub(super) oldest_feedback_ms: f64,
+    pub(super) sdo_timeouts: u32,
+    pub(super) eeprom_writes: u64,
+    /// The wheel still streamed at the end, as it should.
+    pub(super) streamed: bool,
+}
+
+impl WheelSummary {
+    fn promises_kept(&self) -> bool {
+        let way_turns = (self.commanded_turns - self.travelled_turns).abs();
+        self.streamed
+            && self.fault.is_none()
+            && u64::from(self.set_points) == self.received
+            && way_turns <= WAY_TOLERANCE_TURNS
+            && self.final_speed_rpm == 0.0
+            && self.eeprom_writes == 0
+    }
+}
+
+/// A whole simulation.
+#[derive(Debug, Serialize)]
+pub(super) struct Summary {
+    pub(super) promises_kept: bool,
+    wheels: Vec<WheelSummary>,
+    cycle_us: u32,
+    bit_rate_kbit: u32,
+    speed_resolution: u16,
+    /// Cycles of the motion.
+    cycles: usize,
+    /// Cycles whose set-points had not all ended on the wire when the next cycle began.
+    late_cycles: u32,
+    /// Cycles that the master could not hand to its controller in time, since power-on.
+    late_hand_overs: u32,
+    faults: u32,
+    mean_bus_load: f64,
+}
+
+impl Summary {
+    /// `troubles` are late cycles, late hand-overs and faults.
+    pub(super) fn new(
+        wheels: Vec<WheelSummary>,
+        setup: &Setup,
+        cycles: usize,
+        troubles: (u32, u32, u32),
+        mean_bus_load: f64,
+    ) -> Self {
+        let (late_cycles, late_hand_overs, faults) = troubles;
+        let promises_kept = !wheels.is_empty()
+            && cycles > 0
+            && wheels.iter().all(WheelSummary::promises_kept)
+            && troubles == (0, 0, 0);
+        Self {
+            promises_kept,
+            wheels,
+            cycle_us: setup.cycle_us,
+            bit_rate_kbit: setup.bit_rate.kbit_per_s(),
+            speed_resolution: setup.speed_resolution,
+            cycles,
+            late_cycles,
+            late_hand_overs,
+            faults,
+            mean_bus_load,
+        }
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new();
+        table.load_style(UTF8_BORDERS_ONLY).set_header([
+            "wheel",
+            "node",
+            "set-\npoints",
+            "received",
+            "commanded\nturns",
+            "travelled\nturns",
+            "largest\nspeed error",
+            "oldest\nfeedback",
+            "EEPROM\nwrites",
+            "state",
+        ]);
+        for wheel in &self.wheels {
+            table.add_row([
+                wheel.wheel.to_string(),
+                wheel.node.to_string(),
+                wheel.set_points.to_string(),
+                wheel.received.to_string(),
+                format!("{:.4}", wheel.commanded_turns),
+                format!("{:.4}", wheel.travelled_turns),
+                format!("{:.1} r/min", wheel.largest_speed_error_rpm),
+                format!("{:.1} ms", wheel.oldest_feedback_ms),
+                wheel.eeprom_writes.to_string(),
+                wheel.fault.clone().unwrap_or_else(|| wheel.state.clone()),
+            ]);
+        }
+        let last = table.column_count().saturating_sub(1);
+        for column in table.column_iter_mut().take(last) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.table())?;
+        writeln!(
+            f,
+            "{} cycles of {} us at {} kbit/s, {} late; bus load {:.1} % mean; {} faults",
+            self.cycles,
+            self.cycle_us,
+            self.bit_rate_kbit,
+            self.late_cycles,
+            100.0 * self.mean_bus_load,
+            self.faults,
+        )?;
+        f.write_str(if self.promises_kept {
+            "Every promise kept: each drive took every set-point, each wheel made its way and stands, and no cycle was late."
+        } else {
+            "A promise was BROKEN: see the differences, late cycles, states and faults."
+        })
+    }
+}

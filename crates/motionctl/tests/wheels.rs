@@ -1,0 +1,121 @@
+//! `motionctl sim --drives zlac` as a user runs it: numbers, exit status, messages.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// A file of its own for each test, removed afterwards.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str, text: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("wheels-{}-{name}", std::process::id()));
+        std::fs::write(&path, text).expect("a temporary file");
+        Self(path)
+    }
+
+    fn as_str(&self) -> &str {
+        self.0.to_str().expect("a path of plain text")
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Nothing depends on it: the folder is temporary.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+fn sim(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
+    command
+        .args(["sim", "--drives"])
+        .args(arguments)
+        .output()
+        .expect("motionctl runs")
+}
+
+fn refusal(arguments: &[&str]) -> String {
+    let output = sim(arguments);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(output.stdout.is_empty(), "nothing may run: {output:?}");
+    String::from_utf8(output.stderr).expect("plain text")
+}
+
+#[test]
+fn the_built_in_differential_drive_keeps_every_promise() {
+    let output = sim(&["zlac", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json["promises_kept"], true);
+    assert_eq!(
+        (&json["cycle_us"], &json["bit_rate_kbit"]),
+        (&10_000.into(), &500.into())
+    );
+    assert_eq!(
+        (&json["late_cycles"], &json["faults"]),
+        (&0.into(), &0.into())
+    );
+    // The areas below the lines of the file, by hand: 367.5 and 592.5 r/min times seconds.
+    for (wheel, (node, turns)) in [(4, 367.5 / 60.0), (5, 592.5 / 60.0)]
+        .into_iter()
+        .enumerate()
+    {
+        let wheel = &json["wheels"][wheel];
+        assert_eq!(wheel["node"], node);
+        assert_eq!(wheel["set_points"], wheel["received"]);
+        assert_eq!(wheel["eeprom_writes"], 0);
+        let travelled = wheel["travelled_turns"].as_f64().expect("a number");
+        assert!((travelled - turns).abs() < 0.01, "{travelled} {turns}");
+    }
+}
+
+#[test]
+fn the_traffic_is_canopen() {
+    let log = Scratch::new("run.log", "");
+    let output = sim(&["zlac:7,9", "--candump", log.as_str()]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let text = std::fs::read_to_string(log.as_str()).expect("a log");
+    for frame in [
+        " 707#00",
+        " 000#0109",
+        " 607#4000100000000000",
+        " 080#",
+        " 309#0F00",
+    ] {
+        assert!(text.contains(frame), "{frame}");
+    }
+}
+
+#[test]
+fn what_wheels_cannot_follow_is_refused() {
+    let fast = Scratch::new("fast.csv", "t,l,r\n0,0,0\n1,101,0\n2,0,0\n");
+    let message = refusal(&["zlac", "--trajectory", fast.as_str()]);
+    assert!(
+        message.contains("at most 100 r/min, the file has 101"),
+        "{message}"
+    );
+    let output = sim(&[
+        "zlac",
+        "--speed-resolution",
+        "5",
+        "--trajectory",
+        fast.as_str(),
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let rolling = Scratch::new("rolling.csv", "t,l,r\n0,0,10\n1,0,0\n");
+    let message = refusal(&["zlac", "--trajectory", rolling.as_str()]);
+    assert!(
+        message.contains("line 2") && message.contains("10 r/min"),
+        "{message}"
+    );
+    let message = refusal(&["zlac", "--csv", "x.csv"]);
+    assert!(message.contains("--csv"), "{message}");
+    let message = refusal(&["zlac:4,5,6"]);
+    assert!(message.contains("2 columns"), "{message}");
+}
+
+#[test]
+fn a_bus_that_is_too_slow_is_refused() {
+    let message = refusal(&["zlac", "--cycle-us", "1000"]);
+    assert!(message.contains("bits"), "{message}");
+}
