@@ -1,5 +1,7 @@
 //! The application: the cycle of the master at its fixed rate, and the bus in between.
 
+use core::mem::size_of;
+
 use can_motion::{AxisState, ConfigError, EventKind, Instant, Master, Progress, service};
 use dyn_can::{Address, Dialect, Request, ServoSwitch};
 use embassy_futures::select::{Either, select};
@@ -7,10 +9,10 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embedded_can::nb::Can;
 use static_cell::StaticCell;
 
-use crate::board::{InputPins, StatusLed, Watchdog};
+use crate::board::{InputPins, STACK_BYTES, StatusLed, Watchdog};
 use crate::bus::{Bus, FaultState};
 use crate::config::{self, AXES, GROUP};
-use crate::cycle_clock::{Beat, CycleClock};
+use crate::cycle_clock::{Beat, beat};
 use crate::debounce::Debounced;
 use crate::led::LedPattern;
 use crate::playback::Playback;
@@ -20,7 +22,6 @@ use crate::telemetry::{self, Message};
 
 /// How long joining the bus may take before it is reported, and again after each report.
 const JOIN_REPORT: Duration = Duration::from_secs(1);
-const PERIOD: Duration = Duration::from_micros(config::CYCLE_US as u64);
 /// How long a disable command after a failure may wait for room, in steps of a frame's length.
 const DISABLE_PATIENCE: u32 = 100;
 const FRAME_TIME: Duration = Duration::from_micros(100);
@@ -46,12 +47,19 @@ pub(crate) async fn run(app: &'static mut App) {
 }
 
 /// The application in the memory that it stays in, or the reason why the configuration cannot work. To be called once: a second call
-/// panics.
+/// panics. Not inlined: its stack, on which the application is built, must be free again afterwards.
+#[inline(never)]
 pub(crate) fn place(parts: Parts) -> Result<&'static mut App, ConfigError> {
     static APP: StaticCell<App> = StaticCell::new();
     let master = Master::with_plan(&config::PLAN)?;
     Ok(APP.init(App::new(master, parts)))
 }
+
+/// The application is built on the stack before it goes to its place, and the compiler may copy it on the way.
+const _: () = assert!(
+    3 * size_of::<App>() <= STACK_BYTES,
+    "too many axes for the stack: raise STACK in the memory map and STACK_BYTES"
+);
 
 /// The cycle with everything it works with.
 pub(crate) struct App {
@@ -94,12 +102,11 @@ impl App {
         if self.parts.failed {
             self.disable_all().await;
         }
-        let mut clock = CycleClock::start(PERIOD);
         let mut progress = Progress::Idle;
         self.parts.watchdog.start();
         loop {
             // The beat is asked first, so nothing on the bus can hold it up.
-            progress = match select(clock.next(), self.parts.bus.serviceable(progress)).await {
+            progress = match select(beat(), self.parts.bus.serviceable(progress)).await {
                 Either::First(beat) => self.cycle(beat),
                 Either::Second(()) => {
                     let stretch = Stretch::begin();

@@ -79,10 +79,15 @@ async fn main(_thread: embassy_executor::Spawner) {
         failed: last_words.is_some() || board.cause == start::Cause::Watchdog,
     };
     match app::place(parts) {
-        Ok(app) => match app::run(app) {
-            Ok(cycle) => board.cycle.spawn(cycle),
-            // The pool of the task has one place and this is its only spawn; should it ever be full, a silent board is the safe one.
-            Err(error) => defmt::error!("the cycle did not start: {}", error),
+        // Each task's pool has one place and this is its only spawn; should it ever be full, a silent board is the safe one.
+        Ok(app) => match (app::run(app), cycle_clock::run()) {
+            (Ok(cycle), Ok(clock)) => {
+                board.cycle.spawn(cycle);
+                board.cycle.spawn(clock);
+            }
+            (Err(error), _) | (_, Err(error)) => {
+                defmt::error!("the cycle did not start: {}", error);
+            }
         },
         Err(error) => defmt::error!("the configuration cannot work: {}", error),
     }

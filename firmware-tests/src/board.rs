@@ -170,6 +170,20 @@ impl Board {
         Some(stack.len() as u32 - untouched as u32)
     }
 
+    /// Forgets how much of the stack was used: the next measure counts from what is in use now.
+    ///
+    /// # Errors
+    /// When Unicorn refuses to write.
+    pub fn repaint_stack(&mut self) -> Result<(), uc_error> {
+        let Some(stack) = self.image.stack() else {
+            return Ok(());
+        };
+        let pointer = cpu::get(&self.engine, RegisterARM::SP);
+        let unused = pointer.clamp(stack.start, stack.end) - stack.start;
+        self.engine
+            .mem_write(u64::from(stack.start), &vec![PAINT; unused as usize])
+    }
+
     /// Runs until `ns` after power-on. A reset on the way starts the firmware anew and is noted.
     pub fn run_until_ns(&mut self, ns: u64) -> Stop {
         loop {

@@ -23,6 +23,24 @@ pub fn exercise() {
     moves();
 }
 
+/// Calls what turns requests and replies into frames and back, and nothing else.
+pub fn messages() {
+    requests();
+    replies();
+}
+
+/// Calls what a cycle needs most: encodes a streamed set-point and decodes a position reply.
+pub fn set_point_and_position() {
+    let step = PdStep::new(number()).unwrap_or(PdStep::ZERO);
+    consume(go_relative_pos_pd(drive(), step, ByteOrder::MsbFirst));
+    let Some(frame) = frame() else { return };
+    consume(Reply::decode(
+        &frame,
+        Some(ReplyKind::Position),
+        &Dialect::V1_6A,
+    ));
+}
+
 /// Any frame.
 pub fn frame() -> Option<DataFrame> {
     let (id, data) = (opaque::bits() as u16, opaque::bytes::<9>());

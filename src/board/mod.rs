@@ -20,6 +20,9 @@ pub(crate) use stm32f405::{CORE_HZ, init};
 #[cfg(feature = "stm32g474")]
 pub(crate) use stm32g474::{CORE_HZ, init};
 
+/// Bytes of the stack, as in the memory map of every board.
+pub(crate) const STACK_BYTES: usize = 48 * 1024;
+
 /// The watchdog's period at the nominal frequency of its oscillator; a real one makes it 14 to 38 ms.
 const WATCHDOG_US: u32 = 20_000;
 

@@ -5,6 +5,8 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use serde_json::Value;
+
 use crate::error::Error;
 use crate::images::Image;
 use crate::thumb::Builder;
@@ -71,7 +73,7 @@ pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
     let image = image.display().to_string();
     let mut behind_dashes = vec![image.as_str()];
     behind_dashes.extend(arguments.emulator.iter().map(String::as_str));
-    emulator.cargo(&["run", "--quiet"], &behind_dashes)
+    emulator.cargo(&["run", "--quiet", "--bin", "emulate"], &behind_dashes)
 }
 
 /// Runs the task.
@@ -90,7 +92,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 /// The emulator's workspace with the tools to build it.
-struct Emulator {
+pub(crate) struct Emulator {
     folder: PathBuf,
     /// Where the images for it are.
     images: PathBuf,
@@ -99,7 +101,11 @@ struct Emulator {
 }
 
 impl Emulator {
-    fn prepare() -> Result<Self, Error> {
+    /// Finds the workspace, and installs the tools unless the user brings them.
+    ///
+    /// # Errors
+    /// When the tools cannot be installed.
+    pub(crate) fn prepare() -> Result<Self, Error> {
         let workspace = Workspace::find()?;
         let tools = match env::var_os("LIBCLANG_PATH") {
             Some(_) => None,
@@ -112,13 +118,53 @@ impl Emulator {
         })
     }
 
+    /// The folder of the images.
+    pub(crate) fn images(&self) -> &Path {
+        &self.images
+    }
+
+    /// Measures an image in motion.
+    ///
+    /// # Errors
+    /// When the emulator does not build, fails, or answers something else than JSON.
+    pub(crate) fn measure(&self, image: &Path, axes: usize) -> Result<Value, Error> {
+        let program = "the emulator's program `measure`";
+        let mut command = self.command(&["run", "--quiet", "--bin", "measure"])?;
+        command
+            .arg("--")
+            .arg(image)
+            .args(["--axes", &axes.to_string()]);
+        let output = command.output().map_err(|reason| Error::Start {
+            program: program.into(),
+            reason,
+        })?;
+        if !output.status.success() {
+            eprint!("{}", String::from_utf8_lossy(&output.stderr));
+            return Err(Error::Failed {
+                program: program.into(),
+                status: output.status,
+            });
+        }
+        serde_json::from_slice(&output.stdout).map_err(|_| Error::Answer {
+            program: program.into(),
+            expected: "one line of JSON",
+        })
+    }
+
     /// Runs cargo in the emulator's workspace.
     fn cargo(&self, arguments: &[&str], behind_dashes: &[&str]) -> Result<(), Error> {
+        let mut command = self.command(arguments)?;
+        command.arg("--").args(behind_dashes);
+        succeed(
+            &format!("cargo {} in {FOLDER}", arguments.join(" ")),
+            &mut command,
+        )
+    }
+
+    fn command(&self, arguments: &[&str]) -> Result<Command, Error> {
         let mut command = Command::new(cargo());
         command
             .args(arguments)
-            .arg("--")
-            .args(behind_dashes)
             .current_dir(&self.folder)
             .env(IMAGES, &self.images)
             // This cargo runs for another workspace.
@@ -130,10 +176,7 @@ impl Emulator {
                 .env("LIBCLANG_PATH", libclang_folder(tools)?)
                 .env("BINDGEN_EXTRA_CLANG_ARGS", compiler_headers()?);
         }
-        succeed(
-            &format!("cargo {} in {FOLDER}", arguments.join(" ")),
-            &mut command,
-        )
+        Ok(command)
     }
 }
 

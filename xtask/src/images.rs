@@ -24,6 +24,9 @@ pub(crate) enum Board {
 }
 
 impl Board {
+    /// Every board.
+    pub(crate) const ALL: [Self; 2] = [Self::Stm32f405, Self::Stm32g474];
+
     /// Its feature.
     pub(crate) const fn feature(self) -> &'static str {
         match self {
@@ -51,6 +54,17 @@ impl Image {
         Self {
             name: "shipped".into(),
             variant: Variant::default(),
+        }
+    }
+
+    /// The image of a board with log lines from a level on.
+    pub(crate) fn of_board(board: Board, log: &str) -> Self {
+        Self {
+            name: format!("{}-{log}", board.feature()),
+            variant: Variant {
+                arguments: board.arguments().to_vec(),
+                environment: vec![("DEFMT_LOG".into(), log.into())],
+            },
         }
     }
 

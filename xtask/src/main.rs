@@ -1,5 +1,6 @@
 //! Tasks of the project: `cargo xtask <task>`, with `cargo fw` as the short form of `cargo xtask fw`.
 
+mod cost;
 mod emulator;
 mod error;
 mod firmware;
@@ -25,6 +26,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Measure instructions, stack, flash and RAM, and write docs/cost.md.
+    Cost(cost::Arguments),
     /// Build the firmware for the board and print its size.
     Fw(firmware::Arguments),
     /// Build an image and watch it run on an emulated board with simulated drives.
@@ -38,6 +41,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fw(arguments) => firmware::run(&arguments),
+        Task::Cost(arguments) => cost::run(&arguments),
         Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),

@@ -14,9 +14,15 @@ use crate::workspace::cargo;
 const PACKAGE: &str = "proofs";
 /// What every image has; its size is taken off the others.
 const START_UP: &str = "start-up";
+/// The whole codec, unit formulas included; its requests and replies alone; encode a set-point and decode a position.
+const CODEC: &str = "codec";
+pub(crate) const MESSAGES: &str = "messages";
+pub(crate) const HOT_PAIR: &str = "set-point-and-position";
 /// The images that link only without a panic.
-const IMAGES: [&str; 9] = [
-    "codec",
+const IMAGES: [&str; 11] = [
+    CODEC,
+    MESSAGES,
+    HOT_PAIR,
     "master",
     "commissioning",
     "serial",
@@ -83,16 +89,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     Ok(())
 }
 
+/// Builds the libraries alone; tells the flash that each takes, start-up code taken off.
+///
+/// # Errors
+/// When one does not build.
+pub(crate) fn library_sizes(builder: &Builder) -> Result<Vec<(&'static str, u64)>, Error> {
+    builder.build(PACKAGE, &Variant::with_arguments(&["--bins".into()]))?;
+    let images = builder.images();
+    IMAGES
+        .into_iter()
+        .map(|image| Ok((image, own_flash(&images, image)?)))
+        .collect()
+}
+
 fn print_flash(images: &Path) -> Result<(), Error> {
     let start_up = Size::of_image(&images.join(START_UP))?.flash();
     println!(
-        "{:<16} {:>9} {:>9}  bytes of flash",
+        "{:<22} {:>9} {:>9}  bytes of flash",
         "image", "all", "its own"
     );
-    println!("{START_UP:<16} {start_up:>9}");
+    println!("{START_UP:<22} {start_up:>9}");
     for image in IMAGES {
         let own = own_flash(images, image)?;
-        println!("{image:<16} {:>9} {own:>9}", start_up + own);
+        println!("{image:<22} {:>9} {own:>9}", start_up + own);
     }
     Ok(())
 }

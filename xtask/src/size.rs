@@ -98,7 +98,7 @@ impl Size {
     }
 
     /// Bytes of static RAM; the stack has what is left.
-    fn ram(&self) -> u64 {
+    pub(crate) fn ram(&self) -> u64 {
         self.sum(|section| section.ram)
     }
 

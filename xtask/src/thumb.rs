@@ -1,6 +1,6 @@
 //! Builds packages for the Cortex-M4F of the boards.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
 use crate::error::Error;
@@ -52,6 +52,11 @@ impl Builder {
             toolchain,
             folder,
         })
+    }
+
+    /// The folder of the workspace.
+    pub(crate) fn root(&self) -> &Path {
+        &self.workspace.root
     }
 
     /// The folder of the images.

@@ -1,0 +1,18 @@
+//! Requests and replies in both directions: links only if no frame makes them panic.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+use panic_never as _;
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    loop {
+        proofs::codec::messages();
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("{}", proofs::HOST_MESSAGE);
+}
