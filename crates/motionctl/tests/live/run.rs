@@ -230,6 +230,38 @@ fn a_drive_that_is_not_there_stops_all_and_leaves_nobody_enabled() {
 }
 
 #[test]
+fn a_motor_that_cannot_follow_stops_all_and_leaves_nobody_enabled() {
+    let bench = BenchProcess::start("fast", "1,2");
+    // 5500 rpm; the simulated motor ends at 3028 rpm.
+    let file = Scratch::new("fast.csv", "time_s,a,b\n0,0,0\n0.2,6600,10\n");
+    let output = run(&[
+        "--slcan",
+        bench.path(),
+        "--trajectory",
+        file.path(),
+        "--yes",
+    ]);
+    let (status, errors) = status_and_errors(&output);
+    assert_eq!(status, Some(1), "{output:?}");
+    // The drive's own alarm or the master's own limit, whichever comes first.
+    let reasons = [
+        "axis 0: the drive reports an alarm",
+        "counts off its set-points while moving",
+    ];
+    assert!(
+        reasons.iter().any(|reason| errors.contains(reason)),
+        "{errors}"
+    );
+    assert!(
+        errors.contains("axis 1: another axis of the group has a fault"),
+        "{errors}"
+    );
+    let report = bench.stop();
+    assert_eq!(report["drives"][0]["enabled"], false);
+    assert_eq!(report["drives"][1]["enabled"], false);
+}
+
+#[test]
 fn a_bench_does_not_overwrite_what_is_there() {
     let file = Scratch::new("precious", "precious");
     let output = motionctl(&["bench", "--slcan", file.path()])
