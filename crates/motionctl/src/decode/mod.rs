@@ -17,7 +17,7 @@ use can_decode::log::Entry;
 
 use crate::exit;
 use crate::interrupt;
-use crate::link::{listen_to_slcan, open_interface};
+use crate::link::{listen_to_interface, listen_to_slcan};
 pub(crate) use arguments::Arguments;
 use bus::{Bus, Said};
 use error::DecodeError;
@@ -29,7 +29,10 @@ use source::{Damage, Heard, Source};
 /// Reads a log to its end, or listens to a bus until Ctrl-C.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DecodeError> {
     let live = match (&arguments.can, &arguments.slcan) {
-        (Some(interface), _) => Some((interface, open_interface(interface))),
+        (Some(interface), _) => Some((
+            interface,
+            listen_to_interface(interface, arguments.bit_rate),
+        )),
         (None, Some(port)) => Some((port, listen_to_slcan(port, arguments.bit_rate))),
         (None, None) => None,
     };

@@ -11,6 +11,7 @@ use crate::drives::DrivesError;
 use crate::link::LinkOptions;
 use crate::station::{AxisOptions, Station};
 
+/// Shortest cycle: requests go out once a cycle.
 const CYCLE_US: u32 = 1_000;
 /// Time for the drives to answer; those that do not are told to disable all the same.
 const ANSWER_LIMIT_US: u64 = 3_000_000;
@@ -50,9 +51,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let mut link = arguments.link.open().map_err(DrivesError::Open)?;
     let mut drives = arguments.drives.clone();
     drives.sort_unstable();
-    let axis = |&drive| AxisOptions::default().axis(drive, StepLimit::MAX, PollPeriods::DEFAULT);
+    let axis = |&drive| AxisOptions::default().axis(drive, StepLimit::MAX, PollPeriods::OFF);
     let axes: Vec<_> = drives.iter().map(axis).collect();
-    let mut station = Station::new(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
+    let mut station =
+        Station::unhurried(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
     let start = station.now();
     while station.now().us_since(start) < ANSWER_LIMIT_US && !have_answered(&mut station) {
         station.cycle(|_, _| {})?;

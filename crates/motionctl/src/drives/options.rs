@@ -5,7 +5,7 @@ use std::num::NonZeroU8;
 use super::Drives;
 use super::can::CanDrives;
 use super::serial::{Line, SerialDrives};
-use crate::link::{OpenError, SpeedOptions, open_interface};
+use crate::link::{OpenError, SpeedOptions};
 use crate::station::AxisOptions;
 
 /// How the drives are connected.
@@ -48,7 +48,9 @@ impl DrivesOptions {
                 return Ok(Box::new(SerialDrives::new(line, axes)));
             }
             (None, Some(port), _) => self.speeds.open_slcan(port)?,
-            (None, None, interface) => open_interface(interface.as_deref().unwrap_or_default())?,
+            (None, None, interface) => self
+                .speeds
+                .open_interface(interface.as_deref().unwrap_or_default())?,
         };
         Ok(Box::new(CanDrives::new(link, axes)))
     }

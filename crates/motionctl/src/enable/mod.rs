@@ -14,7 +14,7 @@ use crate::interrupt;
 use crate::link::LinkOptions;
 use crate::station::{AxisOptions, GROUP, Station};
 
-/// Cycle of the set-points, which are all zero.
+/// Shortest cycle of the set-points, which are all zero.
 const CYCLE_US: u32 = 5_000;
 /// Time for the drives to become ready, and to be enabled.
 const START_UP_LIMIT_US: u64 = 10_000_000;
@@ -69,7 +69,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
             .axis(drive, StepLimit::MAX, PollPeriods::DEFAULT)
     };
     let axes: Vec<_> = drives.iter().map(axis).collect();
-    let mut station = Station::new(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
+    let mut station =
+        Station::unhurried(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
     let held = hold(&mut station, &drives, arguments);
     let shut_down = station.shut_down();
     DrivesError::after_shut_down(held, shut_down)?;

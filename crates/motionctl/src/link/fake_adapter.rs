@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::Link;
 use super::slcan::{Channel, Slcan};
+use super::{Adapter, Link};
 use crate::lawicel::{Lines, Token};
 use crate::pty::{self, Pty};
 
@@ -56,7 +56,7 @@ impl FakeAdapter {
     /// Opens it as a link.
     pub(crate) fn open(&self) -> Link {
         let slcan = Slcan::open(self.port(), 115_200, 1_000, Channel::Open);
-        Link::Slcan(slcan.unwrap())
+        Link::new(Adapter::Slcan(slcan.unwrap()), 1_000)
     }
 
     /// Takes its terminal away.

@@ -14,19 +14,26 @@ mod socket_can;
 
 use std::time::Duration;
 
+use can_motion::plan::BitRate;
 use drive_sim::Frame;
 use embedded_can::nb::Can;
 
 pub(crate) use error::OpenError;
 pub(crate) use fault::LinkFault;
-pub(crate) use options::{LinkOptions, SpeedOptions, listen_to_slcan, open_interface};
+pub(crate) use options::{LinkOptions, SpeedOptions, listen_to_interface, listen_to_slcan};
 use slcan::Slcan;
 #[cfg(target_os = "linux")]
 use socket_can::SocketCan;
 
 /// An open link to a bus.
 #[derive(Debug)]
-pub(crate) enum Link {
+pub(crate) struct Link {
+    adapter: Adapter,
+    bit_rate: BitRate,
+}
+
+#[derive(Debug)]
+enum Adapter {
     /// A Lawicel adapter on a serial port.
     Slcan(Slcan),
     /// A network interface of Linux.
@@ -35,21 +42,34 @@ pub(crate) enum Link {
 }
 
 impl Link {
+    fn new(adapter: Adapter, kbit_per_s: u32) -> Self {
+        Self {
+            adapter,
+            // Listeners may use rates that no drive knows, and they plan nothing.
+            bit_rate: BitRate::from_kbit_per_s(kbit_per_s).unwrap_or(BitRate::Kbit1000),
+        }
+    }
+
+    /// The bit rate of the bus, as the user has told it.
+    pub(crate) fn bit_rate(&self) -> BitRate {
+        self.bit_rate
+    }
+
     /// Waits until something may have come in, at most so long. Returns at once when the link has failed.
     pub(crate) fn wait(&mut self, most: Duration) {
-        match self {
-            Self::Slcan(slcan) => slcan.wait(most),
+        match &mut self.adapter {
+            Adapter::Slcan(slcan) => slcan.wait(most),
             #[cfg(target_os = "linux")]
-            Self::SocketCan(socket) => socket.wait(most),
+            Adapter::SocketCan(socket) => socket.wait(most),
         }
     }
 
     /// The fault after which nothing gets through any more.
     pub(crate) fn fault(&self) -> Option<LinkFault> {
-        match self {
-            Self::Slcan(slcan) => slcan.fault(),
+        match &self.adapter {
+            Adapter::Slcan(slcan) => slcan.fault(),
             #[cfg(target_os = "linux")]
-            Self::SocketCan(socket) => socket.fault(),
+            Adapter::SocketCan(socket) => socket.fault(),
         }
     }
 }
@@ -59,18 +79,18 @@ impl Can for Link {
     type Error = LinkFault;
 
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, LinkFault> {
-        match self {
-            Self::Slcan(slcan) => slcan.transmit(frame),
+        match &mut self.adapter {
+            Adapter::Slcan(slcan) => slcan.transmit(frame),
             #[cfg(target_os = "linux")]
-            Self::SocketCan(socket) => socket.transmit(frame),
+            Adapter::SocketCan(socket) => socket.transmit(frame),
         }
     }
 
     fn receive(&mut self) -> nb::Result<Frame, LinkFault> {
-        match self {
-            Self::Slcan(slcan) => slcan.receive(),
+        match &mut self.adapter {
+            Adapter::Slcan(slcan) => slcan.receive(),
             #[cfg(target_os = "linux")]
-            Self::SocketCan(socket) => socket.receive(),
+            Adapter::SocketCan(socket) => socket.receive(),
         }
     }
 }

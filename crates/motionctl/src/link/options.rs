@@ -3,7 +3,7 @@
 use drive_sim::BitRate;
 
 use super::slcan::{Channel, Slcan};
-use super::{Link, OpenError};
+use super::{Adapter, Link, OpenError};
 use crate::virtual_drives::bit_rate;
 
 /// What most adapters with a real serial port use; those on USB ignore it.
@@ -13,7 +13,7 @@ const DEFAULT_BAUD: u32 = 115_200;
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct LinkOptions {
     #[command(flatten)]
-    adapter: Adapter,
+    port: Port,
     #[command(flatten)]
     speeds: SpeedOptions,
 }
@@ -21,7 +21,7 @@ pub(crate) struct LinkOptions {
 /// How fast an adapter is.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct SpeedOptions {
-    /// Bit rate in kbit/s that a serial adapter is set to; that of a network interface is set with `ip link`.
+    /// Bit rate of the bus in kbit/s. A serial adapter is set to it; a network interface is set with `ip link`.
     #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
     bit_rate: BitRate,
     /// Speed of the serial port in baud; adapters on USB ignore it.
@@ -32,7 +32,7 @@ pub(crate) struct SpeedOptions {
 /// One of the two kinds of adapters.
 #[derive(Debug, Clone, clap::Args)]
 #[group(required = true, multiple = false)]
-struct Adapter {
+struct Port {
     /// Serial port of a Lawicel (slcan) adapter, or terminal of `motionctl bench`.
     #[arg(long, value_name = "TTY")]
     slcan: Option<String>,
@@ -47,9 +47,11 @@ impl LinkOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open(&self) -> Result<Link, OpenError> {
-        match (&self.adapter.slcan, &self.adapter.can) {
+        match (&self.port.slcan, &self.port.can) {
             (Some(port), _) => self.speeds.open_slcan(port),
-            (None, interface) => open_interface(interface.as_deref().unwrap_or_default()),
+            (None, interface) => self
+                .speeds
+                .open_interface(interface.as_deref().unwrap_or_default()),
         }
     }
 }
@@ -61,7 +63,15 @@ impl SpeedOptions {
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open_slcan(&self, port: &str) -> Result<Link, OpenError> {
         let kbit_per_s = self.bit_rate.kbit_per_s();
-        Slcan::open(port, self.baud, kbit_per_s, Channel::Open).map(Link::Slcan)
+        open_slcan(port, self.baud, kbit_per_s, Channel::Open)
+    }
+
+    /// Opens a CAN network interface.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing was sent to a drive.
+    pub(crate) fn open_interface(&self, interface: &str) -> Result<Link, OpenError> {
+        open_interface(interface, self.bit_rate.kbit_per_s())
     }
 }
 
@@ -70,20 +80,30 @@ impl SpeedOptions {
 /// # Errors
 /// [`OpenError`].
 pub(crate) fn listen_to_slcan(port: &str, kbit_per_s: u32) -> Result<Link, OpenError> {
-    Slcan::open(port, DEFAULT_BAUD, kbit_per_s, Channel::ListenOnly).map(Link::Slcan)
+    open_slcan(port, DEFAULT_BAUD, kbit_per_s, Channel::ListenOnly)
 }
 
-/// Opens a CAN network interface.
+/// Opens a CAN network interface to listen to it.
 ///
 /// # Errors
-/// [`OpenError`]; nothing was sent to a drive.
+/// [`OpenError`].
+pub(crate) fn listen_to_interface(interface: &str, kbit_per_s: u32) -> Result<Link, OpenError> {
+    open_interface(interface, kbit_per_s)
+}
+
+fn open_slcan(port: &str, baud: u32, kbit_per_s: u32, channel: Channel) -> Result<Link, OpenError> {
+    let slcan = Slcan::open(port, baud, kbit_per_s, channel)?;
+    Ok(Link::new(Adapter::Slcan(slcan), kbit_per_s))
+}
+
 #[cfg(target_os = "linux")]
-pub(crate) fn open_interface(interface: &str) -> Result<Link, OpenError> {
-    super::SocketCan::open(interface).map(Link::SocketCan)
+fn open_interface(interface: &str, kbit_per_s: u32) -> Result<Link, OpenError> {
+    let socket = super::SocketCan::open(interface)?;
+    Ok(Link::new(Adapter::SocketCan(socket), kbit_per_s))
 }
 
 #[cfg(not(target_os = "linux"))]
-pub(crate) fn open_interface(interface: &str) -> Result<Link, OpenError> {
+fn open_interface(interface: &str, _: u32) -> Result<Link, OpenError> {
     let interface = interface.to_owned();
     Err(OpenError::NotLinux { interface })
 }

@@ -12,6 +12,7 @@ use crate::interrupt;
 use crate::link::LinkOptions;
 use crate::station::{AxisOptions, GROUP, Station};
 
+/// Shortest cycle: requests go out once a cycle.
 const CYCLE_US: u32 = 1_000;
 /// Readings of each kind between two lines.
 const POLLS_A_LINE: u32 = 2;
@@ -72,7 +73,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     };
     let axis = |&drive| AxisOptions::default().axis(drive, StepLimit::MAX, polls);
     let axes: Vec<_> = drives.iter().map(axis).collect();
-    let mut station = Station::new(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
+    let mut station =
+        Station::unhurried(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
     let mut lines = 0;
     while interrupt::requests() == 0 && arguments.count.is_none_or(|count| lines < count) {
         wait(&mut station, arguments.every_ms)?;

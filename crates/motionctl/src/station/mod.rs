@@ -8,7 +8,10 @@ mod clock;
 mod pace;
 mod shut_down;
 
-use can_motion::{AxisConfig, Event, GroupId, Instant, Master, MasterConfig, Progress, Timeouts};
+use can_motion::plan::BusSetup;
+use can_motion::{
+    AxisConfig, ConfigError, Event, GroupId, Instant, Master, MasterConfig, Progress, Timeouts,
+};
 
 use crate::link::{Link, LinkFault};
 pub(crate) use axis_options::AxisOptions;
@@ -21,6 +24,9 @@ pub(crate) type PcMaster = Master<63>;
 
 /// All axes of this tool are in one group.
 pub(crate) const GROUP: GroupId = GroupId(0);
+
+/// In a longer cycle even 63 drives at 10 kbit/s fit.
+const LONGEST_CYCLE_US: u32 = 640_000;
 
 /// Waiting times for a PC: adapters on USB hold bytes back for up to 16 ms, and the system lets a program wait.
 const TIMEOUTS: Timeouts = Timeouts {
@@ -43,15 +49,19 @@ impl<'link> Station<'link> {
     /// A master for these axes, in ascending order of drive id. Nothing is sent yet.
     ///
     /// # Errors
-    /// When the configuration cannot work.
+    /// When the configuration cannot work, or the bus cannot carry the axes in this cycle.
     pub(crate) fn new(
         link: &'link mut Link,
         axes: &[AxisConfig],
         cycle_us: u32,
-    ) -> Result<Self, can_motion::ConfigError> {
+    ) -> Result<Self, ConfigError> {
         let config = MasterConfig {
             cycle_us,
             timeouts: TIMEOUTS,
+            bus: BusSetup {
+                bit_rate: link.bit_rate(),
+                ..BusSetup::DEFAULT
+            },
             ..MasterConfig::DEFAULT
         };
         Ok(Self {
@@ -60,6 +70,25 @@ impl<'link> Station<'link> {
             clock: Clock::start(),
             pace: Pace::new(cycle_us),
         })
+    }
+
+    /// The same with the shortest cycle, of at least so many microseconds, in which the bus carries the axes: for commands
+    /// that stream no motion.
+    ///
+    /// # Errors
+    /// When the configuration cannot work in any cycle.
+    pub(crate) fn unhurried(
+        link: &'link mut Link,
+        axes: &[AxisConfig],
+        at_least_us: u32,
+    ) -> Result<Self, ConfigError> {
+        let mut cycle_us = at_least_us;
+        while let Err(ConfigError::Plan { .. }) = Station::new(link, axes, cycle_us)
+            && cycle_us < LONGEST_CYCLE_US
+        {
+            cycle_us *= 2;
+        }
+        Self::new(link, axes, cycle_us)
     }
 
     /// The master, to read its state and to command it.

@@ -212,6 +212,24 @@ fn a_killed_holder_leaves_drives_that_disable_ends() {
 }
 
 #[test]
+fn commands_that_stream_no_motion_work_on_the_fullest_bus() {
+    let bench = BenchProcess::start("full", "1-63");
+    let ended = json_on(&bench, &["disable", "--drives", "1-63"]);
+    assert_eq!(ended["disabled"].as_array().map(Vec::len), Some(63));
+    // Set-points of that many axes do not fit into a cycle, and that is known before any is sent.
+    let trajectory = [
+        "run",
+        "--columns",
+        "2,2,2,2,2,2,2,2,2,2,2,2,2,2,2,2",
+        "--yes",
+    ];
+    let (status, _, errors) = on(&bench, &trajectory);
+    assert_eq!(status, Some(2), "{errors}");
+    assert!(errors.contains("does not fit"), "{errors}");
+    assert_eq!(bench.stop()["drives"][0]["set_points"], 0);
+}
+
+#[test]
 fn monitor_shows_each_drive_and_who_is_missing() {
     let bench = BenchProcess::start("monitor", "1");
     let arguments = [

@@ -10,8 +10,16 @@ use crate::interrupt;
 use crate::link::Link;
 use crate::station::{AxisOptions, GROUP, Station};
 
-/// Cycle of the set-points. A jog is slow, and adapters on slow serial ports shall carry it too.
+/// Shortest cycle of the set-points. A jog is slow, and adapters on slow serial ports shall carry it too.
 const CYCLE_US: u32 = 5_000;
+/// Bit times that a cycle has at least: a set-point, a request and a reply, and room.
+const CYCLE_BITS: u32 = 400;
+/// Readings ten times a second.
+const POLLS: PollPeriods = PollPeriods {
+    status_us: Some(100_000),
+    position_us: Some(100_000),
+    ..PollPeriods::OFF
+};
 /// Time for the drive to become ready, and to be enabled.
 const START_UP_LIMIT_US: u64 = 10_000_000;
 /// Time after the move for the drive to arrive and to be read once more.
@@ -33,8 +41,9 @@ pub(super) fn jog(
         drive: drive.into(),
         reason: error.to_string(),
     })?;
-    let axis = axes.axis(drive, catch_up(&motion), PollPeriods::DEFAULT);
-    let mut station = Station::new(link, &[axis], CYCLE_US).map_err(DrivesError::Config)?;
+    let cycle_us = CYCLE_US.max(link.bit_rate().us_covering(CYCLE_BITS));
+    let axis = axes.axis(drive, catch_up(&motion, cycle_us), POLLS);
+    let mut station = Station::new(link, &[axis], cycle_us).map_err(DrivesError::Config)?;
     let moved = Move {
         station: &mut station,
         drive,
@@ -64,8 +73,8 @@ fn keyframes(counts: i32, jog: Jog) -> [Keyframe<1>; 2] {
 }
 
 /// A quarter above the largest step of the motion: an axis that is behind catches up, and never much faster than planned.
-fn catch_up(motion: &KeyframeMotion<'_, 1>) -> StepLimit {
-    let [peak] = motion.peak_step_counts(CYCLE_US);
+fn catch_up(motion: &KeyframeMotion<'_, 1>, cycle_us: u32) -> StepLimit {
+    let [peak] = motion.peak_step_counts(cycle_us);
     let step = i32::try_from(peak + peak / 4).unwrap_or(i32::MAX);
     StepLimit::new(step).unwrap_or(StepLimit::MAX)
 }

@@ -13,7 +13,7 @@ use crate::station::{AxisOptions, Station};
 const START_UP_LIMIT_US: u64 = 10_000_000;
 /// Time for one procedure, the distance between two writes included.
 const PROCEDURE_LIMIT_US: u64 = 10_000_000;
-/// Cycle of the commissioning commands that stream nothing.
+/// Shortest cycle of the commissioning commands that stream nothing.
 const CYCLE_US: u32 = 1_000;
 
 /// A station with one axis, whose drive has answered: it is ready, or it has a fault that does not keep it from being read.
@@ -24,7 +24,7 @@ pub(super) fn answering_station(
     polls: PollPeriods,
 ) -> Result<Station<'_>, DrivesError> {
     let axis = axes.axis(drive, StepLimit::MAX, polls);
-    let mut station = Station::new(link, &[axis], CYCLE_US).map_err(DrivesError::Config)?;
+    let mut station = Station::unhurried(link, &[axis], CYCLE_US).map_err(DrivesError::Config)?;
     let start = station.now();
     while station.now().us_since(start) < START_UP_LIMIT_US {
         station.cycle(|_, _| {})?;
