@@ -8,7 +8,7 @@
 
 use core::cmp::Ordering;
 
-use crate::plan::{Burst, ResponseWindow};
+use crate::plan::{Burst, BusPlan, ResponseWindow};
 use crate::time::Instant;
 
 /// So far from the mean the length of the set-points may be without a request that evens it out.
@@ -101,6 +101,19 @@ impl Placement {
             let places = (0..set_points).filter_map(|before| Some((slack_us(before)?, before)));
             self.before = places.max().map(|(_, before)| before);
         }
+    }
+}
+
+impl BusPlan<'_> {
+    /// How many set-points go out before the requests of a cycle once the master has seen drives use the whole response window
+    /// of its configuration; `None`: all of them.
+    #[must_use]
+    pub fn requests_behind(&self) -> Option<u8> {
+        let may_choose = self.has_room_for_requests();
+        let config = self.config();
+        let mut placement = Placement::new(config.cycle_us, self.burst(), may_choose);
+        placement.choose(self.axes().len() as u8, Some(config.bus.response));
+        placement.before
     }
 }
 

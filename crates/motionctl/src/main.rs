@@ -17,6 +17,7 @@ mod lawicel;
 mod limits;
 mod link;
 mod monitor;
+mod plan;
 mod pty;
 mod read;
 mod revision;
@@ -52,6 +53,8 @@ enum Command {
     Decode(decode::Arguments),
     /// Offer simulated drives behind a CAN adapter, in real time, to this tool or any other.
     Bench(bench::Arguments),
+    /// Work out before anything moves whether a bus carries its axes in time.
+    Plan(Box<plan::Arguments>),
     /// Measure on the simulated bus how many axes it carries, and how regularly.
     Limits(limits::Arguments),
     /// Run a motion on the drives of a real bus, in real time.
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
     let result: Result<ExitCode, Failure> = match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
+        Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
         Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),
         Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),

@@ -213,6 +213,18 @@ impl<'a> BusPlan<'a> {
         Some(self.cycle.reply_response(self.requests_end_bits))
     }
 
+    /// From the earliest to the latest moment in its cycle at which a drive offers a reply, in bit times; 0 when nothing is asked or
+    /// the plan was refused before responses were worked out.
+    #[must_use]
+    pub const fn reply_jitter_bits(&self) -> u32 {
+        match self.requests_end_bits {
+            Some(end_bits) if self.cycle.requests > 0 => {
+                narrow(self.cycle.reply_jitter_bits(end_bits))
+            }
+            _ => 0,
+        }
+    }
+
     /// Worst-case end of an alarm frame, from when the drive offers it; `None` when none are planned. Its deadline is two
     /// cycles, the span in which the burst must be over.
     #[must_use]

@@ -262,9 +262,14 @@ impl Cycle {
     }
 
     const fn replies(&self, requests_end_bits: u64) -> Message {
-        let latest_bits = self.reply_latest_bits(requests_end_bits);
-        let jitter_bits = latest_bits.saturating_sub(self.reply_earliest_bits());
+        let jitter_bits = self.reply_jitter_bits(requests_end_bits);
         self.stream(self.requests, self.reply_bits, self.bits, jitter_bits)
+    }
+
+    /// From the earliest to the latest offer of a reply.
+    pub(super) const fn reply_jitter_bits(&self, requests_end_bits: u64) -> u64 {
+        let latest_bits = self.reply_latest_bits(requests_end_bits);
+        latest_bits.saturating_sub(self.reply_earliest_bits())
     }
 
     const fn alarm_burst(&self) -> Message {

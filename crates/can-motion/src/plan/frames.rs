@@ -90,7 +90,8 @@ impl Exchange {
 }
 
 /// Length of a poll, which is exact: its payload is known.
-pub(super) const fn poll_bits(axis: &AxisConfig, kind: PollKind) -> u16 {
+#[must_use]
+pub const fn poll_bits(axis: &AxisConfig, kind: PollKind) -> u16 {
     let id = axis.drive.can_id(function(kind));
     match kind {
         PollKind::Position => exact_bits(id, &[ReadSelector::Position as u8]),
@@ -106,7 +107,8 @@ pub(super) const fn poll_bits(axis: &AxisConfig, kind: PollKind) -> u16 {
 }
 
 /// Longest reply to a poll (1.6A section 6: position 1..4 bytes, torque 1..2, speed 2, status and counter 1).
-pub(super) const fn reply_bits(drive: DriveId, kind: PollKind) -> u16 {
+#[must_use]
+pub const fn reply_bits(drive: DriveId, kind: PollKind) -> u16 {
     let longest = match kind {
         PollKind::Status | PollKind::Counter => 1,
         PollKind::Torque | PollKind::Speed => 2,
@@ -124,7 +126,8 @@ pub(super) const fn reply_bits(drive: DriveId, kind: PollKind) -> u16 {
 }
 
 /// Longest set-point of an axis, or the enable or disable command that takes its place.
-pub(super) const fn set_point_bits(axis: &AxisConfig) -> u16 {
+#[must_use]
+pub const fn set_point_bits(axis: &AxisConfig) -> u16 {
     let switch = worst_bits(axis.drive.can_id(FunctionCode::ServoDisable), 1);
     let id = axis.drive.can_id(FunctionCode::GoRelativePosPd);
     let mut bits = worst_bits(id, 1);
@@ -149,7 +152,8 @@ pub(super) const fn usual_set_point_bits(axes: &[AxisConfig]) -> u32 {
 }
 
 /// Longest alarm frame of these axes.
-pub(super) const fn alarm_bits(axes: &[AxisConfig]) -> u16 {
+#[must_use]
+pub const fn alarm_bits(axes: &[AxisConfig]) -> u16 {
     let mut bits = 0;
     let mut rest = axes;
     while let Some((axis, behind)) = rest.split_first() {

@@ -43,7 +43,7 @@ mod bus_plan;
 mod canopen;
 mod cycle;
 mod demand;
-mod frames;
+pub mod frames;
 mod refusal;
 mod remedies;
 mod setup;

@@ -15,7 +15,7 @@ const MAX_CYCLE_US: u32 = 1_000_000;
 const CYCLE_QUARTERS: [u32; 5] = [5, 6, 8, 12, 16];
 
 /// Changes of one setting each with which a refused plan would be admitted; the number of axes is always one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Remedies {
     /// The most requests in a cycle, fewer than planned.
@@ -53,24 +53,33 @@ impl Remedies {
 
     pub(super) const fn add_to(&self, text: Text) -> Text {
         let mut text = text.str("it would fit with ");
+        let mut separator = "";
         if let Some(requests) = self.requests_per_cycle {
-            text = text
-                .str("requests_per_cycle = ")
-                .number(requests as u64)
-                .str(", ");
+            text = text.str("requests_per_cycle = ").number(requests as u64);
+            separator = ", or ";
         }
         if self.no_polls {
-            text = text.str("no polls, ");
+            text = text.str(separator).str("no polls");
+            separator = ", or ";
         }
         if let Some(bit_rate) = self.bit_rate {
-            text = text.number(bit_rate.kbit_per_s() as u64).str(" kbit/s, ");
+            text = text.str(separator).number(bit_rate.kbit_per_s() as u64);
+            text = text.str(" kbit/s");
+            separator = ", or ";
         }
         if let Some(cycle_us) = self.cycle_us {
-            text = text.str("cycle_us = ").number(cycle_us as u64).str(", ");
+            text = text.str(separator).str("cycle_us = ");
+            text = text.number(cycle_us as u64);
+            separator = ", or ";
         }
-        text.str("or the first ")
-            .number(self.axes as u64)
-            .str(" axes")
+        match self.axes {
+            0 if separator.is_empty() => text.str("none of the usual changes"),
+            0 => text,
+            axes => {
+                let text = text.str(separator).str("the first ");
+                text.number(axes as u64).str(" axes")
+            }
+        }
     }
 }
 

@@ -37,6 +37,8 @@ const OUTAGE_STEP_US: usize = 50;
 const OUTAGE_CYCLES: (u64, u64) = (40, 60);
 /// Polls may be this old.
 const OLDEST_POLL_PERIODS: f64 = 1.5;
+/// Longest set-points may go in one direction only, so a run ends before an axis leaves its travel.
+const MOST_CYCLES: u64 = 20_000;
 /// Cycles between two updates of the progress bar.
 const PROGRESS_STEP: u64 = 500;
 
@@ -44,8 +46,8 @@ const PROGRESS_STEP: u64 = 500;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Cycles for each number of axes.
-    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u64).range(100..))]
+    /// Cycles for each number of axes, at most 20000: beyond, some axes leave their travel.
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u64).range(100..=MOST_CYCLES))]
     cycles: u64,
     /// Seed of payloads and response delays.
     #[arg(long, value_name = "N", default_value_t = 1)]

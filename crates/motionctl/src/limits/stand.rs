@@ -26,7 +26,7 @@ const POLL_PERIOD_US: u32 = 20_000;
 /// Cycles in which the axes must stream.
 const START_UP_CYCLES: u64 = 5_000;
 /// Far enough from 0 that every position is read with four bytes.
-const START_COUNTS: i64 = 1 << 25;
+pub(crate) const START_COUNTS: i32 = 1 << 25;
 
 /// What is on the stand.
 #[derive(Debug, Clone, Copy)]
@@ -95,7 +95,7 @@ impl Load {
             response_delay: ResponseDelay::between(ns(min_us), ns(max_us))
                 .unwrap_or(ResponseDelay::fixed(ns(min_us))),
             seed: self.seed.wrapping_add(u64::from(drive.get())),
-            start_position_counts: START_COUNTS,
+            start_position_counts: START_COUNTS.into(),
             lost_phase_steps: None,
             ..DynDriveConfig::new(drive)
         })
@@ -185,8 +185,8 @@ impl Stand {
         for _ in 0..cycles {
             let axes = self.payloads.iter().zip(&mut self.targets);
             for (axis, (payload, target)) in axes.enumerate() {
-                let from_start = i64::from(*target) - START_COUNTS;
-                *target += payload.step(from_start as i32, &mut self.random);
+                let from_start = *target - START_COUNTS;
+                *target += payload.step(from_start, &mut self.random);
                 self.master
                     .set_target(axis, *target)
                     .map_err(LimitsError::Target)?;

@@ -98,7 +98,7 @@ fn one_axis_too_many_names_the_frame_and_what_would_help() {
     );
     assert_eq!(
         plan.remedies().to_string(),
-        "it would fit with no polls, cycle_us = 1250, or the first 11 axes"
+        "it would fit with no polls, or cycle_us = 1250, or the first 11 axes"
     );
 }
 
