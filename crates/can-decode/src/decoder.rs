@@ -5,6 +5,7 @@ use core::fmt;
 use dyn_can::FrameError;
 use serde::Serialize;
 
+use crate::canopen::{self, Canopen};
 use crate::conversation::Conversation;
 use crate::dyn_drives::{self, DynDrives};
 use crate::frame::Frame;
@@ -12,7 +13,20 @@ use crate::frame::Frame;
 /// Everything that is followed on one bus.
 #[derive(Debug, Clone, Default)]
 pub struct Decoder {
-    dyn_drives: DynDrives,
+    protocol: Protocol,
+}
+
+/// A bus speaks one protocol: the two use the same identifiers (D9).
+#[derive(Debug, Clone)]
+enum Protocol {
+    Dyn(Box<DynDrives>),
+    Canopen(Box<Canopen>),
+}
+
+impl Default for Protocol {
+    fn default() -> Self {
+        Self::Dyn(Box::default())
+    }
 }
 
 /// What a frame means.
@@ -21,6 +35,8 @@ pub struct Decoder {
 pub enum Meaning {
     /// A message of the DYN drives' protocol.
     Dyn(dyn_drives::Message),
+    /// A message of CANopen.
+    Canopen(canopen::Message),
     /// A frame that no drive on this bus sends or hears.
     Foreign {
         /// Why.
@@ -41,18 +57,27 @@ impl Decoder {
     #[must_use]
     pub fn new(settings: dyn_drives::Settings) -> Self {
         Self {
-            dyn_drives: DynDrives::new(settings),
+            protocol: Protocol::Dyn(Box::new(DynDrives::new(settings))),
+        }
+    }
+
+    /// A decoder for a bus with CANopen drives.
+    #[must_use]
+    pub fn canopen() -> Self {
+        Self {
+            protocol: Protocol::Canopen(Box::default()),
         }
     }
 
     /// Reads a frame that ended at `at_ns`; see [`Conversation::hear`].
     pub fn hear(&mut self, at_ns: u64, frame: &Frame) -> Meaning {
-        match self.dyn_drives.hear(at_ns, frame) {
-            Some(message) => Meaning::Dyn(message),
-            None => Meaning::Foreign {
-                error: foreign(frame),
-            },
-        }
+        let meaning = match &mut self.protocol {
+            Protocol::Dyn(drives) => drives.hear(at_ns, frame).map(Meaning::Dyn),
+            Protocol::Canopen(drives) => drives.hear(at_ns, frame).map(Meaning::Canopen),
+        };
+        meaning.unwrap_or_else(|| Meaning::Foreign {
+            error: foreign(frame),
+        })
     }
 }
 
@@ -70,6 +95,7 @@ impl Meaning {
     pub fn is_undecodable(&self) -> bool {
         match self {
             Self::Dyn(message) => message.is_undecodable(),
+            Self::Canopen(message) => message.is_undecodable(),
             Self::Foreign { .. } => true,
         }
     }
@@ -80,6 +106,7 @@ impl Meaning {
     pub fn is_remarkable(&self) -> bool {
         match self {
             Self::Dyn(message) => message.is_remarkable(),
+            Self::Canopen(message) => message.is_remarkable(),
             Self::Foreign { .. } => true,
         }
     }
@@ -89,6 +116,7 @@ impl Meaning {
     pub fn drive(&self) -> Option<u8> {
         match self {
             Self::Dyn(message) => message.address.drive().map(dyn_can::DriveId::get),
+            Self::Canopen(message) => message.node(),
             Self::Foreign { .. } => None,
         }
     }
@@ -98,6 +126,7 @@ impl Meaning {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Dyn(message) => message.function.name(),
+            Self::Canopen(message) => message.name(),
             Self::Foreign { .. } => "",
         }
     }
@@ -107,6 +136,7 @@ impl Meaning {
     pub fn response_ns(&self) -> Option<u64> {
         match self {
             Self::Dyn(message) => message.response_ns(),
+            Self::Canopen(message) => message.response_ns(),
             Self::Foreign { .. } => None,
         }
     }
@@ -116,7 +146,8 @@ impl fmt::Display for Meaning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Dyn(message) => message.fmt(f),
-            Self::Foreign { error } => write!(f, "not of a DYN drive: {error}"),
+            Self::Canopen(message) => message.fmt(f),
+            Self::Foreign { error } => write!(f, "not of a drive: {error}"),
         }
     }
 }
@@ -131,11 +162,11 @@ mod tests {
         let mut text = |frame: Option<Frame>| decoder.hear(0, &frame.unwrap()).to_string();
         assert_eq!(
             text(Frame::new(0x12345, true, &[])),
-            "not of a DYN drive: expected an 11-bit identifier, got the 29-bit identifier 0x00012345"
+            "not of a drive: expected an 11-bit identifier, got the 29-bit identifier 0x00012345"
         );
         assert_eq!(
             text(Frame::remote(0x029, false, 0)),
-            "not of a DYN drive: expected a data frame, got a remote frame for 0x029"
+            "not of a drive: expected a data frame, got a remote frame for 0x029"
         );
     }
 }

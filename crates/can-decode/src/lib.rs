@@ -9,6 +9,7 @@
 //! | [`log`] | the text logs of candump and python-can, line by line, with errors that say what was expected |
 //! | [`conversation`] | the seam between the decoder and the protocols on a bus |
 //! | [`dyn_drives`] | DYN drives: which side sent a frame, what it means, in words and as values |
+//! | [`canopen`] | ZLAC8030L hub-motor drives on CANopen, with the objects in their PDOs |
 //! | [`decoder`] | asks the protocols in turn |
 //! | [`statistics`] | frames, intervals and response times of each identifier |
 //!
@@ -30,6 +31,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod canopen;
 pub mod conversation;
 pub mod decoder;
 pub mod dyn_drives;

@@ -54,6 +54,7 @@ impl Series {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OfIdentifier {
     name: &'static str,
+    drive: Option<u8>,
     frames: u64,
     bytes: u64,
     undecodable: u64,
@@ -67,6 +68,16 @@ impl OfIdentifier {
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name
+    }
+
+    /// The drive or node of its first frame; `None` where the identifier is of all of them.
+    #[must_use]
+    pub const fn drive(&self) -> Option<u8> {
+        match self.name.as_bytes() {
+            // Its node is in the data.
+            b"NMT" => None,
+            _ => self.drive,
+        }
     }
 
     /// Frames, requests and replies together.
@@ -134,6 +145,7 @@ impl Statistics {
         self.least_bits += u64::from(frame.least_bits());
         let fresh = || OfIdentifier {
             name: meaning.name(),
+            drive: meaning.drive(),
             frames: 0,
             bytes: 0,
             undecodable: 0,

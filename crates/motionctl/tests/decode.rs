@@ -59,7 +59,7 @@ fn a_simulated_run_is_put_into_words_without_one_unknown() {
     for unwanted in [
         "unknown",
         "does not decode",
-        "not of a DYN drive",
+        "not of a drive",
         "nobody asked",
         "without a reply",
     ] {

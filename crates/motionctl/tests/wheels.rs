@@ -119,3 +119,29 @@ fn a_bus_that_is_too_slow_is_refused() {
     let message = refusal(&["zlac", "--cycle-us", "1000"]);
     assert!(message.contains("bits"), "{message}");
 }
+
+#[test]
+fn the_traffic_decodes_into_objects() {
+    let log = Scratch::new("decode.log", "");
+    let output = sim(&["zlac", "--candump", log.as_str()]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let output = Command::new(env!("CARGO_BIN_EXE_motionctl"))
+        .args(["decode", "--protocol", "canopen", log.as_str()])
+        .output()
+        .expect("motionctl runs");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let text = String::from_utf8(output.stdout).expect("plain text");
+    // PDOs are read by the mapping in the log, and every frame has a meaning.
+    for words in [
+        "node 4   RPDO 1: control word 000Fh, target speed = 600 x 1/n r/min",
+        "node 5   SDO request: write 1601h:02",
+        " 0 did not decode, 2 look like trouble",
+    ] {
+        assert!(text.contains(words), "{words}");
+    }
+    let statistics = text
+        .lines()
+        .find(|line| line.contains("│ 584 "))
+        .expect("a row");
+    assert!(statistics.contains("│ 584   4 "), "{statistics}");
+}

@@ -15,6 +15,7 @@ Examples:
   motionctl decode trace.asc --drive 3             one drive; .asc, .csv, .txt, .log, .trc of python-can
   motionctl decode run.log --trouble               alarms, repeated and late frames, what does not decode
   motionctl decode run.log --statistics-only       frames, intervals and response times of each identifier
+  motionctl decode run.log --protocol canopen      ZLAC8030L hub motors, PDOs by the mapping that the log has
   motionctl decode run.log --json | jq 'select(.alarm_code > 0)'
 
 Which side sent a frame, and whether a reading is a position or a torque, follows from the frames
@@ -39,6 +40,9 @@ pub(crate) struct Arguments {
     /// Show the messages of these drives only. The statistics count everything.
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     drive: Vec<u8>,
+    /// What the bus speaks: DYN drives and CANopen use the same identifiers.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) protocol: ProtocolOption,
     /// Revision of the drives. Default: as the length of their Read_Param_Group3 reply tells, 1.6A until then.
     #[arg(long, value_enum)]
     pub(super) revision: Option<RevisionOption>,
@@ -59,6 +63,16 @@ pub(crate) struct Arguments {
     /// "end".
     #[arg(long)]
     pub(super) json: bool,
+}
+
+/// What a bus speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub(super) enum ProtocolOption {
+    /// DYN2 and DYN4 servo drives.
+    #[default]
+    Dyn,
+    /// ZLAC8030L hub-motor drives; --drive is a node.
+    Canopen,
 }
 
 impl Arguments {

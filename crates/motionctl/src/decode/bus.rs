@@ -1,6 +1,5 @@
 //! One bus of a log: a log may hold several interfaces, and identifiers mean something on their own bus only.
 
-use can_decode::dyn_drives::Settings;
 use can_decode::log::{Entry, Event};
 use can_decode::statistics::Statistics;
 use can_decode::{Decoder, Frame, Meaning};
@@ -30,7 +29,7 @@ pub(super) enum Said<'a> {
 }
 
 impl Bus {
-    pub(super) fn new(interface: &str, settings: Settings) -> Self {
+    pub(super) fn new(interface: &str, decoder: Decoder) -> Self {
         Self {
             interface: interface.to_owned(),
             statistics: Statistics::default(),
@@ -38,7 +37,7 @@ impl Bus {
             remarkable: 0,
             error_frames: 0,
             fd_frames: 0,
-            decoder: Decoder::new(settings),
+            decoder,
             latest_ns: 0,
         }
     }

@@ -12,6 +12,7 @@ mod table;
 use std::path::Path;
 use std::process::ExitCode;
 
+use can_decode::Decoder;
 use can_decode::dyn_drives::Settings;
 use can_decode::log::Entry;
 
@@ -19,6 +20,7 @@ use crate::exit;
 use crate::interrupt;
 use crate::link::{listen_to_interface, listen_to_slcan};
 pub(crate) use arguments::Arguments;
+use arguments::ProtocolOption;
 use bus::{Bus, Said};
 use error::DecodeError;
 use live::LiveBus;
@@ -108,7 +110,11 @@ impl<'a> Listener<'a> {
             .iter()
             .position(|bus| bus.interface == entry.interface);
         let place = known.unwrap_or_else(|| {
-            self.buses.push(Bus::new(entry.interface, self.settings));
+            let decoder = match self.arguments.protocol {
+                ProtocolOption::Dyn => Decoder::new(self.settings),
+                ProtocolOption::Canopen => Decoder::canopen(),
+            };
+            self.buses.push(Bus::new(entry.interface, decoder));
             self.buses.len() - 1
         });
         let bus = &mut self.buses[place];

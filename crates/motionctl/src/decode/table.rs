@@ -106,11 +106,14 @@ pub(super) fn table(statistics: &Statistics) -> Table {
         "response ms\nleast / mean / most",
     ]);
     for (id, extended, entry) in statistics.identifiers() {
-        let (id, drive) = if extended {
-            (format!("{id:08X}"), String::new())
+        let id = if extended {
+            format!("{id:08X}")
         } else {
-            (format!("{id:03X}"), (id >> 5).to_string())
+            format!("{id:03X}")
         };
+        let drive = entry
+            .drive()
+            .map_or(String::new(), |drive| drive.to_string());
         table.add_row([
             id,
             drive,
