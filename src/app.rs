@@ -14,6 +14,7 @@ use crate::bus::{Bus, FaultState};
 use crate::config::{self, AXES, GROUP};
 use crate::cycle_clock::{Beat, beat};
 use crate::debounce::Debounced;
+use crate::gear_check::GearCheck;
 use crate::led::LedPattern;
 use crate::playback::Playback;
 use crate::statistics::{Statistics, Stretch};
@@ -73,6 +74,7 @@ pub(crate) struct App {
     playback: Playback,
     statistics: Statistics,
     led: LedPattern,
+    gears: [GearCheck; AXES],
 }
 
 impl App {
@@ -88,6 +90,7 @@ impl App {
             playback: Playback::new(),
             statistics: Statistics::new(),
             led: LedPattern::new(),
+            gears: [GearCheck::new(); AXES],
         }
     }
 
@@ -206,15 +209,16 @@ impl App {
             .set(self.led.update(state, axes.faulted));
     }
 
-    fn look(&self) -> Axes {
+    fn look(&mut self) -> Axes {
         let mut axes = Axes {
             ready: true,
             faulted: false,
             streaming: true,
             servo_on: false,
         };
-        for axis in (0..AXES).filter_map(|axis| self.master.snapshot(axis)) {
-            axes.ready &= axis.state == AxisState::Ready;
+        for (index, axis) in (0..AXES).filter_map(|axis| Some((axis, self.master.snapshot(axis)?)))
+        {
+            axes.ready &= axis.state == AxisState::Ready && self.gears[index].fits(index, &axis);
             axes.streaming &= axis.state == AxisState::Streaming;
             axes.faulted |= axis.fault.is_some();
             let servo_on = axis

@@ -3,7 +3,7 @@
 use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::BusPlan;
 use can_motion::{AxisConfig, GroupId, Limits, MasterConfig};
-use dyn_can::{DriveId, StepLimit};
+use dyn_can::{DriveId, GearNumber, StepLimit};
 
 /// Number of axes.
 pub(crate) const AXES: usize = 2;
@@ -24,33 +24,37 @@ pub(crate) const CYCLE_US: u32 = MASTER.cycle_us;
 pub(crate) const PLAN: BusPlan<'static> = BusPlan::new(&MASTER, &AXIS_CONFIGS);
 const _: () = PLAN.assert_schedulable();
 
-/// The axes in ascending order of drive id.
-pub(crate) const AXIS_CONFIGS: [AxisConfig; AXES] = [axis(1), axis(2)];
+/// The drives in ascending order of id, each with its gear number: what is stored in the drive, 500 to 16384 (CAN specification 1.6A,
+/// `Set_Gear_Number`). A turn of the motor is 4 times as many command counts. A drive with another gear number is not enabled.
+const DRIVES: [(DriveId, GearNumber); AXES] = [drive(1, 4_096), drive(2, 4_096)];
 
-/// Limits of each axis in command counts; 16384 are one turn of the motor at gear number 4096.
-///
-/// Slow and narrow on purpose, for the first test of a machine. The travel is the whole range of the drive because its
-/// origin is not known here: set it to your machine's.
-const LIMITS: Limits = Limits {
-    max_step: step_limit(40),
-    ramp_change: 1,
-    backlog: 400,
-    ..Limits::WIDEST
-};
+/// Fastest speed of the motors; slow on purpose, for the first test of a machine.
+const MAX_SPEED_RPM: u32 = 150;
+
+/// Limits of an axis in command counts. The travel is the whole range of the drive because its origin is not known here: set it to your
+/// machine's.
+const fn limits(gear: GearNumber) -> Limits {
+    Limits {
+        max_step: max_step(gear),
+        ramp_change: 1,
+        backlog: 400,
+        ..Limits::WIDEST
+    }
+}
 
 /// The built-in motion, relative to where the axes stand when it starts; it is repeated for ever, so it ends there too.
 pub(crate) const MOTION: KeyframeMotion<'static, AXES> = match KeyframeMotion::new(&KEYFRAMES) {
     Ok(motion) => motion,
     Err(_) => {
-        panic!("KEYFRAMES must start at 0 ms with distance 0, each later than the one before")
+        panic!("KEYFRAMES must start at 0 ms with angle 0, each later than the one before")
     }
 };
 
-/// A quarter of a turn and back, the two axes in opposite directions.
+/// Time in milliseconds and angle of each motor in degrees: a quarter of a turn and back, the two axes in opposite directions.
 const KEYFRAMES: [Keyframe<AXES>; 5] = [
     keyframe(0, [0, 0]),
-    keyframe(1_000, [4_096, -4_096]),
-    keyframe(1_500, [4_096, -4_096]),
+    keyframe(1_000, [90, -90]),
+    keyframe(1_500, [90, -90]),
     keyframe(2_500, [0, 0]),
     keyframe(3_000, [0, 0]),
 ];
@@ -63,35 +67,71 @@ const _: () = {
         let limit = AXIS_CONFIGS[axis].limits.max_step.get() as u64;
         assert!(
             peaks_counts[axis] <= limit,
-            "the motion is faster than max_step"
+            "the motion is faster than MAX_SPEED_RPM"
         );
         assert!(
             end_counts[axis] == 0,
-            "the motion is repeated: end it at distance 0"
+            "the motion is repeated: end it at angle 0"
         );
         axis += 1;
     }
 };
 
-const fn axis(drive: i32) -> AxisConfig {
-    let Ok(drive) = DriveId::new(drive) else {
-        panic!("a drive id is 1 to 63");
-    };
-    AxisConfig {
-        group: GROUP,
-        limits: LIMITS,
-        ..AxisConfig::new(drive)
+/// The axes, made of what is above.
+pub(crate) const AXIS_CONFIGS: [AxisConfig; AXES] = {
+    let mut axes = [AxisConfig::new(DriveId::MIN); AXES];
+    let mut axis = 0;
+    while axis < AXES {
+        let (drive, gear) = DRIVES[axis];
+        axes[axis] = AxisConfig {
+            group: GROUP,
+            limits: limits(gear),
+            ..AxisConfig::new(drive)
+        };
+        axis += 1;
+    }
+    axes
+};
+
+/// The gear number that each drive must have.
+pub(crate) const fn gear_number(axis: usize) -> GearNumber {
+    DRIVES[axis].1
+}
+
+const fn drive(id: i32, gear: i32) -> (DriveId, GearNumber) {
+    match (DriveId::new(id), GearNumber::new(gear)) {
+        (Ok(id), Ok(gear)) => (id, gear),
+        (Err(_), _) => panic!("a drive id is 1 to 63"),
+        (_, Err(_)) => panic!("a gear number is 500 to 16384"),
     }
 }
 
-const fn step_limit(counts: i32) -> StepLimit {
-    match StepLimit::new(counts) {
+/// The step of one cycle at the fastest speed.
+const fn max_step(gear: GearNumber) -> StepLimit {
+    let counts_per_min = MAX_SPEED_RPM as u64 * counts_per_turn(gear) as u64;
+    let counts = counts_per_min * CYCLE_US as u64 / 60_000_000;
+    match StepLimit::new(counts as i32) {
         Ok(limit) => limit,
-        Err(_) => panic!("a step limit is 1 to 16384 counts"),
+        Err(_) => panic!("MAX_SPEED_RPM makes a step of 0 or of more than 16384 counts"),
     }
 }
 
-const fn keyframe(at_ms: u32, positions_counts: [i32; AXES]) -> Keyframe<AXES> {
+const fn counts_per_turn(gear: GearNumber) -> i32 {
+    4 * gear.get() as i32
+}
+
+const fn keyframe(at_ms: u32, degrees: [i32; AXES]) -> Keyframe<AXES> {
+    let mut positions_counts = [0; AXES];
+    let mut axis = 0;
+    while axis < AXES {
+        let counts = degrees[axis] as i64 * counts_per_turn(gear_number(axis)) as i64 / 360;
+        assert!(
+            counts == counts as i32 as i64,
+            "an angle is beyond the range of a drive"
+        );
+        positions_counts[axis] = counts as i32;
+        axis += 1;
+    }
     Keyframe {
         at_ms,
         positions_counts,

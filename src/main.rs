@@ -11,6 +11,7 @@
 //! | `bus` | `embedded_can::nb::Can` over each controller |
 //! | `app` | the cycle, in an interrupt executor above the thread |
 //! | `supervisor`, `debounce` | what the inputs mean |
+//! | `gear_check` | whether the drives are those of the configuration |
 //! | `playback` | the built-in motion |
 //! | `telemetry`, `statistics`, `led` | what the board says |
 //! | `last_words`, `start` | what happens after a failure |
@@ -48,6 +49,8 @@ mod board;
 mod bus;
 #[cfg(target_os = "none")]
 mod cycle_clock;
+#[cfg(target_os = "none")]
+mod gear_check;
 #[cfg(target_os = "none")]
 mod last_words;
 #[cfg(all(target_os = "none", feature = "misbehave"))]

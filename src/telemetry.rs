@@ -30,6 +30,15 @@ pub(crate) enum Message {
     MotionStarts([i32; AXES]),
     /// The motion has ended, at these command counts.
     MotionEnds([i32; AXES]),
+    /// A drive has another gear number than the configuration says.
+    WrongGear {
+        /// The axis.
+        axis: usize,
+        /// What the configuration says.
+        expected: u16,
+        /// What the drive has.
+        actual: u16,
+    },
     /// A second has passed.
     Second(Statistics),
 }
@@ -68,6 +77,16 @@ fn write(message: &Message) {
         Message::State(state) => defmt::info!("state: {}", state),
         Message::MotionStarts(counts) => defmt::info!("the motion starts from {} counts", counts),
         Message::MotionEnds(counts) => defmt::info!("the motion has ended at {} counts", counts),
+        Message::WrongGear {
+            axis,
+            expected,
+            actual,
+        } => defmt::error!(
+            "axis {=usize}: its gear number is {=u16}, the configuration says {=u16}; it is not enabled",
+            *axis,
+            *actual,
+            *expected
+        ),
         Message::Second(statistics) => statistics.write(),
     }
 }

@@ -3,7 +3,7 @@
 use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::BusPlan;
 use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, PollPeriods};
-use dyn_can::{DriveId, StepLimit};
+use dyn_can::{DriveId, GearNumber, StepLimit};
 
 pub(crate) const AXES: usize = number(env!("FIRMWARE_TEST_AXES"));
 pub(crate) const GROUP: GroupId = GroupId(0);
@@ -54,6 +54,13 @@ const fn axis(drive: i32) -> AxisConfig {
             PollPeriods::DEFAULT
         },
         ..AxisConfig::new(drive)
+    }
+}
+
+pub(crate) const fn gear_number(_axis: usize) -> GearNumber {
+    match GearNumber::new(4_096) {
+        Ok(gear) => gear,
+        Err(_) => panic!("a gear number is 500 to 16384"),
     }
 }
 

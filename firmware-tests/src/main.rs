@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
+use drive_sim::DynDriveConfig;
+use dyn_can::GearNumber;
 use firmware_tests::rig::MS;
 use firmware_tests::{Contact, Image, Rig, Stop};
 
@@ -19,17 +21,29 @@ const OPERATOR: [(u64, Contact); 3] = [
 #[command(
     name = "emulate",
     after_help = "The stop circuit is closed after 0.1 s, enable after 0.5 s, run after 1.5 s.\n\n\
-    Example:\n  cargo xtask emulate --config my-machine.rs --drives 5,6,9 --ms 4000"
+    Example:\n  cargo xtask emulate --config my-machine.rs -- --drives 5,6:8192,9 --ms 4000"
 )]
 struct Arguments {
     /// The image
     image: PathBuf,
-    /// Ids of the drives on the bus
-    #[arg(long, value_delimiter = ',', default_value = "1,2", value_parser = clap::value_parser!(i32).range(1..=63))]
-    drives: Vec<i32>,
+    /// Ids of the drives on the bus, each with its gear number behind a colon when that is not 4096
+    #[arg(long, value_delimiter = ',', default_value = "1,2", value_parser = parse_drive)]
+    drives: Vec<DynDriveConfig>,
     /// Milliseconds to run
     #[arg(long, default_value_t = 4_000)]
     ms: u64,
+}
+
+/// `5` or `5:8192`.
+fn parse_drive(text: &str) -> Result<DynDriveConfig, String> {
+    let (id, gear) = text.split_once(':').unwrap_or((text, "4096"));
+    let number = |text: &str| {
+        text.parse::<i32>()
+            .map_err(|error| format!("{text}: {error}"))
+    };
+    let mut drive = DynDriveConfig::numbered(number(id)?).map_err(|error| error.to_string())?;
+    drive.group3.gear_number = GearNumber::new(number(gear)?).map_err(|error| error.to_string())?;
+    Ok(drive)
 }
 
 fn main() -> ExitCode {
@@ -41,7 +55,7 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    let mut rig = Rig::with_drive_ids(image, &arguments.drives);
+    let mut rig = Rig::with_drives(image, arguments.drives);
     let mut printed = 0;
     for ms in 0..arguments.ms {
         for (_, contact) in OPERATOR.iter().filter(|(at_ms, _)| *at_ms == ms) {

@@ -58,18 +58,8 @@ impl Rig {
     /// When there are more drives than ids, or Unicorn fails.
     #[must_use]
     pub fn with_numbered_drives(image: Image, drives: i32) -> Self {
-        let ids: Vec<i32> = (1..=drives).collect();
-        Self::with_drive_ids(image, &ids)
-    }
-
-    /// A board that has just got its supply, with drives of these ids.
-    ///
-    /// # Panics
-    /// When an id is not 1 to 63, or Unicorn fails.
-    #[must_use]
-    pub fn with_drive_ids(image: Image, ids: &[i32]) -> Self {
-        let config = |id: &i32| DynDriveConfig::numbered(*id).expect("an id is 1 to 63");
-        Self::with_drives(image, ids.iter().map(config))
+        let config = |id| DynDriveConfig::numbered(id).expect("an id is 1 to 63");
+        Self::with_drives(image, (1..=drives).map(config))
     }
 
     /// A board that has just got its supply, with these drives.

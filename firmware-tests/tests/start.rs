@@ -91,6 +91,18 @@ fn a_drive_that_is_missing_keeps_the_others_still() {
 }
 
 #[test]
+fn a_drive_with_another_gear_number_is_not_enabled() {
+    let mut drives = [1, 2].map(|id| drive_sim::DynDriveConfig::numbered(id).unwrap());
+    drives[1].group3.gear_number = dyn_can::GearNumber::new(8_192).unwrap();
+    let mut rig = Rig::with_drives(rig::image("shipped"), drives);
+    rig.make_ready();
+    rig.close(Contact::Enable);
+    rig.run_ms(2_000);
+    assert!(rig.has_logged("axis 1: its gear number is 8192, the configuration says 4096"));
+    assert_eq!(rig.set_points_since(0).count(), 0);
+}
+
+#[test]
 fn the_brown_out_level_is_set_once_in_the_life_of_the_chip() {
     let mut rig = power_on();
     rig.run_ms(50);

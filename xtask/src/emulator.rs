@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     cargo xtask emulate                                           src/config.rs, drives 1 and 2, four seconds\n  \
-    cargo xtask emulate -- --drives 5,6,9 --ms 8000               other drives, longer\n  \
+    cargo xtask emulate -- --drives 5,6:8192,9 --ms 8000          other drives, one with gear number 8192, longer\n  \
     cargo xtask emulate --config my-machine.rs -- --drives 5,6,9  another configuration\n  \
     cargo xtask emulate -- --help                                 what the emulator can do")]
 pub(crate) struct EmulateArguments {
