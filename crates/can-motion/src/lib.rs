@@ -26,6 +26,7 @@ pub mod plan;
 mod polls;
 mod procedure;
 mod ramp;
+mod request_choice;
 mod request_slot;
 mod response_watch;
 mod service;

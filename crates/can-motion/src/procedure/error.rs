@@ -25,7 +25,7 @@ pub enum ProcedureError {
     },
     /// The drive's revision does not know the command.
     Refused(Refusal),
-    /// The procedure needs [`Confirmation::Given`].
+    /// The procedure needs [`Confirmation::Given`](crate::Confirmation::Given).
     Unconfirmed,
     /// The axis has used up its writes: see `WearLimits`.
     WearBudget {

@@ -1,4 +1,4 @@
-//! Wheels: ZLAC8030L hub-motor drives on CANopen, driven by the same [`Master`].
+//! Wheels: ZLAC8030L hub-motor drives on CANopen, driven by the same [`Master`](crate::Master).
 //!
 //! Each cycle every drive that is set up gets one PDO with its control word and its target, a speed or a position. Targets are
 //! absolute, so a lost frame costs a cycle and no position. The PDO goes out in every state from `Ready` on, because a wheel

@@ -205,3 +205,23 @@ fn a_cycle_of_no_time_is_refused_and_not_divided_by() {
             .is_err()
     );
 }
+
+#[test]
+fn the_master_takes_no_axes_that_the_plan_refuses_and_tells_its_warnings() {
+    use crate::{ConfigError, EventKind, Master};
+    let config = MasterConfig {
+        bus: around(500, 25),
+        ..MasterConfig::DEFAULT
+    };
+    let refused = Master::<13>::new(config, &axes(13, PollPeriods::DEFAULT));
+    let Err(ConfigError::Plan { refusal, remedies }) = refused else {
+        panic!("13 polled axes do not fit");
+    };
+    let plan_axes = axes(13, PollPeriods::DEFAULT);
+    let plan = BusPlan::new(&config, &plan_axes);
+    assert_eq!((plan.check(), plan.remedies()), (Err(refusal), remedies));
+
+    let mut master = Master::<1>::new(config, &[axis(63)]).unwrap();
+    let warning = master.next_event().map(|event| event.kind);
+    assert_eq!(warning, Some(EventKind::Plan(Warning::Drive63)));
+}
