@@ -145,3 +145,25 @@ fn the_traffic_decodes_into_objects() {
         .expect("a row");
     assert!(statistics.contains("│ 584   4 "), "{statistics}");
 }
+
+#[test]
+fn a_scan_for_nodes_asks_before_it_sends_what_could_move_servo_drives() {
+    let scan = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_motionctl"))
+            .args(["scan", "--protocol", "canopen"])
+            .args(arguments)
+            .stdin(std::process::Stdio::null())
+            .output()
+            .expect("motionctl runs");
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        String::from_utf8(output.stderr).expect("plain text")
+    };
+    // Neither port exists, and neither is opened.
+    let message = scan(&["--slcan", "/dev/no-such-port"]);
+    assert!(message.contains("confirmation"), "{message}");
+    let message = scan(&["--serial", "/dev/no-such-port"]);
+    assert!(
+        message.contains("--protocol canopen is for CAN"),
+        "{message}"
+    );
+}

@@ -22,6 +22,8 @@ pub(crate) enum DrivesError {
     LinkWhileEnabled(LinkFault),
     /// Ctrl-C cannot be listened to.
     Interrupt(ctrlc::Error),
+    /// CANopen drives have no serial port that this tool speaks to.
+    CanopenOnSerial,
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
     /// The master refuses the configuration.
@@ -87,6 +89,7 @@ impl Coded for DrivesError {
             Self::Config(_)
             | Self::Interrupt(_)
             | Self::NotConfirmed(_)
+            | Self::CanopenOnSerial
             | Self::NoIdOnCan
             | Self::Twice { .. }
             | Self::Json(_) => exit::BAD_INPUT,
@@ -108,6 +111,9 @@ impl fmt::Display for DrivesError {
             Self::Link(source) => write!(f, "the link failed: {source}"),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::NotConfirmed(source) => source.fmt(f),
+            Self::CanopenOnSerial => f.write_str(
+                "--protocol canopen is for CAN: use --slcan or --can in place of --serial",
+            ),
             Self::Config(source) => source.fmt(f),
             Self::Procedure(source) => source.fmt(f),
             Self::NoIdOnCan => f.write_str(

@@ -5,7 +5,7 @@ use std::num::NonZeroU8;
 use super::Drives;
 use super::can::CanDrives;
 use super::serial::{Line, SerialDrives};
-use crate::link::{OpenError, SpeedOptions};
+use crate::link::{Link, OpenError, SpeedOptions};
 use crate::station::AxisOptions;
 
 /// How the drives are connected.
@@ -41,17 +41,28 @@ impl DrivesOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open(&self, axes: AxisOptions) -> Result<Box<dyn Drives>, OpenError> {
-        let connection = &self.connection;
-        let link = match (&connection.serial, &connection.slcan, &connection.can) {
-            (Some(port), ..) => {
-                let line = Line::open(port, self.chain)?;
-                return Ok(Box::new(SerialDrives::new(line, axes)));
-            }
-            (None, Some(port), _) => self.speeds.open_slcan(port)?,
-            (None, None, interface) => self
+        if let Some(port) = &self.connection.serial {
+            let line = Line::open(port, self.chain)?;
+            return Ok(Box::new(SerialDrives::new(line, axes)));
+        }
+        Ok(Box::new(CanDrives::new(self.open_bus()?, axes)))
+    }
+
+    /// Opens the CAN bus, whatever speaks on it.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing was sent to a drive.
+    pub(crate) fn open_bus(&self) -> Result<Link, OpenError> {
+        match (&self.connection.slcan, &self.connection.can) {
+            (Some(port), _) => self.speeds.open_slcan(port),
+            (None, interface) => self
                 .speeds
-                .open_interface(interface.as_deref().unwrap_or_default())?,
-        };
-        Ok(Box::new(CanDrives::new(link, axes)))
+                .open_interface(interface.as_deref().unwrap_or_default()),
+        }
+    }
+
+    /// The drives are behind a serial port of their own.
+    pub(crate) fn is_serial(&self) -> bool {
+        self.connection.serial.is_some()
     }
 }

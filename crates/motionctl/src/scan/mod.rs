@@ -1,25 +1,36 @@
 //! `motionctl scan`: which drives are there.
 
+mod canopen;
+
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use crate::confirm::confirm;
 use crate::drives::{DrivesError, DrivesOptions, FoundDrive};
 use crate::exit;
 use crate::station::AxisOptions;
 
 /// Ids that are asked.
 const IDS: u64 = 63;
+/// Nodes that are asked.
+const NODES: u64 = 127;
+const QUESTION: &str =
+    "Are there only CANopen drives on this bus? The same identifiers are moves of DYN drives.";
 
 const EXAMPLES: &str = "\
 Examples:
   motionctl scan --slcan /dev/ttyACM0
   motionctl scan --can can0 --json
   motionctl scan --serial /dev/ttyUSB0
+  motionctl scan --can can0 --protocol canopen
 
 Every id from 1 to 63 is asked for its parameter group 3, over --serial every id from 0 to 63 for its id.
 This changes nothing and moves nothing.
+
+With --protocol canopen every node from 1 to 127 is asked for its device type 1000h. Never on a bus
+with DYN drives: the same identifiers are moves there. It asks first, scripts answer with --yes.
 
 Exit status: 0 at least one drive answered, 1 none did, 3 the link failed.";
 
@@ -29,9 +40,25 @@ Exit status: 0 at least one drive answered, 1 none did, 3 the link failed.";
 pub(crate) struct Arguments {
     #[command(flatten)]
     drives: DrivesOptions,
+    /// What the bus speaks.
+    #[arg(long, value_enum, default_value_t)]
+    protocol: ProtocolOption,
+    /// Do not ask whether the bus is one of CANopen drives only.
+    #[arg(long)]
+    yes: bool,
     /// Print the drives as JSON, and no progress.
     #[arg(long)]
     json: bool,
+}
+
+/// What a bus speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+enum ProtocolOption {
+    /// DYN2 and DYN4 servo drives.
+    #[default]
+    Dyn,
+    /// ZLAC8030L hub-motor drives and other CANopen nodes.
+    Canopen,
 }
 
 #[derive(Serialize)]
@@ -41,15 +68,12 @@ struct Found {
 
 /// Asks every id and prints what answered.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
-    let mut drives = arguments
-        .drives
-        .open(AxisOptions::default())
-        .map_err(DrivesError::Open)?;
-    let bar = progress_bar(!arguments.json);
     let found = Found {
-        drives: drives.scan(&mut |id| bar.set_position(id.into()))?,
+        drives: match arguments.protocol {
+            ProtocolOption::Dyn => scan_dyn(arguments)?,
+            ProtocolOption::Canopen => scan_canopen(arguments)?,
+        },
     };
-    bar.finish_and_clear();
     if arguments.json {
         let text = serde_json::to_string_pretty(&found).map_err(DrivesError::Json)?;
         println!("{text}");
@@ -68,11 +92,34 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     })
 }
 
-fn progress_bar(show: bool) -> ProgressBar {
+fn scan_dyn(arguments: &Arguments) -> Result<Vec<FoundDrive>, DrivesError> {
+    let mut drives = arguments
+        .drives
+        .open(AxisOptions::default())
+        .map_err(DrivesError::Open)?;
+    let bar = progress_bar(IDS, !arguments.json);
+    let found = drives.scan(&mut |id| bar.set_position(id.into()));
+    bar.finish_and_clear();
+    found
+}
+
+fn scan_canopen(arguments: &Arguments) -> Result<Vec<FoundDrive>, DrivesError> {
+    if arguments.drives.is_serial() {
+        return Err(DrivesError::CanopenOnSerial);
+    }
+    confirm(QUESTION, arguments.yes).map_err(DrivesError::NotConfirmed)?;
+    let mut link = arguments.drives.open_bus().map_err(DrivesError::Open)?;
+    let bar = progress_bar(NODES, !arguments.json);
+    let found = canopen::scan(&mut link, &mut |node| bar.set_position(node.into()));
+    bar.finish_and_clear();
+    found
+}
+
+fn progress_bar(ids: u64, show: bool) -> ProgressBar {
     if !show {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(IDS);
+    let bar = ProgressBar::new(ids);
     match ProgressStyle::with_template("{bar:40} id {pos}/{len}") {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
