@@ -21,8 +21,8 @@ Examples:
   motionctl jog --can can0 --drive 3 --turns -1 --rpm 120 --yes
   motionctl jog --serial /dev/ttyUSB0 --drive 3 --turns 0.25 --rpm 300
 
-The drive is enabled, turns on a smooth profile that reaches --rpm in its middle, and is disabled.
-Ctrl-C ramps down and disables. Over --serial a drive that is enabled already makes one built-in move,
+The drive is enabled, turns on a smooth profile that reaches --rpm in its middle, and is disabled:
+a vertical axis without a brake falls then. Ctrl-C ramps down and disables. Over --serial a drive that is enabled already makes one built-in move,
 whose speed comes from its own parameters: it is refused where that is more than --rpm.
 
 Exit status: 0 the motor went where it should, 1 it did not, 2 not confirmed and nothing has moved,
@@ -76,10 +76,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     };
     let end = drives.jog(*drive, jog)?;
     print(arguments, &end)?;
-    Ok(if end.interrupted {
-        exit::INTERRUPTED.into()
-    } else {
-        ExitCode::SUCCESS
+    Ok(match end {
+        JogEnd {
+            interrupted: true, ..
+        } => exit::INTERRUPTED.into(),
+        _ if end.sent_counts == end.asked_counts => ExitCode::SUCCESS,
+        _ => exit::BROKEN_PROMISE.into(),
     })
 }
 

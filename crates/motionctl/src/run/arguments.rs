@@ -15,7 +15,8 @@ Examples:
   motionctl run --can can0 --trajectory plan.csv --cycle-us 2000 --yes --json
 
 The drives are enabled, follow the motion from where they stand, and are disabled. Ctrl-C ramps down and
-disables, a second Ctrl-C stops at once. A PC keeps time as well as it can: cycles that began late or never
+disables, a second Ctrl-C stops at once. At the end, and after a fault, every drive is disabled: a vertical
+axis without a brake falls then. A PC keeps time as well as it can: cycles that began late or never
 are counted and reported, and the axes catch up within --max-step.
 
 Exit status: 0 the motion is complete and every set-point was sent, 1 it is not, 2 the input cannot be used
