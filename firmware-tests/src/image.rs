@@ -71,6 +71,17 @@ impl Image {
         Self::parse(bytes).map_err(|reason| ImageError::Format { reason })
     }
 
+    /// An image that is nothing but pieces of memory, all of which may be executed: for programs of a few instructions.
+    #[must_use]
+    pub fn of_pieces(pieces: Vec<Piece>) -> Self {
+        Self {
+            bytes: Vec::new(),
+            code: pieces.clone(),
+            load: pieces,
+            symbols: HashMap::new(),
+        }
+    }
+
     fn parse(bytes: Vec<u8>) -> Result<Self, object::Error> {
         let file: ElfFile32 = ElfFile32::parse(&*bytes)?;
         let (endian, mut load) = (file.endian(), Vec::new());
