@@ -267,8 +267,10 @@ square of their number, and through all of them again for the request of a cycle
 cycle, and each wake registers for the receive queue and for a free mailbox in critical sections of their own. Keeping note of the few
 axes that have a command to send would take the first away, a refill from the transmit interrupt itself the second.
 
-Flash: the log lines of the firmware and of the vendor's driver are most of the difference between `info` and `off`; a master that is
-made for a plan of a `const` has no analysis of the bus in it, the library image `master` has both. `text` is every message in words.
+Flash: about half of the image without a log is the master, compiled for speed into the task of the cycle and the service of the bus;
+compiled for size the image is 8 KiB smaller and a cycle takes 1.4 times the instructions. The log lines are the difference between
+`info` and `off`. A master that is made for a plan of a `const` has no analysis of the bus in it; the library image `master` has both.
+`text` is every message in words.
 
 RAM: the master has about 600 bytes an axis and 2 KiB for 64 events that nobody has read yet. The stack is only deep while the master
 is built on it, before anything moves.
