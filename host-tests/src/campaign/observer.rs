@@ -29,7 +29,7 @@ struct Watched {
     answers: u32,
     /// An injected fault may have changed what the drive received.
     disturbed: bool,
-    /// The drive was taken off the bus, so that nobody may hear its alarm.
+    /// The drive may be off the bus, so that nobody hears its alarm.
     muted: bool,
     enables_allowed: u32,
 }
@@ -126,7 +126,11 @@ impl Observer {
             self.axes[axis].disturbed = true;
         }
         if let Kind::Disturb { .. } = kind {
-            self.axes.iter_mut().for_each(|axis| axis.disturbed = true);
+            // It may have driven any drive off the bus as well.
+            self.axes.iter_mut().for_each(|axis| {
+                axis.disturbed = true;
+                axis.muted = true;
+            });
         }
         if let Kind::Silence { axis, .. } = kind {
             self.axes[axis].muted = true;
