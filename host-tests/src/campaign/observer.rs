@@ -29,8 +29,10 @@ struct Watched {
     answers: u32,
     /// An injected fault may have changed what the drive received.
     disturbed: bool,
-    /// The drive may be off the bus, so that nobody hears its alarm.
+    /// The drive was taken off the bus until it is repaired, so that nobody may hear its alarm.
     muted: bool,
+    /// A disturbance may have driven the drive off the bus, and no repair brings it back.
+    may_be_bus_off: bool,
     enables_allowed: u32,
 }
 
@@ -126,10 +128,9 @@ impl Observer {
             self.axes[axis].disturbed = true;
         }
         if let Kind::Disturb { .. } = kind {
-            // It may have driven any drive off the bus as well.
             self.axes.iter_mut().for_each(|axis| {
                 axis.disturbed = true;
-                axis.muted = true;
+                axis.may_be_bus_off = true;
             });
         }
         if let Kind::Silence { axis, .. } = kind {
@@ -369,12 +370,12 @@ impl Observer {
         self.faults += 1;
         let axis = usize::from(axis);
         self.groups[self.group_of[axis]].by_fault = true;
-        let muted = self.axes[axis].muted;
+        let is_unheard = self.axes[axis].muted || self.axes[axis].may_be_bus_off;
         self.unnoticed.retain(|(of, kind)| {
             let shows = match (kind, fault) {
                 (Kind::Alarm { .. }, Fault::AlarmFrame | Fault::AlarmStatus(_)) => true,
                 // What is off the bus cannot tell of its alarm; that it is off must show instead.
-                (Kind::Alarm { .. }, Fault::Lost) => muted,
+                (Kind::Alarm { .. }, Fault::Lost) => is_unheard,
                 (_, fault) => fault == Fault::Lost,
             };
             *of != axis || !shows
