@@ -262,10 +262,9 @@ const TARGETS: &str = "
 const WHERE: &str = "
 ## Where it goes
 
-Instructions: the master looks through its axes for each next frame (disable, set-point, enable, request), which grows with the
-square of their number, and through all of them again for the request of a cycle. Each frame that has gone out wakes the task of the
-cycle, and each wake registers for the receive queue and for a free mailbox in critical sections of their own. Keeping note of the few
-axes that have a command to send would take the first away, a refill from the transmit interrupt itself the second.
+Instructions: the master looks through all its axes for the request of a cycle and for its place among the set-points, and the
+application looks at all of them once more. Each frame that has gone out wakes the task of the cycle, and each wake registers for the
+receive queue and for a free mailbox in critical sections of their own; a refill from the transmit interrupt itself would take that away.
 
 Flash: about half of the image without a log is the master, compiled for speed into the task of the cycle and the service of the bus;
 compiled for size the image is 8 KiB smaller and a cycle takes 1.4 times the instructions. The log lines are the difference between

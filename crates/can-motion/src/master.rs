@@ -28,6 +28,9 @@ pub struct Master<const N: usize, F: Family = Dyn> {
     axis_of: [u8; 128],
     /// One bit an axis: its set-point of this cycle has not been accepted yet.
     pub(crate) due: u64,
+    /// An axis may have an enable or disable command to send. Noted, because looking through all axes for each next frame is a
+    /// good part of the cost of a cycle.
+    pub(crate) may_switch: bool,
     /// The frame of the whole bus has not been accepted in this cycle yet.
     pub(crate) cycle_frame_due: bool,
     pub(crate) requests_left: u8,
@@ -51,6 +54,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             events: Events::new(),
             axis_of: [NO_AXIS; 128],
             due: 0,
+            may_switch: false,
             cycle_frame_due: false,
             requests_left: 0,
             request: None,
@@ -81,10 +85,12 @@ impl<const N: usize, F: Family> Master<N, F> {
             self.tick_axis(now, index);
         }
         self.due = 0;
+        self.may_switch = false;
         for (index, axis) in self.axes.iter().enumerate() {
             if axis.sends_each_cycle() {
                 self.due |= 1 << index;
             }
+            self.may_switch |= matches!(axis.state(), AxisState::Disabling | AxisState::Enabling);
         }
         self.cycle_frame_due = true;
         self.requests_left = self.config.requests_per_cycle();
@@ -137,6 +143,8 @@ impl<const N: usize, F: Family> Master<N, F> {
         index: usize,
     ) -> Option<(&mut F::Axis, Log<'_, F::EventKind>)> {
         let axis = self.axes.get_mut(index)?;
+        // Whoever writes events may change the state.
+        self.may_switch = true;
         Some((
             axis,
             Log {

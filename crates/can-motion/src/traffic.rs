@@ -38,6 +38,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
         let config = self.config;
         let cycle_started = self.cycle_started.unwrap_or(now);
         let leaves = self.placement.request_leaves(now, cycle_started);
+        let may_switch = self.may_switch;
         let Some((axis, mut log)) = self.axis_and_log(now, index) else {
             return;
         };
@@ -46,6 +47,8 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             Purpose::SetPoint(step) => {
                 axis.stepped(step, now);
                 self.due &= !(1 << index);
+                // A set-point that was accepted leaves the state as it is.
+                self.may_switch = may_switch;
                 self.placement.set_point_accepted();
             }
             Purpose::Switch(switch) => axis.switched(switch, &mut log),
@@ -147,6 +150,9 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     fn switch_frame(&self, state: AxisState, switch: Switch) -> Option<Outgoing<F>> {
+        if !self.may_switch {
+            return None;
+        }
         let index = self.axes.iter().position(|axis| axis.state() == state)?;
         Some(Outgoing {
             frame: self.axes.get(index)?.switch_frame(switch)?,
