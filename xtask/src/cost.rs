@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use crate::emulator::Emulator;
 use crate::error::Error;
+use crate::hot_path::HotPath;
 use crate::images::{Board, Image};
 use crate::proofs;
 use crate::size::Size;
@@ -24,6 +25,9 @@ const DOCUMENT: &str = "docs/cost.md";
 const CYCLE_INSTRUCTIONS: f64 = 5_000.0;
 const FLASH_WITH_LOG: u64 = 48 * 1024;
 const FLASH_WITHOUT_LOG: u64 = 32 * 1024;
+const AXIS_INSTRUCTIONS: f64 = 60.0;
+const ENCODE_INSTRUCTIONS: f64 = 25.0;
+const DECODE_INSTRUCTIONS: f64 = 18.0;
 const RAM_14_AXES: u64 = 8 * 1024;
 const STACK: u64 = 2 * 1024;
 const MESSAGES_FLASH: u64 = 4 * 1024;
@@ -50,6 +54,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let cost = Cost {
         images: image_sizes(&builder, emulator.images())?,
         motion: motion(&builder, &emulator)?,
+        hot_path: HotPath::measure(&builder, &emulator)?,
         libraries: proofs::library_sizes(&builder)?,
     };
     let document = cost.document();
@@ -65,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
 struct Cost {
     images: Vec<ImageSize>,
     motion: Vec<Motion>,
+    hot_path: HotPath,
     libraries: Vec<(&'static str, u64)>,
 }
 
@@ -182,6 +188,25 @@ impl Cost {
             };
             let _ = writeln!(text, "| {what} | {target:.0} | {actual:.0} | {verdict} |");
         };
+        for (what, target, actual) in [
+            (
+                "instructions of one axis in one cycle, master alone: target in, frame out",
+                AXIS_INSTRUCTIONS,
+                self.hot_path.axis,
+            ),
+            (
+                "instructions to encode a set-point",
+                ENCODE_INSTRUCTIONS,
+                self.hot_path.encode,
+            ),
+            (
+                "instructions to decode a position reply",
+                DECODE_INSTRUCTIONS,
+                self.hot_path.decode,
+            ),
+        ] {
+            row(what, target, actual);
+        }
         for motion in &self.motion {
             if motion.axes == TARGET_AXES {
                 row(
@@ -290,6 +315,11 @@ mod tests {
         Cost {
             images: Vec::new(),
             motion: AXES.map(motion).into(),
+            hot_path: HotPath {
+                encode: 20.0,
+                decode: 20.0,
+                axis: 20.0,
+            },
             libraries: Vec::new(),
         }
     }

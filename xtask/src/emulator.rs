@@ -128,26 +128,45 @@ impl Emulator {
     /// # Errors
     /// When the emulator does not build, fails, or answers something else than JSON.
     pub(crate) fn measure(&self, image: &Path, axes: usize) -> Result<Value, Error> {
-        let program = "the emulator's program `measure`";
-        let mut command = self.command(&["run", "--quiet", "--bin", "measure"])?;
-        command
-            .arg("--")
-            .arg(image)
-            .args(["--axes", &axes.to_string()]);
-        let output = command.output().map_err(|reason| Error::Start {
-            program: program.into(),
+        self.answer("measure", |command| {
+            command.arg(image).args(["--axes", &axes.to_string()])
+        })
+    }
+
+    /// What a program of the emulator prints.
+    fn answer(
+        &self,
+        name: &str,
+        with: impl FnOnce(&mut Command) -> &mut Command,
+    ) -> Result<Value, Error> {
+        let program = format!("the emulator's program `{name}`");
+        let mut command = self.command(&["run", "--quiet", "--bin", name, "--"])?;
+        let output = with(&mut command).output().map_err(|reason| Error::Start {
+            program: program.clone(),
             reason,
         })?;
         if !output.status.success() {
             eprint!("{}", String::from_utf8_lossy(&output.stderr));
             return Err(Error::Failed {
-                program: program.into(),
+                program,
                 status: output.status,
             });
         }
         serde_json::from_slice(&output.stdout).map_err(|_| Error::Answer {
-            program: program.into(),
+            program,
             expected: "one line of JSON",
+        })
+    }
+
+    /// Counts the instructions of an image until it sleeps.
+    ///
+    /// # Errors
+    /// When the emulator does not build, fails, or the image does not sleep.
+    pub(crate) fn count(&self, image: &Path) -> Result<u64, Error> {
+        let answer = self.answer("count", |command| command.arg(image))?;
+        answer.as_u64().ok_or_else(|| Error::Answer {
+            program: "the emulator's program `count`".into(),
+            expected: "a number",
         })
     }
 

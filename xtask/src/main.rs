@@ -4,6 +4,7 @@ mod cost;
 mod emulator;
 mod error;
 mod firmware;
+mod hot_path;
 mod images;
 mod proofs;
 mod size;

@@ -1,0 +1,113 @@
+//! What every cycle does, a known number of times.
+//!
+//! The images in `src/bin` do it and go to sleep; `cargo xtask cost` runs each with [`CALLS`] and with twice as many calls on the
+//! emulated board. The difference of their instructions is the cost of the calls alone.
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod drives;
+
+use core::hint::black_box;
+
+use can_motion::{AxisConfig, BusUser, GroupId, Instant, Master, MasterConfig, PollPeriods};
+use dyn_can::{
+    ByteOrder, DataFrame, Dialect, DriveId, PdStep, Reply, ReplyKind, go_relative_pos_pd,
+};
+
+use drives::Drives;
+
+/// Calls of one image.
+pub const CALLS: u32 = if cfg!(feature = "twice") {
+    2_000
+} else {
+    1_000
+};
+
+/// What the images print where they are built for the host.
+pub const HOST_MESSAGE: &str = "this image is for the target: cargo xtask cost";
+
+/// The loop and its inputs alone, to take off from the codec's counts.
+pub fn nothing() {
+    for call in 0..CALLS {
+        let _ = black_box(black_box(call as i32));
+    }
+}
+
+/// One streamed set-point, range checked.
+pub fn encode() {
+    for call in 0..CALLS {
+        if let Ok(step) = PdStep::new(black_box(call as i32)) {
+            black_box(go_relative_pos_pd(DriveId::MIN, step, ByteOrder::MsbFirst));
+        }
+    }
+}
+
+/// One position reply, length and range checked.
+pub fn decode() {
+    let Ok(frame) = DataFrame::new(0x02E, &[0x12, 0x34, 0x56]) else {
+        return;
+    };
+    for _ in 0..CALLS {
+        let _ = black_box(Reply::decode(
+            black_box(&frame),
+            Some(ReplyKind::Position),
+            black_box(&Dialect::V1_6A),
+        ));
+    }
+}
+
+/// The core of the master with `N` streaming axes: targets in, frames out.
+pub fn master<const N: usize>() {
+    let Some(mut master) = streaming::<N>() else {
+        return;
+    };
+    let mut now = Instant::from_us(10_000_000);
+    for call in 0..CALLS {
+        for axis in 0..N {
+            let _ = black_box(master.set_target(axis, black_box(call as i32)));
+        }
+        now = now + 1_000;
+        master.begin_cycle(now);
+        while let Some(outgoing) = master.next_frame() {
+            black_box(outgoing.as_ref());
+            master.on_accepted(now, &outgoing);
+        }
+    }
+}
+
+/// A master with `N` streaming axes and no polls; `None` when it did not come to that.
+fn streaming<const N: usize>() -> Option<Master<N>> {
+    let mut drives = DriveId::all();
+    let axes = [(); N].map(|()| AxisConfig {
+        polls: PollPeriods::OFF,
+        ..AxisConfig::new(drives.next().unwrap_or(DriveId::MIN))
+    });
+    let mut master = Master::<N>::new(MasterConfig::DEFAULT, &axes).ok()?;
+    let mut answers = Drives::default();
+    for cycle in 0..5_000 {
+        let now = Instant::from_us(cycle * 1_000);
+        // Refused until every axis is ready, and once it streams.
+        let _ = master.enable(now, GroupId(0));
+        master.begin_cycle(now);
+        while let Some(outgoing) = master.next_frame() {
+            master.on_accepted(now, &outgoing);
+            if let Some(reply) = answers.reply(outgoing.as_ref()) {
+                master.on_frame(now, &reply);
+            }
+        }
+        if master.all_are(GroupId(0), can_motion::AxisState::Streaming) {
+            return Some(master);
+        }
+        while master.next_event().is_some() {}
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_axes_stream_while_they_are_counted() {
+        assert!(super::streaming::<1>().is_some());
+        assert!(super::streaming::<8>().is_some());
+    }
+}
