@@ -15,6 +15,13 @@ use heapless::Vec;
 /// Place in `Master::axis_of` of an address without an axis.
 const NO_AXIS: u8 = u8::MAX;
 
+/// An axis, where it writes its events, and the settings of the bus.
+type InUse<'a, F> = (
+    &'a mut <F as Family>::Axis,
+    Log<'a, <F as Family>::EventKind>,
+    &'a <F as Family>::Config,
+);
+
 /// A motion master for at most `N` axes on one bus, whose drives are of one family.
 ///
 /// A cycle is: `set_target` for each axis, `begin_cycle`, then `service` (or `next_frame` and `on_accepted` by hand)
@@ -128,11 +135,10 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     fn tick_axis(&mut self, now: Instant, index: usize) {
-        let config = self.config;
-        let Some((axis, mut log)) = self.axis_and_log(now, index) else {
+        let Some((axis, mut log, config)) = self.axis_in_use(now, index) else {
             return;
         };
-        if let Some(fault) = axis.tick(&config, &mut log) {
+        if let Some(fault) = axis.tick(config, &mut log) {
             self.raise(now, index, fault);
         }
     }
@@ -142,6 +148,12 @@ impl<const N: usize, F: Family> Master<N, F> {
         now: Instant,
         index: usize,
     ) -> Option<(&mut F::Axis, Log<'_, F::EventKind>)> {
+        let (axis, log, _) = self.axis_in_use(now, index)?;
+        Some((axis, log))
+    }
+
+    /// An axis with what it needs in a cycle.
+    pub(crate) fn axis_in_use(&mut self, now: Instant, index: usize) -> Option<InUse<'_, F>> {
         let axis = self.axes.get_mut(index)?;
         // Whoever writes events may change the state.
         self.may_switch = true;
@@ -152,6 +164,7 @@ impl<const N: usize, F: Family> Master<N, F> {
                 now,
                 axis: index as u8,
             },
+            &self.config,
         ))
     }
 

@@ -35,11 +35,10 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             return;
         };
         let (index, cycle) = (usize::from(axis), self.cycle.cycles);
-        let config = self.config;
         let cycle_started = self.cycle_started.unwrap_or(now);
-        let leaves = self.placement.request_leaves(now, cycle_started);
+        let placement = self.placement;
         let may_switch = self.may_switch;
-        let Some((axis, mut log)) = self.axis_and_log(now, index) else {
+        let Some((axis, mut log, config)) = self.axis_in_use(now, index) else {
             return;
         };
         match outgoing.purpose {
@@ -53,8 +52,8 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             }
             Purpose::Switch(switch) => axis.switched(switch, &mut log),
             Purpose::Request(request) => {
-                axis.requested(request, cycle, &config, &mut log);
-                axis.expect_reply(leaves);
+                axis.requested(request, cycle, config, &mut log);
+                axis.expect_reply(placement.request_leaves(now, cycle_started));
                 self.requests_left = self.requests_left.saturating_sub(1);
                 self.turn = (index as u8).wrapping_add(1);
                 self.choose_request(now);
@@ -107,16 +106,15 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     }
 
     fn on_frame(&mut self, now: Instant, frame: &F::Frame) {
-        let config = self.config;
         let Some(index) = self.index_of(frame) else {
             self.events.push(now, None, F::foreign(frame));
             return;
         };
-        let Some((axis, mut log)) = self.axis_and_log(now, index) else {
+        let Some((axis, mut log, config)) = self.axis_in_use(now, index) else {
             return;
         };
-        if let Some(fault) = axis.hear(frame, &config, &mut log) {
-            if let Some(quiet_us) = axis.quiet_us(fault, &config) {
+        if let Some(fault) = axis.hear(frame, config, &mut log) {
+            if let Some(quiet_us) = axis.quiet_us(fault, config) {
                 self.quiet_until = now + quiet_us;
                 self.request = None;
             }
