@@ -25,6 +25,7 @@ mod run;
 mod scan;
 mod sim;
 mod station;
+mod table;
 mod trajectory;
 mod virtual_drives;
 mod write;

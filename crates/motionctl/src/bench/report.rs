@@ -2,10 +2,12 @@
 
 use core::fmt;
 
+use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{CellAlignment, Table};
 use drive_sim::{Bench, DynDrive, NodeId};
 use serde::Serialize;
+
+use crate::table::align_numbers;
 
 /// One drive at the end.
 #[derive(Debug, Serialize)]
@@ -80,10 +82,7 @@ impl fmt::Display for Report {
                 drive.alarm.clone().unwrap_or_else(|| state.to_owned()),
             ]);
         }
-        let last = table.column_count().saturating_sub(1);
-        for column in table.column_iter_mut().take(last) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        align_numbers(&mut table);
         writeln!(f, "{table}")?;
         write!(
             f,

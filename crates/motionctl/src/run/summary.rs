@@ -4,14 +4,15 @@ use core::fmt;
 use std::process::ExitCode;
 
 use can_motion::{AxisSnapshot, ReadBackScale};
+use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{CellAlignment, Table};
 use dyn_can::DriveId;
 use serde::Serialize;
 
 use crate::exit;
 use crate::link::LinkFault;
 use crate::station::{LINK_WARNING, PaceCounts, warning};
+use crate::table::align_numbers;
 
 /// How a motion ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,10 +161,7 @@ impl Summary {
                 axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
             ]);
         }
-        let last = table.column_count().saturating_sub(1);
-        for column in table.column_iter_mut().take(last) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        align_numbers(&mut table);
         table
     }
 }

@@ -3,12 +3,13 @@
 use core::fmt;
 
 use can_motion::CycleCounters;
+use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
 
 use super::bench::Setup;
 use super::watch::Watch;
+use crate::table::align_numbers;
 
 /// One axis at the end.
 #[derive(Debug, Serialize)]
@@ -144,10 +145,7 @@ impl Summary {
                 axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
             ]);
         }
-        let last = table.column_count().saturating_sub(1);
-        for column in table.column_iter_mut().take(last) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        align_numbers(&mut table);
         table
     }
 }

@@ -2,11 +2,12 @@
 
 use core::fmt;
 
+use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
 
 use super::bench::Setup;
+use crate::table::align_numbers;
 
 /// Largest difference between the way that was commanded and the way that the wheel made, in turns: a hundredth.
 const WAY_TOLERANCE_TURNS: f64 = 0.01;
@@ -122,10 +123,7 @@ impl Summary {
                 wheel.fault.clone().unwrap_or_else(|| wheel.state.clone()),
             ]);
         }
-        let last = table.column_count().saturating_sub(1);
-        for column in table.column_iter_mut().take(last) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        align_numbers(&mut table);
         table
     }
 }
