@@ -82,7 +82,11 @@ fn everything_about_wheels_is_in_the_docs() {
             ("wheel/fault", "WheelFault", ""),
             ("wheel/event", "WheelEventKind", ""),
             ("wheel/master", "TransferError", "TransferError::"),
-            ("wheel/config", "WheelConfigError", "WheelConfigError::"),
+            (
+                "wheel/config/error",
+                "WheelConfigError",
+                "WheelConfigError::",
+            ),
         ],
     );
 }

@@ -1,0 +1,114 @@
+//! Why a configuration is refused.
+
+use core::fmt;
+
+use zlac8030l::NodeId;
+
+/// A configuration that cannot work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum WheelConfigError {
+    /// No wheel, or more than the master has room for.
+    AxisCount {
+        /// The most that this master holds.
+        most: usize,
+        /// The number of wheels given.
+        actual: usize,
+    },
+    /// The wheels are not in ascending order of node, or a node is given twice.
+    Order {
+        /// The node that is not above the one before it.
+        node: NodeId,
+    },
+    /// The cycle is outside 1_000 ..= 1_000_000 us.
+    Cycle {
+        /// The cycle given.
+        actual_us: u32,
+    },
+    /// No request may go out in a cycle, so no drive could ever be set up.
+    NoRequests,
+    /// A waiting time or the count of timeouts is 0.
+    Timeout,
+    /// The targets of a wheel are an empty range, or leave the range of the object: 1000 r/min, or 3FFFFFFFh counts (Z39).
+    Range {
+        /// The node.
+        node: NodeId,
+        /// The largest target either way that the object holds.
+        most: i32,
+        /// The smallest target given.
+        min: i32,
+        /// The largest target given.
+        max: i32,
+    },
+    /// `max_step` or `ramp_change` is 0: the wheel could never move or never stop.
+    Step {
+        /// The node.
+        node: NodeId,
+    },
+    /// The frames of a cycle do not fit into it at this bit rate, each taken at its longest.
+    BusLoad {
+        /// Bits of a cycle.
+        cycle_bits: u32,
+        /// Bits of its frames.
+        needed_bits: u32,
+    },
+    /// `speed_resolution` is outside 1 ..= 10, or `profile_speed_rpm` outside 1 ..= 1000.
+    Speed {
+        /// The node.
+        node: NodeId,
+        /// The largest value.
+        most: u16,
+        /// The value given.
+        actual: u16,
+    },
+}
+
+impl fmt::Display for WheelConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::AxisCount { most, actual } => {
+                write!(f, "this master holds 1 to {most} wheels, got {actual}")
+            }
+            Self::Order { node } => write!(
+                f,
+                "list the wheels in ascending order of node, each once: node {node} is not above the one before it"
+            ),
+            Self::Cycle { actual_us } => {
+                write!(f, "the cycle must be 1000..=1000000 us, got {actual_us}")
+            }
+            Self::NoRequests => f.write_str("requests_per_cycle must be at least 1"),
+            Self::Timeout => f.write_str("every waiting time must be at least 1"),
+            Self::Range {
+                node,
+                most,
+                min,
+                max,
+            } => write!(
+                f,
+                "targets of node {node} must be a range within -{most}..={most}, got {min}..={max}"
+            ),
+            Self::Step { node } => {
+                write!(
+                    f,
+                    "max_step and ramp_change of node {node} must be at least 1"
+                )
+            }
+            Self::BusLoad {
+                cycle_bits,
+                needed_bits,
+            } => write!(
+                f,
+                "the frames of a cycle need {needed_bits} bits, a cycle has {cycle_bits}: use a longer cycle, a higher bit rate, or fewer requests"
+            ),
+            Self::Speed { node, most, actual } => {
+                write!(
+                    f,
+                    "a speed setting of node {node} must be 1..={most}, got {actual}"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for WheelConfigError {}

@@ -1,0 +1,212 @@
+//! Settings of a bus with wheels.
+
+mod error;
+mod validate;
+
+use zlac8030l::{Firmware, NodeId, SdoQuirks, SdoTimeouts};
+
+pub use error::WheelConfigError;
+
+use super::fault::WheelReactions;
+use crate::config::GroupId;
+use crate::plan::BitRate;
+
+/// Settings of the whole bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelMasterConfig {
+    /// Period of the cycle in microseconds, 1_000 ..= 1_000_000.
+    pub cycle_us: u32,
+    /// SDO and NMT frames that may go out in one cycle, at least 1.
+    pub requests_per_cycle: u8,
+    /// Bit rate of the bus: the frames of a cycle must fit.
+    pub bit_rate: BitRate,
+    /// When the drives send their feedback.
+    pub feedback: FeedbackTiming,
+    /// Waiting times.
+    pub timeouts: WheelTimeouts,
+}
+
+impl WheelMasterConfig {
+    /// 100 Hz at 500 kbit/s, one SDO request a cycle, feedback every 10 ms by the drives' timers.
+    pub const DEFAULT: Self = Self {
+        cycle_us: 10_000,
+        requests_per_cycle: 1,
+        bit_rate: BitRate::Kbit500,
+        feedback: FeedbackTiming::Timer { ticks: 20 },
+        timeouts: WheelTimeouts::DEFAULT,
+    };
+}
+
+impl Default for WheelMasterConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// When the drives send their feedback.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FeedbackTiming {
+    /// By their event timer (transmission type 255).
+    Timer {
+        /// Ticks of the timer. The guide counts 0.5 ms, CiA 301 counts 1 ms (Z11): measure one drive.
+        ticks: u16,
+    },
+    /// After each SYNC (transmission type 1), which the master sends behind the targets of a cycle.
+    Sync,
+}
+
+/// Waiting times. No document has figures; these are wide for a bus of 500 kbit/s.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelTimeouts {
+    /// From the start to the first request, unless the drive announces itself before.
+    pub power_on_us: u32,
+    /// SDO transfers.
+    pub sdo: SdoTimeouts,
+    /// Heartbeat period that is set in the drives (1017h), in milliseconds.
+    pub heartbeat_ms: u16,
+    /// Time without heartbeat after which a drive is lost.
+    pub heartbeat_lost_us: u32,
+    /// Time without feedback after which a drive is lost.
+    pub feedback_lost_us: u32,
+    /// Time without the master after which a drive stops by itself (2000h, Z41), in milliseconds.
+    pub offline_ms: u16,
+    /// The wheel must have stood still this long before enabling.
+    pub standstill_us: u32,
+    /// How long to wait for that standstill.
+    pub standstill_limit_us: u32,
+    /// From a command to its confirmation in the feedback.
+    pub confirm_us: u32,
+    /// SDO timeouts in a row after which a drive is lost.
+    pub lost_after: u8,
+}
+
+impl WheelTimeouts {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        power_on_us: 1_000_000,
+        sdo: SdoTimeouts::DEFAULT,
+        heartbeat_ms: 100,
+        heartbeat_lost_us: 350_000,
+        feedback_lost_us: 100_000,
+        offline_ms: 300,
+        standstill_us: 100_000,
+        standstill_limit_us: 5_000_000,
+        confirm_us: 500_000,
+        lost_after: 3,
+    };
+}
+
+impl Default for WheelTimeouts {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What a target is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum WheelMode {
+    /// A speed, in 1/n r/min by [`WheelConfig::speed_resolution`] (mode 3, 60FFh).
+    Velocity,
+    /// An absolute position in counts (mode 1, 607Ah). The drive takes a target by an edge, so every second cycle.
+    Position {
+        /// Speed of the moves, r/min, 1 ..= 1000 (6081h).
+        profile_speed_rpm: u16,
+    },
+}
+
+/// Limits of one wheel, in the unit of its target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelLimits {
+    /// Smallest target.
+    pub min: i32,
+    /// Largest target.
+    pub max: i32,
+    /// Largest change of the value sent from one cycle to the next, at least 1: the acceleration limit of a speed, the
+    /// velocity limit of a position.
+    pub max_step: u32,
+    /// Largest change of that change while ramping a position down, at least 1. Not used for speeds.
+    pub ramp_change: u32,
+    /// Distance in counts between the position sent and the position read beyond which a wheel in position mode faults.
+    pub following_error: u32,
+    /// Difference between the speed sent and the speed read, in 0.1 r/min, beyond which a wheel in velocity mode faults ...
+    pub following_speed: u16,
+    /// ... when it lasts so long, in microseconds: a wheel may need a moment to get there.
+    pub following_speed_us: u32,
+    /// Speed below which a wheel stands, in 0.1 r/min.
+    pub standstill: u16,
+}
+
+impl WheelLimits {
+    /// Speeds of the whole range of 60FFh at n = 1, changing by 10 r/min a cycle, at most 30 r/min off for half a second.
+    pub const SPEED: Self = Self {
+        min: -1_000,
+        max: 1_000,
+        max_step: 10,
+        ramp_change: 1,
+        following_error: u32::MAX,
+        following_speed: 300,
+        following_speed_us: 500_000,
+        standstill: 10,
+    };
+
+    /// Absolute positions of the whole range of 607Ah (Z39), 400 counts a cycle, half a turn of following error.
+    pub const POSITION: Self = Self {
+        min: -0x3FFF_FFFF,
+        max: 0x3FFF_FFFF,
+        max_step: 400,
+        ramp_change: 20,
+        following_error: 2_048,
+        following_speed: u16::MAX,
+        following_speed_us: u32::MAX,
+        standstill: 10,
+    };
+}
+
+/// Settings of one wheel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelConfig {
+    /// The drive.
+    pub node: NodeId,
+    /// Wheels that stop together.
+    pub group: GroupId,
+    /// What a target is.
+    pub mode: WheelMode,
+    /// Limits.
+    pub limits: WheelLimits,
+    /// n of 202Fh:05, 1 ..= 10: speeds count 1/n r/min. Compared and never written, because it needs saving and a restart.
+    pub speed_resolution: u16,
+    /// Time from standstill to full speed and back that the drive itself applies (6083h, 6084h), in milliseconds.
+    pub ramp_ms: u16,
+    /// The software version that was tried with these settings.
+    pub firmware: Firmware,
+    /// Wrong replies that are tolerated.
+    pub quirks: SdoQuirks,
+    /// What each fault does.
+    pub reactions: WheelReactions,
+}
+
+impl WheelConfig {
+    /// A wheel that follows speeds, in group 0.
+    #[must_use]
+    pub const fn new(node: NodeId) -> Self {
+        Self {
+            node,
+            group: GroupId(0),
+            mode: WheelMode::Velocity,
+            limits: WheelLimits::SPEED,
+            speed_resolution: 1,
+            ramp_ms: 0,
+            firmware: Firmware::Any,
+            quirks: SdoQuirks {
+                profile_speed_confirmed_as_sub_1: false,
+            },
+            reactions: WheelReactions::DEFAULT,
+        }
+    }
+}

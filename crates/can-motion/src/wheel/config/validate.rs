@@ -1,0 +1,219 @@
+//! Which configurations can work.
+
+use zlac8030l::NodeId;
+
+use super::{
+    WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig, WheelMode, WheelTimeouts,
+};
+use crate::plan::wire;
+
+/// Data bytes of the frames of one wheel in a cycle: command, status, position, and at times a heartbeat.
+const CYCLE_BYTES: [u8; 4] = [6, 8, 6, 1];
+/// Data bytes of an SDO frame.
+const SDO_BYTES: u8 = 8;
+
+impl WheelMasterConfig {
+    pub(in crate::wheel) fn validate(
+        &self,
+        wheels: &[WheelConfig],
+        room: usize,
+    ) -> Result<(), WheelConfigError> {
+        let actual = wheels.len();
+        let most = room.min(usize::from(NodeId::MAX.get()));
+        if actual == 0 || actual > most {
+            return Err(WheelConfigError::AxisCount { most, actual });
+        }
+        if !(1_000..=1_000_000).contains(&self.cycle_us) {
+            return Err(WheelConfigError::Cycle {
+                actual_us: self.cycle_us,
+            });
+        }
+        if self.requests_per_cycle == 0 {
+            return Err(WheelConfigError::NoRequests);
+        }
+        self.timeouts.validate()?;
+        for pair in wheels.windows(2) {
+            if let [lower, upper] = pair
+                && upper.node <= lower.node
+            {
+                return Err(WheelConfigError::Order { node: upper.node });
+            }
+        }
+        wheels.iter().try_for_each(WheelConfig::validate)?;
+        self.check_load(actual)
+    }
+
+    /// Every frame of a cycle at its longest, with a reply to each request, must fit.
+    fn check_load(&self, wheels: usize) -> Result<(), WheelConfigError> {
+        let bits = |bytes: u8| u32::from(wire::bound_bits(bytes));
+        let wheel_bits: u32 = CYCLE_BYTES.iter().map(|bytes| bits(*bytes)).sum();
+        // At most 127 wheels and 255 requests.
+        let needed_bits = wheels as u32 * wheel_bits
+            + 2 * u32::from(self.requests_per_cycle) * bits(SDO_BYTES)
+            + bits(0);
+        // kbit/s are bits in a millisecond; the cycle was checked to be at most a second.
+        let cycle_bits = self.bit_rate.kbit_per_s() * (self.cycle_us / 1_000);
+        if needed_bits > cycle_bits {
+            return Err(WheelConfigError::BusLoad {
+                cycle_bits,
+                needed_bits,
+            });
+        }
+        Ok(())
+    }
+}
+
+impl WheelTimeouts {
+    fn validate(&self) -> Result<(), WheelConfigError> {
+        let waits = [
+            self.sdo.reply_us,
+            u32::from(self.heartbeat_ms),
+            self.heartbeat_lost_us,
+            self.feedback_lost_us,
+            u32::from(self.offline_ms),
+            self.standstill_limit_us,
+            self.confirm_us,
+            u32::from(self.lost_after),
+        ];
+        if waits.contains(&0) {
+            return Err(WheelConfigError::Timeout);
+        }
+        Ok(())
+    }
+}
+
+impl WheelConfig {
+    /// The largest target either way.
+    fn most(&self) -> i32 {
+        match self.mode {
+            WheelMode::Velocity => 1_000 * i32::from(self.speed_resolution),
+            WheelMode::Position { .. } => zlac8030l::MoveKind::Absolute.limit(),
+        }
+    }
+
+    fn validate(&self) -> Result<(), WheelConfigError> {
+        let node = self.node;
+        let WheelLimits { min, max, .. } = self.limits;
+        let mut speeds = [(10, self.speed_resolution); 2];
+        if let ([_, profile], WheelMode::Position { profile_speed_rpm }) = (&mut speeds, self.mode)
+        {
+            *profile = (1_000, profile_speed_rpm);
+        }
+        for (most, actual) in speeds {
+            if actual == 0 || actual > most {
+                return Err(WheelConfigError::Speed { node, most, actual });
+            }
+        }
+        let most = self.most();
+        if min > max || min < -most || max > most {
+            return Err(WheelConfigError::Range {
+                node,
+                most,
+                min,
+                max,
+            });
+        }
+        if self.limits.max_step == 0 || self.limits.ramp_change == 0 {
+            return Err(WheelConfigError::Step { node });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::BitRate;
+
+    fn wheel(node: i32) -> WheelConfig {
+        WheelConfig::new(NodeId::new(node).unwrap())
+    }
+
+    fn refused(wheel: WheelConfig) -> WheelConfigError {
+        WheelMasterConfig::DEFAULT
+            .validate(&[wheel], 1)
+            .unwrap_err()
+    }
+
+    #[test]
+    fn what_cannot_work_is_refused() {
+        let config = WheelMasterConfig::DEFAULT;
+        assert_eq!(config.validate(&[wheel(1), wheel(2)], 2), Ok(()));
+        let node = NodeId::new(1).unwrap();
+        assert_eq!(
+            config.validate(&[wheel(1), wheel(1)], 2),
+            Err(WheelConfigError::Order { node })
+        );
+        assert_eq!(
+            config.validate(&[], 2),
+            Err(WheelConfigError::AxisCount { most: 2, actual: 0 })
+        );
+        let silent = WheelMasterConfig {
+            timeouts: WheelTimeouts {
+                offline_ms: 0,
+                ..WheelTimeouts::DEFAULT
+            },
+            ..config
+        };
+        assert_eq!(
+            silent.validate(&[wheel(1)], 1),
+            Err(WheelConfigError::Timeout)
+        );
+    }
+
+    #[test]
+    fn a_cycle_that_is_too_short_for_its_frames_is_refused() {
+        let config = WheelMasterConfig {
+            cycle_us: 1_000,
+            ..WheelMasterConfig::DEFAULT
+        };
+        // 55 + 10 n bits: 6, 8, 6 and 1 bytes of the wheel, two SDO frames, SYNC.
+        let (cycle_bits, needed_bits) = (500, 755);
+        assert_eq!(
+            config.validate(&[wheel(1)], 1),
+            Err(WheelConfigError::BusLoad {
+                cycle_bits,
+                needed_bits
+            })
+        );
+        let fast = WheelMasterConfig {
+            bit_rate: BitRate::Kbit1000,
+            ..config
+        };
+        assert_eq!(fast.validate(&[wheel(1)], 1), Ok(()));
+    }
+
+    #[test]
+    fn targets_stay_within_their_object() {
+        let node = NodeId::new(1).unwrap();
+        let mut fast = wheel(1);
+        fast.limits.max = 1_001;
+        assert_eq!(
+            refused(fast),
+            WheelConfigError::Range {
+                node,
+                most: 1_000,
+                min: -1_000,
+                max: 1_001
+            }
+        );
+        fast.speed_resolution = 10;
+        assert_eq!(WheelMasterConfig::DEFAULT.validate(&[fast], 1), Ok(()));
+        fast.speed_resolution = 11;
+        assert!(matches!(
+            refused(fast),
+            WheelConfigError::Speed { actual: 11, .. }
+        ));
+        let far = WheelConfig {
+            mode: WheelMode::Position {
+                profile_speed_rpm: 100,
+            },
+            limits: WheelLimits {
+                max: 0x4000_0000,
+                ..WheelLimits::POSITION
+            },
+            ..wheel(1)
+        };
+        assert!(matches!(refused(far), WheelConfigError::Range { .. }));
+    }
+}
