@@ -5,54 +5,43 @@
 #[cfg(test)]
 extern crate std;
 
-mod axis;
-mod bus_user;
-mod command;
 pub mod commission;
-mod config;
-mod drift;
-mod dyn_axes;
-mod event;
-mod family;
-mod fault;
-mod feedback;
-mod group;
-mod life;
-mod master;
+mod core;
 pub mod motion;
-mod outgoing;
-mod placement;
 pub mod plan;
-mod polls;
-mod procedure;
-mod ramp;
-mod request_choice;
-mod request_slot;
-mod response_watch;
-mod service;
-mod set_point;
-mod snapshot;
-mod time;
-mod traffic;
+mod servo;
 #[cfg(feature = "zlac")]
 pub mod wheel;
 
-pub use bus_user::{BusFrame, BusUser};
-pub use command::{CommandError, TargetError};
-pub use config::{
-    AxisConfig, ConfigError, DialectChoice, GroupId, Limits, MasterConfig, PollPeriods,
-    ReadBackScale, Timeouts,
+pub use crate::core::command::{CommandError, TargetError};
+pub use crate::core::event::{BusErrorKind, CommonEvent, Event, EventLog};
+pub use crate::core::family::{GroupId, Reaction};
+pub use crate::core::master::Master;
+pub use crate::core::procedure::Confirmation;
+pub use crate::core::service::service;
+pub use crate::core::sink::{BusFrame, BusUser, Outcome, Progress, Sink};
+pub use crate::core::snapshot::{Counters, CycleCounters, Stamped};
+pub use crate::core::state::{AxisState, Reason, Stage};
+pub use crate::core::time::Instant;
+pub use servo::{
+    Aligned, AxisConfig, AxisSnapshot, ConfigError, DialectChoice, DriftCause, Dyn, EventKind,
+    Fault, Feedback, Limits, LimitsError, MasterConfig, MotorLimits, PollKind, PollPeriods,
+    Procedure, ProcedureEnd, ProcedureError, Reactions, ReadBackScale, Servo, ServoMaster,
+    StepChange, Timeouts, Travel, WearLimits,
 };
-pub use dyn_axes::Dyn;
-pub use event::{BusErrorKind, Event, EventKind};
-pub use family::{CycleConfig, Family, FaultKind, Happening};
-pub use fault::{DriftCause, Fault, Reaction, Reactions};
-pub use feedback::{Feedback, Stamped};
-pub use life::{AxisState, Reason};
-pub use master::Master;
-pub use outgoing::Outgoing;
-pub use polls::PollKind;
-pub use procedure::{Confirmation, Procedure, ProcedureEnd, ProcedureError, WearLimits};
-pub use service::{Progress, service};
-pub use snapshot::{AxisSnapshot, Counters, CycleCounters};
-pub use time::Instant;
+
+/// The facts of an axis, the pure function that changes them, and the exit for frames.
+pub mod facts {
+    pub use crate::core::exit::{Class, may_leave};
+    pub use crate::core::facts::{Brake, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
+    pub use crate::core::step::{Input, Loss, accepts, step, transition};
+}
+
+/// What a family of drives implements: `examples/third_family.rs` is one.
+pub mod family {
+    pub use crate::core::family::{
+        Context, CycleConfig, Drive, Family, FaultKind, FaultOf, FrameOf, Meaning, OutOfTravel,
+        Plan, PowerReport, ProcedureRefusal, RequestOf, Returned, View, Wanted,
+    };
+    pub use crate::core::placement::{BehindFrames, RequestPlacement};
+}

@@ -13,9 +13,9 @@ pub use scan::{Scan, ScanResult};
 
 use dyn_can::{Address, DataFrame, Dialect, DriveError, FrameError, Reply, ReplyKind, Request};
 
-use crate::bus_user::BusUser;
-use crate::event::BusErrorKind;
-use crate::time::Instant;
+use crate::core::sink::{BusUser, Outcome, Progress, Sink};
+use crate::core::event::BusErrorKind;
+use crate::core::time::Instant;
 
 /// Time to listen for a reply, and for a data error after a command. Longer than any response that was measured (D65).
 const LISTEN_US: u32 = 20_000;
@@ -158,25 +158,25 @@ impl<S: Script> Commissioner<S> {
 }
 
 impl<S: Script> BusUser for Commissioner<S> {
-    type Outgoing = DataFrame;
     type Frame = DataFrame;
 
-    fn next_frame(&self) -> Option<DataFrame> {
-        match &self.phase {
-            Phase::Sending(exchange) => Some(exchange.frame),
-            _ => None,
-        }
-    }
-
-    fn on_accepted(&mut self, now: Instant, _: &DataFrame) {
-        if let Phase::Sending(exchange) = self.phase {
-            let until = now + exchange.listen_us;
+    fn send<K: Sink<DataFrame>>(&mut self, now: Instant, sink: &mut K) -> Progress {
+        while let Phase::Sending(exchange) = self.phase {
+            let outcome = sink.offer(&exchange.frame);
+            if matches!(outcome, Outcome::Full) {
+                return Progress::Blocked;
+            }
+            // Where the controller failed, whether the frame went out is not known; silence in the window says no.
             self.phase = Phase::Listening {
                 exchange,
-                until,
+                until: now + exchange.listen_us,
                 heard: Heard::default(),
             };
+            if let Outcome::Displaced(frame) = outcome {
+                self.on_displaced(now, &frame);
+            }
         }
+        Progress::Idle
     }
 
     fn on_displaced(&mut self, _: Instant, frame: &DataFrame) {
@@ -185,11 +185,6 @@ impl<S: Script> BusUser for Commissioner<S> {
         {
             self.phase = Phase::Sending(exchange);
         }
-    }
-
-    fn on_transmit_error(&mut self, now: Instant, frame: &DataFrame, _: BusErrorKind) {
-        // Whether it went out is not known; silence in the window says no.
-        self.on_accepted(now, frame);
     }
 
     fn on_receive_error(&mut self, _: Instant, _: BusErrorKind) {}

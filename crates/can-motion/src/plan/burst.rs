@@ -16,14 +16,6 @@ pub(crate) struct Burst {
 }
 
 impl Burst {
-    /// Frames that take no time.
-    pub(crate) const NONE: Self = Self {
-        set_point_us: 0,
-        request_us: 0,
-        reply_us: 0,
-        requests: 0,
-    };
-
     /// How far replies stay away from set-points at least, when the requests of a cycle go out behind `before` of its set-points;
     /// `None` when they may meet.
     pub(crate) fn slack_us(

@@ -10,7 +10,7 @@ use super::frames::{set_point_bits, usual_set_point_bits};
 use super::refusal::{Refusal, Warning};
 use super::remedies::Remedies;
 use super::setup::TxOrder;
-use crate::config::{AxisConfig, MasterConfig};
+use crate::servo::config::{AxisConfig, MasterConfig};
 
 /// The worst case of a bus, and whether it is good enough.
 ///

@@ -3,7 +3,7 @@
 
 use dyn_can::{Address, FunctionCode};
 
-use crate::config::AxisConfig;
+use crate::servo::config::AxisConfig;
 
 /// CANopen devices on the bus of the drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,10 +152,10 @@ impl Clash {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dyn_can::DriveId;
+    use crate::servo::config::test_axis;
 
     fn axes<const N: usize>(drives: [i32; N]) -> [AxisConfig; N] {
-        drives.map(|drive| AxisConfig::new(DriveId::new(drive).unwrap()))
+        drives.map(test_axis)
     }
 
     const QUIET: Canopen = Canopen {

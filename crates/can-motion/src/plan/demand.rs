@@ -4,8 +4,8 @@ use super::analysis::max;
 use super::cycle::{Cycle, RequestPlace, narrow};
 use super::frames::{Exchange, alarm_bits, set_point_bits};
 use super::setup::TxOrder;
-use crate::config::{AxisConfig, MasterConfig};
-use crate::polls::PollKind;
+use crate::servo::config::{AxisConfig, MasterConfig};
+use crate::servo::polls::PollKind;
 
 /// The frames of a cycle, with or without polls.
 pub(super) const fn cycle_of(

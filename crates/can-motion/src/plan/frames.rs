@@ -4,8 +4,8 @@ use dyn_can::{Dialect, DriveId, FunctionCode, ReadSelector};
 
 use super::setup::RequestMix;
 use super::wire::{INTERFRAME_BITS, bound_bits, exact_bits, worst_bits};
-use crate::config::{AxisConfig, DialectChoice};
-use crate::polls::PollKind;
+use crate::servo::config::{AxisConfig, DialectChoice};
+use crate::servo::polls::PollKind;
 
 /// Longest request of the protocol in bytes: Set_Param_Group3.
 const LONGEST_REQUEST: u8 = 5;

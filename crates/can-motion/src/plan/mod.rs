@@ -58,4 +58,5 @@ pub use bus_plan::BusPlan;
 pub use canopen::{Canopen, CanopenService, Clash};
 pub use refusal::{Refusal, Warning};
 pub use remedies::Remedies;
+pub(crate) use setup::union;
 pub use setup::{BitRate, BusSetup, RequestMix, ResponseWindow, TxOrder};

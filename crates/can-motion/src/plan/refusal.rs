@@ -8,7 +8,7 @@ use super::analysis::Response;
 use super::canopen::Clash;
 use super::setup::{BusSetup, ResponseWindow};
 use super::text::Text;
-use crate::config::AxisConfig;
+use crate::servo::config::AxisConfig;
 
 /// Why the bus cannot carry what is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use super::bus_plan::BusPlan;
 use super::cycle::RequestPlace;
 use super::setup::{BitRate, RequestMix};
 use super::text::Text;
-use crate::config::{AxisConfig, MasterConfig};
+use crate::servo::config::{AxisConfig, MasterConfig};
 
 /// Longest cycle of a master.
 const MAX_CYCLE_US: u32 = 1_000_000;

@@ -190,3 +190,17 @@ impl Default for BusSetup {
         Self::DEFAULT
     }
 }
+
+/// What covers both windows.
+pub(crate) fn union(
+    left: Option<ResponseWindow>,
+    right: Option<ResponseWindow>,
+) -> Option<ResponseWindow> {
+    match (left, right) {
+        (Some(left), Some(right)) => Some(ResponseWindow {
+            min_us: left.min_us.min(right.min_us),
+            max_us: left.max_us.max(right.max_us),
+        }),
+        (one, other) => one.or(other),
+    }
+}

@@ -1,16 +1,13 @@
 use super::*;
-use crate::config::PollPeriods;
+use crate::servo::config::{PollPeriods, test_axis as axis};
 use crate::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use std::string::ToString;
 use std::vec::Vec;
 
-fn axis(drive: i32) -> AxisConfig {
-    AxisConfig::new(DriveId::new(drive).unwrap())
-}
-
 fn axes(count: i32, polls: PollPeriods) -> Vec<AxisConfig> {
     let axis = |drive| AxisConfig {
         polls,
+        unwatched: polls.status_us.is_none(),
         ..axis(drive)
     };
     (1..=count).map(axis).collect()
@@ -208,12 +205,12 @@ fn a_cycle_of_no_time_is_refused_and_not_divided_by() {
 
 #[test]
 fn the_master_takes_no_axes_that_the_plan_refuses_and_tells_its_warnings() {
-    use crate::{ConfigError, EventKind, Master};
+    use crate::{ConfigError, EventKind, ServoMaster};
     let config = MasterConfig {
         bus: around(500, 25),
         ..MasterConfig::DEFAULT
     };
-    let refused = Master::<13>::new(config, &axes(13, PollPeriods::DEFAULT));
+    let refused = ServoMaster::<13>::new(config, &axes(13, PollPeriods::DEFAULT));
     let Err(ConfigError::Plan { refusal, remedies }) = refused else {
         panic!("13 polled axes do not fit");
     };
@@ -221,7 +218,7 @@ fn the_master_takes_no_axes_that_the_plan_refuses_and_tells_its_warnings() {
     let plan = BusPlan::new(&config, &plan_axes);
     assert_eq!((plan.check(), plan.remedies()), (Err(refusal), remedies));
 
-    let mut master = Master::<1>::new(config, &[axis(63)]).unwrap();
+    let mut master = ServoMaster::<1>::new(config, &[axis(63)]).unwrap();
     let warning = master.next_event().map(|event| event.kind);
     assert_eq!(warning, Some(EventKind::Plan(Warning::Drive63)));
 }

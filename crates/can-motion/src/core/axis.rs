@@ -1,0 +1,255 @@
+//! One axis: its facts, and what a change of them means to its drive.
+
+use crate::core::event::{CommonEvent, EventLog};
+use crate::core::facts::{Facts, Knowledge, Motion, Power, Work};
+use crate::core::family::{Context, Drive, Family, FaultKind, View};
+use crate::core::state::{AxisState, Reason, Stage};
+use crate::core::step::Input;
+use crate::core::time::Instant;
+
+/// What changes an axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Change<F: Family> {
+    pub(crate) input: Input,
+    /// The fault, where the input is one.
+    pub(crate) fault: Option<F::Fault>,
+    /// The cycles of a ramp that the change may begin.
+    pub(crate) ramp_cycles: u32,
+}
+
+impl<F: Family> Change<F> {
+    /// A change that is no fault and begins no ramp.
+    pub(crate) const fn of(input: Input) -> Self {
+        Self {
+            input,
+            fault: None,
+            ramp_cycles: 0,
+        }
+    }
+
+    /// The fault that this change shows when it latches one.
+    fn cause(&self) -> F::Fault {
+        self.fault.unwrap_or(match self.input {
+            Input::SaysOff => F::Fault::SWITCHED_OFF,
+            Input::SaysOn => F::Fault::SWITCHED_ON,
+            _ => F::Fault::NOT_CONFIRMED,
+        })
+    }
+}
+
+/// An axis of the master.
+#[derive(Debug)]
+pub(crate) struct Axis<F: Family> {
+    pub(crate) facts: Facts,
+    pub(crate) stage: Stage,
+    /// What the latch of its own is for.
+    cause: Option<F::Fault>,
+    /// The drive does not answer, whatever the latch was for at first.
+    is_lost: bool,
+    /// Since when knowledge, power, goal and stage are what they are, setbacks apart.
+    pub(crate) since: Instant,
+    /// When the controller accepted the latest switch.
+    pub(crate) switched_at: Instant,
+    /// When the controller accepted the latest frame of a cycle in motion, or motion began.
+    pub(crate) sent_at: Instant,
+    /// How often the present disable command was repeated.
+    repeated: u32,
+    pub(crate) drive: F::Drive,
+}
+
+impl<F: Family> Axis<F> {
+    pub(crate) fn new(drive: F::Drive) -> Self {
+        Self {
+            facts: Facts::start(drive.brake()),
+            stage: Stage::PowerOn,
+            cause: None,
+            is_lost: false,
+            since: Instant::default(),
+            switched_at: Instant::default(),
+            sent_at: Instant::default(),
+            repeated: 0,
+            drive,
+        }
+    }
+
+    pub(crate) const fn state(&self) -> AxisState {
+        AxisState::of(&self.facts, self.stage)
+    }
+
+    /// The latched fault.
+    pub(crate) fn fault(&self) -> Option<F::Fault> {
+        use crate::core::facts::Latch;
+        match self.facts.latch {
+            Latch::None => None,
+            Latch::Group => Some(F::Fault::GROUP),
+            Latch::Own => self.cause,
+        }
+    }
+
+    pub(crate) const fn view(&self) -> View {
+        View {
+            facts: self.facts,
+            stage: self.stage,
+            since: self.since,
+            is_lost: self.is_lost,
+        }
+    }
+
+    pub(crate) fn snapshot(&self) -> F::Snapshot {
+        self.drive.snapshot(self.state(), &self.facts, self.fault())
+    }
+
+    /// Calls the drive with what it needs.
+    pub(crate) fn with_drive<R>(
+        &mut self,
+        config: &F::Config,
+        cycle: u32,
+        log: EventLog<'_, F::EventKind>,
+        call: impl FnOnce(&mut F::Drive, &mut Context<'_, F>) -> R,
+    ) -> R {
+        let mut context = Context {
+            config,
+            view: self.view(),
+            cycle,
+            log,
+        };
+        call(&mut self.drive, &mut context)
+    }
+
+    /// The checks go on at another stage.
+    pub(crate) fn set_stage(&mut self, stage: Stage, log: &mut EventLog<'_, F::EventKind>) {
+        if self.stage == stage {
+            return;
+        }
+        let from = self.state();
+        self.stage = stage;
+        self.since = log.now;
+        self.report(from, Reason::Reading, log);
+    }
+
+    /// Whether a fault would change nothing that matters: the axis has one, and nothing is left to take from it.
+    pub(crate) fn has_lost_already(&self, after: &Facts) -> bool {
+        let matters = |facts: &Facts| {
+            let is_on = facts.power == Power::On;
+            (facts.latch, facts.knowledge, facts.motion, facts.goal, is_on)
+        };
+        matters(after) == matters(&self.facts)
+    }
+
+    /// Takes over new facts, with everything that follows from them for this axis.
+    pub(crate) fn become_(
+        &mut self,
+        after: Facts,
+        change: &Change<F>,
+        log: &mut EventLog<'_, F::EventKind>,
+    ) {
+        let (before, from) = (self.facts, self.state());
+        self.facts = after;
+        self.note_fault(change, log);
+        self.note_power(before, after, change.input, log);
+        self.note_motion(before, after, change, log.now);
+        if before.work != Work::None && after.work == Work::None && change.input != Input::WorkEnded
+        {
+            self.drive.abort_work(log);
+        }
+        let is_progress = after.knowledge > before.knowledge
+            || after.power != before.power
+            || after.goal != before.goal;
+        if is_progress {
+            self.since = log.now;
+        }
+        let starts_over = after.is_checking()
+            && (before.knowledge != Knowledge::Unknown || change.input == Input::Clear);
+        if starts_over {
+            self.stage = self.drive.start_over(log.now);
+            self.since = log.now;
+            self.is_lost = false;
+        }
+        self.report(from, Reason::of(change.input), log);
+    }
+
+    fn note_fault(&mut self, change: &Change<F>, log: &mut EventLog<'_, F::EventKind>) {
+        use crate::core::facts::Latch;
+        let is_fault = match self.facts.latch {
+            Latch::Own => self.cause.is_none() || matches!(change.input, Input::Fault { .. }),
+            Latch::Group | Latch::None => {
+                self.cause = None;
+                false
+            }
+        };
+        if is_fault {
+            let cause = change.cause();
+            log.push(CommonEvent::Fault(cause));
+            self.cause = self.cause.or(Some(cause));
+        } else if matches!(change.input, Input::GroupFault { .. })
+            && self.facts.latch == Latch::Group
+        {
+            log.push(CommonEvent::Fault(F::Fault::GROUP));
+        }
+    }
+
+    /// The drive does not answer any more, or answers again.
+    pub(crate) fn set_lost(&mut self, is_lost: bool) {
+        self.is_lost = is_lost;
+    }
+
+    fn note_power(
+        &mut self,
+        before: Facts,
+        after: Facts,
+        input: Input,
+        log: &mut EventLog<'_, F::EventKind>,
+    ) {
+        if after.power == before.power {
+            return;
+        }
+        match (before.power, after.power) {
+            (Power::OffSent, Power::OffWanted) if input != Input::Disable => {
+                self.repeated = self.repeated.saturating_add(1);
+                if self.repeated.is_power_of_two() {
+                    log.push(CommonEvent::DisableUnconfirmed {
+                        repeated: self.repeated,
+                    });
+                }
+            }
+            (_, Power::OnSent | Power::OffSent) => self.switched_at = log.now,
+            (_, Power::FoundOn) => log.push(CommonEvent::FoundOn),
+            (_, Power::OffWanted | Power::Off) => self.repeated = 0,
+            _ => {}
+        }
+    }
+
+    fn note_motion(&mut self, before: Facts, after: Facts, change: &Change<F>, now: Instant) {
+        match (before.motion, after.motion) {
+            (Motion::Rest, Motion::Stream) => {
+                self.drive.begin_motion();
+                self.sent_at = now;
+            }
+            (Motion::Stream, Motion::Ramp) => {
+                let common = change.ramp_cycles;
+                let fits = self.drive.can_stop_in(common);
+                self.drive.begin_ramp(if fits {
+                    common
+                } else {
+                    self.drive.cycles_to_stop()
+                });
+            }
+            (Motion::Stream | Motion::Ramp, Motion::Rest) => {
+                self.drive.end_motion(change.input == Input::RampDone);
+            }
+            _ => {}
+        }
+    }
+
+    fn report(
+        &mut self,
+        from: AxisState,
+        reason: Reason,
+        log: &mut EventLog<'_, F::EventKind>,
+    ) {
+        let to = self.state();
+        if from != to {
+            log.push(CommonEvent::State { from, to, reason });
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What happened, in order, for the application to read.
+
+use heapless::Deque;
+
+use crate::core::state::{AxisState, Reason};
+use crate::core::time::Instant;
+
+/// Events that wait to be read. One that does not fit is counted, not forgotten.
+const CAPACITY: usize = 64;
+
+/// Something that happened to one axis or to the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Event<K> {
+    /// When.
+    pub at: Instant,
+    /// The axis by its place in the configuration; `None` for the bus.
+    pub axis: Option<u8>,
+    /// What.
+    pub kind: K,
+}
+
+/// What happens to every axis and bus, whatever the family. Each family has events of its own besides, and one type for both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CommonEvent<F> {
+    /// The axis went from one state to another.
+    State {
+        /// The state that it left.
+        from: AxisState,
+        /// The state that it entered.
+        to: AxisState,
+        /// Why.
+        reason: Reason,
+    },
+    /// A fault was latched.
+    Fault(F),
+    /// The drive reports power that this master did not switch on. It is left alone until `disable` or `adopt`.
+    FoundOn,
+    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition.
+    DisableUnconfirmed {
+        /// Repetitions so far.
+        repeated: u32,
+    },
+    /// A set-point missed its cycle.
+    SetPointMerged,
+    /// Cycles that were never begun.
+    CyclesMissed(u32),
+    /// The controller reports an error.
+    BusError(BusErrorKind),
+    /// The controller is bus-off.
+    BusOff,
+    /// The controller takes part in the bus again.
+    BusRecovered,
+}
+
+/// What the controller reports of the bus, after `embedded_can::ErrorKind`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum BusErrorKind {
+    /// The receive buffer overran: replies were lost.
+    Overrun,
+    /// A bit was read back differently.
+    Bit,
+    /// The stuffing rule was broken.
+    Stuff,
+    /// A checksum was wrong.
+    Crc,
+    /// A fixed bit was wrong.
+    Form,
+    /// Nobody acknowledged.
+    Acknowledge,
+    /// Something else.
+    Other,
+}
+
+impl From<embedded_can::ErrorKind> for BusErrorKind {
+    fn from(kind: embedded_can::ErrorKind) -> Self {
+        match kind {
+            embedded_can::ErrorKind::Overrun => Self::Overrun,
+            embedded_can::ErrorKind::Bit => Self::Bit,
+            embedded_can::ErrorKind::Stuff => Self::Stuff,
+            embedded_can::ErrorKind::Crc => Self::Crc,
+            embedded_can::ErrorKind::Form => Self::Form,
+            embedded_can::ErrorKind::Acknowledge => Self::Acknowledge,
+            _ => Self::Other,
+        }
+    }
+}
+
+/// Where one axis writes its events.
+#[derive(Debug)]
+pub struct EventLog<'a, K> {
+    pub(crate) events: &'a mut Events<K>,
+    /// The present moment.
+    pub now: Instant,
+    pub(crate) axis: u8,
+}
+
+impl<K> EventLog<'_, K> {
+    /// Writes an event of this axis.
+    pub fn push(&mut self, kind: impl Into<K>) {
+        self.events.push(self.now, Some(self.axis), kind);
+    }
+}
+
+/// A bounded queue of events.
+#[derive(Debug)]
+pub(crate) struct Events<K> {
+    queue: Deque<Event<K>, CAPACITY>,
+    dropped: u32,
+}
+
+impl<K> Events<K> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            queue: Deque::new(),
+            dropped: 0,
+        }
+    }
+
+    pub(crate) fn push(&mut self, at: Instant, axis: Option<u8>, kind: impl Into<K>) {
+        let kind = kind.into();
+        if self.queue.push_back(Event { at, axis, kind }).is_err() {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+    }
+
+    pub(crate) fn pop(&mut self) -> Option<Event<K>> {
+        self.queue.pop_front()
+    }
+
+    pub(crate) const fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_counted() {
+        let mut events = Events::<u32>::new();
+        for us in 0..CAPACITY as u64 + 3 {
+            events.push(Instant::from_us(us), None, 7_u32);
+        }
+        assert_eq!(events.dropped(), 3);
+        assert_eq!(
+            events.pop().map(|event| event.at),
+            Some(Instant::from_us(0))
+        );
+    }
+}

@@ -1,0 +1,104 @@
+//! The one exit: which frames may be handed to the controller.
+
+use super::facts::{Brake, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
+
+/// What a frame is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Class {
+    /// It moves the motor: the set-point of a cycle.
+    SetPoint,
+    /// It keeps a motor at rest that needs a frame for that.
+    StopFrame,
+    /// It switches the power of the motor on.
+    SwitchOn,
+    /// It switches the power of the motor off.
+    SwitchOff,
+    /// It asks for what the master has to know.
+    Reading,
+    /// It asks for what the application wants to know.
+    Poll,
+    /// It changes the drive.
+    Write,
+    /// It makes the drive usable again.
+    Repair,
+    /// It closes the holding brake.
+    BrakeClose,
+    /// It opens the holding brake.
+    BrakeOpen,
+}
+
+impl Class {
+    /// Every class.
+    pub const ALL: [Self; 10] = [
+        Self::SetPoint,
+        Self::StopFrame,
+        Self::SwitchOn,
+        Self::SwitchOff,
+        Self::Reading,
+        Self::Poll,
+        Self::Write,
+        Self::Repair,
+        Self::BrakeClose,
+        Self::BrakeOpen,
+    ];
+
+    /// The class of the frame that goes to a drive in every cycle, where a family has such a frame whether the axis moves or not.
+    #[must_use]
+    pub const fn of_cycle(facts: &Facts) -> Self {
+        match (facts.power, facts.motion) {
+            (Power::OnWanted | Power::OnSent, _) => Self::SwitchOn,
+            (Power::OffWanted | Power::OffSent, _) => Self::SwitchOff,
+            (_, Motion::Rest) => Self::StopFrame,
+            (_, Motion::Ramp | Motion::Stream) => Self::SetPoint,
+        }
+    }
+}
+
+/// Whether a frame of this class may be handed to the controller. Asked for every frame, every time, at the single place where frames
+/// are offered.
+#[must_use]
+pub const fn may_leave(class: Class, facts: &Facts) -> bool {
+    let is_at_rest = matches!(facts.motion, Motion::Rest);
+    let is_wanted = !matches!(facts.goal, Goal::Off);
+    let is_free_of_faults = matches!(facts.latch, Latch::None);
+    let is_off_for_good = matches!(facts.power, Power::Off) && !is_wanted;
+    match class {
+        Class::Reading | Class::Poll => true,
+        Class::SetPoint => {
+            !is_at_rest
+                && matches!(facts.power, Power::On)
+                && matches!(facts.knowledge, Knowledge::Anchored)
+                && matches!(facts.brake, Brake::Absent | Brake::Open)
+        }
+        // A drive that somebody else enabled gets no word that it was not given by the application.
+        Class::StopFrame => is_at_rest && !matches!(facts.power, Power::FoundOn),
+        Class::SwitchOn => {
+            matches!(facts.power, Power::OnWanted | Power::OnSent)
+                && matches!(facts.knowledge, Knowledge::Anchored)
+                && is_wanted
+                && is_free_of_faults
+                && !facts.work.needs_off()
+        }
+        Class::SwitchOff => {
+            matches!(facts.power, Power::OffWanted | Power::OffSent)
+                && matches!(facts.brake, Brake::Absent | Brake::Closed)
+        }
+        Class::Write => {
+            matches!(facts.work, Work::Write) && is_off_for_good && is_free_of_faults
+        }
+        Class::Repair => matches!(facts.work, Work::Repair) && is_off_for_good,
+        Class::BrakeClose => {
+            is_at_rest
+                && !is_wanted
+                && !matches!(facts.power, Power::Unclear | Power::FoundOn)
+                && matches!(facts.brake, Brake::Unclear | Brake::Open)
+        }
+        Class::BrakeOpen => {
+            is_wanted
+                && is_free_of_faults
+                && matches!(facts.power, Power::On)
+                && matches!(facts.brake, Brake::Unclear | Brake::Closed)
+        }
+    }
+}

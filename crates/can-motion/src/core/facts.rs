@@ -1,0 +1,196 @@
+//! The truth about one axis: a few independent facts, small enough to enumerate.
+//!
+//! Nothing about an axis is written in two places. What users see as [`AxisState`](crate::AxisState) is computed from the facts, and
+//! only [`step`](super::step::step) changes them.
+
+/// What is known of the drive; each value needs the one before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Knowledge {
+    /// Nothing, or nothing that still holds.
+    Unknown,
+    /// Identified, its configuration accepted, its position within the travel.
+    Checked,
+    /// Checked, and the shaft has stood still long enough since.
+    Standing,
+    /// Standing, and its position taken as the anchor of the ledger.
+    Anchored,
+}
+
+/// What is known of the power of the drive. It is driven towards the goal, as often as that takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Power {
+    /// The drive has not reported it.
+    Unclear,
+    /// The drive reports that it is off.
+    Off,
+    /// The enable command waits for its frame.
+    OnWanted,
+    /// The enable command was accepted by the controller; the drive has not confirmed it.
+    OnSent,
+    /// The drive reports that it is on, and this master enabled or adopted it.
+    On,
+    /// The drive reports that it is on, and this master did not enable it: it came up with its servo on, or somebody else enabled
+    /// it. It is left alone, because a load may hang on it, until `disable` or `adopt`.
+    FoundOn,
+    /// The disable command waits for its frame.
+    OffWanted,
+    /// The disable command was accepted by the controller; the drive has not confirmed it.
+    OffSent,
+}
+
+impl Power {
+    /// Whether the motor may be energised.
+    #[must_use]
+    pub const fn may_be_on(self) -> bool {
+        !matches!(self, Self::Off | Self::OnWanted)
+    }
+}
+
+/// Which set-points go out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Motion {
+    /// None.
+    Rest,
+    /// Those of a ramp to standstill.
+    Ramp,
+    /// Those of the application.
+    Stream,
+}
+
+/// What the application asked for last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Goal {
+    /// No power.
+    Off,
+    /// Power, no set-points.
+    Hold,
+    /// Power and set-points.
+    Stream,
+}
+
+/// What keeps the axis from moving until `clear`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Latch {
+    /// Nothing.
+    None,
+    /// A fault of its own.
+    Own,
+    /// A fault of another axis of its group.
+    Group,
+}
+
+/// A procedure beside the cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Work {
+    /// None.
+    None,
+    /// It only reads.
+    Read,
+    /// It changes the drive: origin, parameters.
+    Write,
+    /// It makes the drive usable: reset, configuration, fault reset.
+    Repair,
+}
+
+impl Work {
+    /// Whether it and a motor with power exclude each other.
+    #[must_use]
+    pub const fn needs_off(self) -> bool {
+        matches!(self, Self::Write | Self::Repair)
+    }
+}
+
+/// The holding brake that this master operates by frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Brake {
+    /// There is none, or the drive operates it by itself.
+    Absent,
+    /// It was not commanded since the drive is known.
+    Unclear,
+    /// The drive confirmed the command to open it.
+    Open,
+    /// The drive confirmed the command to close it.
+    Closed,
+}
+
+/// The facts of one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[expect(
+    missing_docs,
+    reason = "each field has the name of its type, which is documented"
+)]
+pub struct Facts {
+    pub knowledge: Knowledge,
+    pub power: Power,
+    pub motion: Motion,
+    pub goal: Goal,
+    pub latch: Latch,
+    pub work: Work,
+    pub brake: Brake,
+}
+
+impl Facts {
+    /// An axis of which nothing is known.
+    #[must_use]
+    pub const fn start(brake: Brake) -> Self {
+        Self {
+            knowledge: Knowledge::Unknown,
+            power: Power::Unclear,
+            motion: Motion::Rest,
+            goal: Goal::Off,
+            latch: Latch::None,
+            work: Work::None,
+            brake,
+        }
+    }
+
+    /// Whether set-points go out.
+    #[must_use]
+    pub const fn moves(&self) -> bool {
+        !matches!(self.motion, Motion::Rest)
+    }
+
+    /// Whether the checks of the drive go on: nothing is known, and no fault waits for `clear`.
+    #[must_use]
+    pub const fn is_checking(&self) -> bool {
+        matches!(self.knowledge, Knowledge::Unknown) && !matches!(self.latch, Latch::Own)
+    }
+
+    /// Whether the axis waits for a shaft that stands still.
+    #[must_use]
+    pub const fn awaits_standstill(&self) -> bool {
+        matches!(self.knowledge, Knowledge::Checked) && self.wants_anchor()
+    }
+
+    /// Whether the axis waits for the position that becomes its anchor.
+    #[must_use]
+    pub const fn awaits_anchor(&self) -> bool {
+        matches!(self.knowledge, Knowledge::Standing) && self.wants_anchor()
+    }
+
+    /// Whether the drive keeps its anchor by its own power.
+    #[must_use]
+    pub const fn holds_anchor(&self) -> bool {
+        matches!(self.knowledge, Knowledge::Anchored) && matches!(self.power, Power::On)
+    }
+
+    const fn wants_anchor(&self) -> bool {
+        !matches!(self.goal, Goal::Off)
+            && matches!(self.latch, Latch::None)
+            && matches!(self.power, Power::Off | Power::On)
+    }
+
+    /// Whether the report of the drive about its power is needed.
+    #[must_use]
+    pub const fn awaits_power(&self) -> bool {
+        matches!(self.power, Power::Unclear | Power::OnSent | Power::OffSent)
+    }
+}

@@ -1,0 +1,428 @@
+//! What the master must know of a family of drives: the traits that a family implements.
+//!
+//! The core owns the life of an axis, groups, faults and the reaction to them, waiting times, and the order of frames. A family owns
+//! the protocol: which readings identify, check and anchor a drive; the frames of set-point, switch and reading; what a received
+//! frame means; and its ledger. `examples/third_family.rs` is a family in one short file.
+
+use core::fmt::Debug;
+
+use crate::core::event::{CommonEvent, EventLog};
+use crate::core::exit::Class;
+use crate::core::facts::{Brake, Facts, Work};
+use crate::core::placement::RequestPlacement;
+use crate::core::procedure::Confirmation;
+use crate::core::sink::BusFrame;
+use crate::core::state::{AxisState, Stage};
+use crate::core::step::Loss;
+use crate::core::time::Instant;
+use crate::plan::ResponseWindow;
+
+/// Axes with the same group stop together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct GroupId(pub u8);
+
+/// Drives that speak one protocol. One bus speaks one protocol, so a master has one family.
+pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
+    /// A frame on the wire.
+    type Frame: BusFrame + Debug + Clone + Copy + PartialEq + Eq;
+    /// Settings of the bus.
+    type Config: CycleConfig + Debug + Copy;
+    /// Settings of one axis.
+    type AxisConfig: Debug + Copy + 'static;
+    /// Why settings are refused.
+    type ConfigError: Debug;
+    /// The proof that the bus carries its axes.
+    type Plan<'a>: Plan<Self>;
+    /// Where requests go in the cycle.
+    type Placement: RequestPlacement;
+    /// A drive of an axis.
+    type Drive: Drive<Family = Self> + Debug;
+    /// A question to a drive, or the command of a procedure.
+    type Request: Debug + Clone + Copy + PartialEq + Eq;
+    /// A procedure beside the cycle.
+    type Procedure: Debug + Copy;
+    /// Why a procedure is not started.
+    type ProcedureError: From<ProcedureRefusal> + Debug;
+    /// What can go wrong with an axis.
+    type Fault: FaultKind + Debug;
+    /// What an event tells.
+    type EventKind: From<CommonEvent<Self::Fault>> + Debug + Clone + Copy + PartialEq + Eq;
+    /// An axis at one moment.
+    type Snapshot: Debug;
+
+    /// Each drive gets a frame in every cycle, whether it moves or not; its switches and its stop travel in that frame.
+    const HAS_CYCLE_FRAMES: bool;
+
+    /// The plan for these axes.
+    fn plan<'a>(config: &Self::Config, axes: &'a [Self::AxisConfig]) -> Self::Plan<'a>;
+
+    /// The address of the drive of an axis, 1..=127.
+    fn address_of(axis: &Self::AxisConfig) -> u8;
+
+    /// The drive of an axis; `rank` is the place of the axis.
+    fn drive(config: &Self::Config, axis: &Self::AxisConfig, rank: u32) -> Self::Drive;
+
+    /// A frame that goes out once a cycle, behind the set-points.
+    fn frame_of_bus(config: &Self::Config) -> Option<Self::Frame> {
+        let _ = config;
+        None
+    }
+
+    /// The address of the drive that a frame comes from or goes to, 1..=127.
+    fn address(frame: &Self::Frame) -> Option<u8>;
+
+    /// The event of a frame of a drive without an axis.
+    fn foreign(frame: &Self::Frame) -> Self::EventKind;
+
+    /// The event of a frame that this protocol does not have.
+    fn not_ours(error: <Self::Frame as BusFrame>::Error) -> Self::EventKind;
+}
+
+/// The settings that the core needs, whatever the family.
+pub trait CycleConfig {
+    /// Period of the cycle in microseconds.
+    fn cycle_us(&self) -> u32;
+    /// Requests that may go out in one cycle.
+    fn requests_per_cycle(&self) -> u8;
+    /// For so long no set-point of an axis may get out before its group stops with a fault.
+    fn stuck_us(&self) -> u32;
+    /// How long a drive may take to confirm a switch; a disable command is repeated after it.
+    fn confirm_us(&self) -> u32;
+    /// How long to wait for a shaft that stands still.
+    fn standstill_limit_us(&self) -> u32;
+}
+
+/// The proof that the bus carries its axes, with the settings that it was made for.
+pub trait Plan<F: Family> {
+    /// The settings of the bus.
+    fn config(&self) -> &F::Config;
+    /// The settings of the axes, in ascending order of address.
+    fn axes(&self) -> &[F::AxisConfig];
+    /// Whether a master with room for so many axes can take them.
+    ///
+    /// # Errors
+    /// When the settings cannot work, or the bus cannot carry them in time.
+    fn admit(&self, room: usize) -> Result<(), F::ConfigError>;
+    /// Where requests go in the cycle.
+    fn placement(&self) -> F::Placement;
+    /// What is worth an event although it is admitted.
+    fn warnings(&self) -> impl Iterator<Item = F::EventKind>;
+}
+
+/// What a fault does to its group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reaction {
+    /// No further set-point: every axis stops where its latest set-point takes it.
+    Halt,
+    /// All axes slow down in proportion on their path, then stay enabled.
+    RampDown,
+    /// No further set-point, and every drive is disabled: its motor coasts.
+    Disable,
+}
+
+/// What the core must know of a fault.
+pub trait FaultKind: Clone + Copy + PartialEq + Eq {
+    /// Another axis of the group has a fault.
+    const GROUP: Self;
+    /// The bus failed.
+    const BUS: Self;
+    /// The shaft did not stand still, or the drive did not confirm, in time.
+    const NOT_CONFIRMED: Self;
+    /// The drive has no power although it should.
+    const SWITCHED_OFF: Self;
+    /// The drive has power although it should not.
+    const SWITCHED_ON: Self;
+
+    /// What it takes from its axis.
+    fn loss(self) -> Loss;
+}
+
+/// Where an axis is, as its drive is told.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    /// The facts.
+    pub facts: Facts,
+    /// How far the checks are.
+    pub stage: Stage,
+    /// Since when facts and stage are like that.
+    pub since: Instant,
+    /// The drive does not answer; asking it often costs the others their turns.
+    pub is_lost: bool,
+}
+
+/// What a family needs to take part in an event of one of its axes.
+#[derive(Debug)]
+pub struct Context<'a, F: Family> {
+    /// The settings of the bus.
+    pub config: &'a F::Config,
+    /// Where the axis is.
+    pub view: View,
+    /// Number of the present cycle.
+    pub cycle: u32,
+    /// The present moment, and where events go.
+    pub log: EventLog<'a, F::EventKind>,
+}
+
+/// A request that a drive is to be sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted<R> {
+    /// What it is for.
+    pub class: Class,
+    /// The request.
+    pub request: R,
+    /// For how many cycles it has been due; below 0 it is not due yet, [`Self::URGENT`] goes before every poll.
+    pub overdue_cycles: i32,
+}
+
+impl<R> Wanted<R> {
+    /// More overdue than every poll.
+    pub const URGENT: i32 = i32::MAX;
+
+    /// A request before every poll.
+    pub const fn urgent(class: Class, request: R) -> Self {
+        Self {
+            class,
+            request,
+            overdue_cycles: Self::URGENT,
+        }
+    }
+}
+
+/// The report of a drive about its power.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PowerReport {
+    /// The motor has power.
+    pub is_on: bool,
+    /// When it was asked for, or else when it came.
+    pub asked_at: Instant,
+}
+
+/// What a frame, or the passing of time, means to an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Meaning<F> {
+    /// A fault.
+    pub fault: Option<F>,
+    /// The drive reports its power.
+    pub power: Option<PowerReport>,
+    /// The checks go on here. Has no effect unless the axis is being checked.
+    pub stage: Option<Stage>,
+    /// The checks are passed. Has no effect unless the axis is being checked.
+    pub is_checked: bool,
+    /// The shaft has stood still long enough, or turns.
+    pub stands: Option<bool>,
+    /// A position came that may become the anchor.
+    pub is_located: bool,
+    /// The brake is confirmed open or closed.
+    pub brake: Option<Brake>,
+    /// The procedure ended.
+    pub work_ended: bool,
+    /// The drive was told to start anew.
+    pub restarts: bool,
+    /// For so long no drive is asked anything.
+    pub quiet_us: Option<u32>,
+}
+
+impl<F> Meaning<F> {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        fault: None,
+        power: None,
+        stage: None,
+        is_checked: false,
+        stands: None,
+        is_located: false,
+        brake: None,
+        work_ended: false,
+        restarts: false,
+        quiet_us: None,
+    };
+
+    /// A fault and nothing else.
+    pub const fn fault(fault: F) -> Self {
+        Self {
+            fault: Some(fault),
+            ..Self::NONE
+        }
+    }
+}
+
+/// A frame that the controller gave back unsent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Returned {
+    /// The frame of a cycle; what it carried is owed again.
+    OfCycle,
+    /// A command that switches the drive.
+    Switch(Class),
+    /// A request.
+    Request,
+    /// Nothing that this master sends.
+    Foreign,
+}
+
+/// Why the core does not start a procedure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ProcedureRefusal {
+    /// There is no such axis.
+    NoSuchAxis {
+        /// The axis asked for.
+        actual: usize,
+    },
+    /// Another procedure of the axis is under way: wait for its end.
+    Busy,
+    /// Writing needs a drive that is checked and reports no power; repairing one that reports no power; reading one that answers.
+    State {
+        /// The state of the axis.
+        actual: AxisState,
+    },
+}
+
+/// A target that a drive refuses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OutOfTravel {
+    /// The smallest target.
+    pub min: i32,
+    /// The largest target.
+    pub max: i32,
+}
+
+/// One drive of a family: its frames, its readings, its ledger. What an axis may do is decided by the core.
+pub trait Drive {
+    /// Its family.
+    type Family: Family;
+
+    /// The group that it stops with.
+    fn group(&self) -> GroupId;
+    /// What a fault does to its group.
+    fn reaction_to(&self, fault: FaultOf<Self>) -> Reaction;
+    /// The brake that this master operates, before anything is known of it.
+    fn brake(&self) -> Brake {
+        Brake::Absent
+    }
+    /// The axis at this moment.
+    fn snapshot(
+        &self,
+        state: AxisState,
+        facts: &Facts,
+        fault: Option<FaultOf<Self>>,
+    ) -> <Self::Family as Family>::Snapshot;
+
+    // The ledger.
+
+    /// Sets the target.
+    ///
+    /// # Errors
+    /// [`OutOfTravel`] when it is outside the travel; nothing changes then.
+    fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel>;
+    /// Takes the latest position as the anchor: nothing is owed.
+    ///
+    /// # Errors
+    /// A fault when the position is outside the travel.
+    fn anchor(&mut self, now: Instant) -> Result<(), FaultOf<Self>>;
+    /// Set-points of the application begin.
+    fn begin_motion(&mut self);
+    /// A ramp begins that takes so many cycles.
+    fn begin_ramp(&mut self, cycles: u32);
+    /// Cycles that the axis needs to stop within its own limit.
+    fn cycles_to_stop(&self) -> u32;
+    /// Whether it stays within its travel when it stops in so many cycles.
+    fn can_stop_in(&self, cycles: u32) -> bool;
+    /// The ramp is through and nothing is owed.
+    fn has_stopped(&self) -> bool;
+    /// Set-points ended, by a ramp or at once; what is owed is forgotten.
+    fn end_motion(&mut self, by_ramp: bool);
+    /// Whether the drive must be switched off and on before set-points may go on.
+    fn must_rearm(&self) -> bool {
+        false
+    }
+    /// The set-point of the cycle before was not accepted.
+    fn merged(&mut self);
+
+    // Frames on their way out. The ledger changes only when the controller has accepted a frame.
+
+    /// Whether the axis owes the frame of this cycle.
+    fn owes_frame(&self, view: &View) -> bool {
+        view.facts.moves()
+    }
+    /// The frame of this cycle.
+    ///
+    /// # Errors
+    /// A fault when what is owed must not be sent.
+    fn cycle_frame(&mut self, view: &View) -> Result<FrameOf<Self>, FaultOf<Self>>;
+    /// The controller accepted it.
+    fn cycle_frame_accepted(&mut self, now: Instant);
+    /// Length of the frame of this cycle on the wire in bits, for the placement of requests; 0 where that does not matter.
+    fn cycle_frame_bits(&self) -> u16 {
+        0
+    }
+    /// The frame that switches the drive; `None` where the frame of a cycle does that.
+    fn switch(&self, on: bool) -> Option<FrameOf<Self>>;
+    /// The request to send next.
+    fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<RequestOf<Self>>>;
+    /// Length of the frame of a request on the wire in bits; 0 where that does not matter.
+    fn request_bits(&self, request: RequestOf<Self>) -> u16 {
+        let _ = request;
+        0
+    }
+    /// The frame of a request.
+    fn request_frame(&self, request: RequestOf<Self>) -> Option<FrameOf<Self>>;
+    /// The controller accepted a request, which leaves it at `leaves_at`.
+    fn request_accepted(
+        &mut self,
+        request: RequestOf<Self>,
+        leaves_at: Instant,
+        context: &mut Context<'_, Self::Family>,
+    ) -> Meaning<FaultOf<Self>>;
+    /// The controller gave a frame back unsent.
+    fn returned(
+        &mut self,
+        frame: &FrameOf<Self>,
+        context: &mut Context<'_, Self::Family>,
+    ) -> Returned;
+
+    // Readings.
+
+    /// Nothing that was read before is believed; the stage at which the checks begin.
+    fn start_over(&mut self, now: Instant) -> Stage;
+    /// How long the drive takes to answer, as far as is known.
+    fn response_window(&self) -> Option<ResponseWindow> {
+        None
+    }
+    /// A frame of this drive came in.
+    fn receive(
+        &mut self,
+        frame: &FrameOf<Self>,
+        context: &mut Context<'_, Self::Family>,
+    ) -> Meaning<FaultOf<Self>>;
+    /// A cycle begins.
+    fn tick(&mut self, context: &mut Context<'_, Self::Family>) -> Meaning<FaultOf<Self>>;
+    /// The bus failed: a reply that is still awaited may come late, or never.
+    fn abandon_request(&mut self, context: &mut Context<'_, Self::Family>);
+
+    // Procedures.
+
+    /// Whether the drive can run a procedure, and what kind of work it is.
+    ///
+    /// # Errors
+    /// The reason why not.
+    fn admit(
+        &self,
+        procedure: <Self::Family as Family>::Procedure,
+        confirmation: Confirmation,
+        view: &View,
+        now: Instant,
+    ) -> Result<Work, <Self::Family as Family>::ProcedureError>;
+    /// Starts a procedure that was admitted.
+    fn begin_work(&mut self, procedure: <Self::Family as Family>::Procedure);
+    /// A fault ended the procedure.
+    fn abort_work(&mut self, log: &mut EventLog<'_, <Self::Family as Family>::EventKind>);
+}
+
+/// Faults of a drive.
+pub type FaultOf<D> = <<D as Drive>::Family as Family>::Fault;
+/// Frames of a drive.
+pub type FrameOf<D> = <<D as Drive>::Family as Family>::Frame;
+/// Requests of a drive.
+pub type RequestOf<D> = <<D as Drive>::Family as Family>::Request;

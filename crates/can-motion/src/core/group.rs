@@ -1,0 +1,428 @@
+//! The axes of a master, and what happens to one because of its group.
+
+use heapless::Vec;
+
+use crate::core::axis::{Axis, Change};
+use crate::core::command::CommandError;
+use crate::core::event::{EventLog, Events};
+use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
+use crate::core::family::{Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction};
+use crate::core::state::AxisState;
+use crate::core::step::{Input, Loss, accepts, step};
+use crate::core::time::Instant;
+
+/// Place in `axis_of` of an address without an axis.
+const NO_AXIS: u8 = u8::MAX;
+
+/// The most axes that a master can have: one bit each.
+pub(crate) const MOST_AXES: usize = 64;
+
+/// The axes, in the order of the configuration.
+#[derive(Debug)]
+pub(crate) struct Axes<const N: usize, F: Family> {
+    list: Vec<Axis<F>, N>,
+    pub(crate) events: Events<F::EventKind>,
+    /// Place of each address in the list.
+    axis_of: [u8; 128],
+    /// One bit an axis: the controller has not accepted its frame of this cycle yet.
+    pub(crate) due: u64,
+    /// One bit an axis: it may have a switch to send. An index, because a look at every axis for every frame is a good part of the
+    /// cost of a cycle.
+    pub(crate) switching: u64,
+    /// What the controller holds for an axis that must stop at once is to be taken back.
+    pub(crate) take_back: bool,
+}
+
+impl<const N: usize, F: Family> Axes<N, F> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            list: Vec::new(),
+            events: Events::new(),
+            axis_of: [NO_AXIS; 128],
+            due: 0,
+            switching: 0,
+            take_back: false,
+        }
+    }
+
+    /// Adds the axis of the drive with this address; one without room is left out, so the number of axes is checked before.
+    pub(crate) fn add(&mut self, address: u8, drive: F::Drive) {
+        let index = self.list.len() as u8;
+        if self.list.push(Axis::new(drive)).is_ok()
+            && let Some(place) = self.axis_of.get_mut(usize::from(address))
+        {
+            *place = index;
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Axis<F>> + Clone {
+        self.list.iter()
+    }
+
+    pub(crate) fn get(&self, index: usize) -> Option<&Axis<F>> {
+        self.list.get(index)
+    }
+
+    pub(crate) fn index_of(&self, frame: &F::Frame) -> Option<usize> {
+        let address = F::address(frame)?;
+        let index = *self.axis_of.get(usize::from(address))?;
+        (index != NO_AXIS).then_some(usize::from(index))
+    }
+
+    /// An axis, and where it writes its events.
+    pub(crate) fn with_log(
+        &mut self,
+        now: Instant,
+        index: usize,
+    ) -> Option<(&mut Axis<F>, EventLog<'_, F::EventKind>)> {
+        let axis = self.list.get_mut(index)?;
+        let log = EventLog {
+            events: &mut self.events,
+            now,
+            axis: index as u8,
+        };
+        Some((axis, log))
+    }
+
+    /// Calls the drive of an axis with what it needs; `None` when there is no such axis.
+    pub(crate) fn with_drive<R>(
+        &mut self,
+        (now, cycle, config): (Instant, u32, &F::Config),
+        index: usize,
+        call: impl FnOnce(&mut F::Drive, &mut Context<'_, F>) -> R,
+    ) -> Option<R> {
+        let (axis, log) = self.with_log(now, index)?;
+        Some(axis.with_drive(config, cycle, log, call))
+    }
+
+    /// Lets something happen to an axis, with everything that follows for its group.
+    pub(crate) fn apply(&mut self, now: Instant, index: usize, change: Change<F>) {
+        let Some((axis, mut log)) = self.with_log(now, index) else {
+            return;
+        };
+        let (before, after) = (axis.facts, step(axis.facts, change.input));
+        let is_fault = matches!(change.input, Input::Fault { .. });
+        if after == before || (is_fault && axis.has_lost_already(&after)) {
+            return;
+        }
+        axis.become_(after, &change, &mut log);
+        let (group, fault) = (axis.drive.group(), axis.fault());
+        let (owes_frame, view) = (axis.drive.owes_frame(&axis.view()), axis.facts);
+        let bit = 1 << index;
+        if before.moves() && !view.moves() {
+            // The set-point of this cycle is void, or replaced by the frame that stops the drive.
+            self.due &= !bit;
+            self.due |= if owes_frame { bit } else { 0 };
+            self.take_back |= change.input != Input::RampDone;
+        }
+        let switches = matches!(view.power, Power::OnWanted | Power::OffWanted);
+        self.switching &= !bit;
+        self.switching |= if switches { bit } else { 0 };
+        if after.latch == Latch::Own && (before.latch != Latch::Own || is_fault) {
+            let cause = change.fault.or(fault);
+            self.spread(now, index, group, cause, change.ramp_cycles);
+        }
+        if accepts(&after, Input::Start) {
+            self.start(now, group);
+        }
+    }
+
+    /// What a fault of one axis does to its group.
+    fn spread(
+        &mut self,
+        now: Instant,
+        index: usize,
+        group: GroupId,
+        cause: Option<F::Fault>,
+        ramp_cycles: u32,
+    ) {
+        let Some((axis, cause)) = self.get(index).zip(cause) else {
+            return;
+        };
+        let reaction = axis.drive.reaction_to(cause);
+        let input = Input::GroupFault {
+            ramp: reaction == Reaction::RampDown && self.ramp_of(group).is_some(),
+        };
+        let ramp_cycles = self.ramp_of(group).unwrap_or(0).max(ramp_cycles);
+        for other in 0..self.len() {
+            if !self.is_in(other, group) {
+                continue;
+            }
+            if other != index {
+                self.apply(
+                    now,
+                    other,
+                    Change {
+                        ramp_cycles,
+                        ..Change::of(input)
+                    },
+                );
+            }
+            if reaction == Reaction::Disable {
+                self.apply(now, other, Change::of(Input::Disable));
+            }
+        }
+    }
+
+    fn start(&mut self, now: Instant, group: GroupId) {
+        let mut axes = self.iter().filter(|axis| axis.drive.group() == group);
+        let are_ready = axes.all(|axis| accepts(&axis.facts, Input::Start));
+        drop(axes);
+        if are_ready {
+            self.apply_to_group(now, group, Change::of(Input::Start));
+        }
+    }
+
+    /// Latches a fault of an axis.
+    pub(crate) fn raise(&mut self, now: Instant, index: usize, fault: F::Fault) {
+        let Some(axis) = self.get(index) else {
+            return;
+        };
+        let (group, loss) = (axis.drive.group(), fault.loss());
+        let ramps = axis.drive.reaction_to(fault) == Reaction::RampDown;
+        let ramp = self.ramp_of(group).filter(|_| ramps);
+        let change = Change {
+            input: Input::Fault {
+                loss,
+                ramp: ramp.is_some(),
+            },
+            fault: Some(fault),
+            ramp_cycles: ramp.unwrap_or(0),
+        };
+        self.apply(now, index, change);
+        if loss == Loss::Contact
+            && fault != F::Fault::BUS
+            && let Some((axis, _)) = self.with_log(now, index)
+        {
+            axis.set_lost(true);
+        }
+    }
+
+    /// What a frame, or the passing of time, means to an axis.
+    pub(crate) fn take(
+        &mut self,
+        now: Instant,
+        cycle_us: u32,
+        index: usize,
+        meaning: Meaning<F::Fault>,
+    ) {
+        let first = [
+            meaning.restarts.then_some(Input::Restarted),
+            meaning.work_ended.then_some(Input::WorkEnded),
+        ];
+        for input in first.into_iter().flatten() {
+            self.apply(now, index, Change::of(input));
+        }
+        if let Some(fault) = meaning.fault {
+            self.raise(now, index, fault);
+        }
+        let Some((axis, mut log)) = self.with_log(now, index) else {
+            return;
+        };
+        let checks = axis.facts.is_checking() && meaning.fault.is_none();
+        if let Some(stage) = meaning.stage.filter(|_| checks) {
+            axis.set_stage(stage, &mut log);
+        }
+        if let Some(report) = meaning.power {
+            axis.set_lost(false);
+            let is_sent = matches!(axis.facts.power, Power::OnSent | Power::OffSent);
+            // The controller may hold a command for a while, and one that sorts its frames may send a later reading before it.
+            let is_old = is_sent && report.asked_at < axis.switched_at + cycle_us;
+            // A drive needs a moment; the command is repeated by time.
+            let is_early = report.is_on && axis.facts.power == Power::OffSent;
+            if !is_old && !is_early {
+                let input = if report.is_on {
+                    Input::SaysOn
+                } else {
+                    Input::SaysOff
+                };
+                self.apply(now, index, Change::of(input));
+            }
+        }
+        let inputs = [
+            (meaning.brake == Some(Brake::Open)).then_some(Input::BrakeOpened),
+            (meaning.brake == Some(Brake::Closed)).then_some(Input::BrakeClosed),
+            (checks && meaning.is_checked).then_some(Input::Checked),
+        ];
+        for input in inputs.into_iter().flatten() {
+            self.apply(now, index, Change::of(input));
+        }
+        self.learn_position(now, index, meaning);
+    }
+
+    fn learn_position(&mut self, now: Instant, index: usize, meaning: Meaning<F::Fault>) {
+        match meaning.stands {
+            Some(true) if self.get(index).is_some_and(|axis| axis.facts.awaits_standstill()) => {
+                self.apply(now, index, Change::of(Input::Stands));
+            }
+            // A drive that holds its anchor by its own power does not lose it when somebody shakes the shaft.
+            Some(false) if self.get(index).is_some_and(|axis| !axis.facts.holds_anchor()) => {
+                self.apply(now, index, Change::of(Input::Turns));
+            }
+            _ => {}
+        }
+        let Some((axis, _)) = self
+            .with_log(now, index)
+            .filter(|(axis, _)| meaning.is_located && axis.facts.awaits_anchor())
+        else {
+            return;
+        };
+        match axis.drive.anchor(now) {
+            Ok(()) => self.apply(now, index, Change::of(Input::Anchored)),
+            Err(fault) => self.raise(now, index, fault),
+        }
+    }
+
+    fn is_in(&self, index: usize, group: GroupId) -> bool {
+        self.get(index)
+            .is_some_and(|axis| axis.drive.group() == group)
+    }
+
+    fn apply_to_group(&mut self, now: Instant, group: GroupId, change: Change<F>) {
+        for index in 0..self.len() {
+            if self.is_in(index, group) {
+                self.apply(now, index, change);
+            }
+        }
+    }
+
+    /// Cycles in which every axis of the group that streams can stop within its limit; `None` when one of them would leave its travel
+    /// however it slows down.
+    fn ramp_of(&self, group: GroupId) -> Option<u32> {
+        let mut streams = self.iter().filter(|axis| {
+            axis.drive.group() == group && axis.facts.motion == Motion::Stream
+        });
+        streams.try_fold(0, |most: u32, axis| {
+            let own = axis.drive.cycles_to_stop();
+            axis.drive.can_stop_in(own).then_some(most.max(own))
+        })
+    }
+
+    /// A command that ends motion; never refused.
+    pub(crate) fn end_motion(&mut self, now: Instant, group: GroupId, input: Input) {
+        let ramp = self.ramp_of(group);
+        if ramp.is_none() {
+            self.apply_to_group(now, group, Change::of(Input::Halt));
+        }
+        let change = Change {
+            ramp_cycles: ramp.unwrap_or(0),
+            ..Change::of(input)
+        };
+        self.apply_to_group(now, group, change);
+    }
+
+    /// A command that an axis may refuse: then none of the group takes it.
+    pub(crate) fn command(
+        &mut self,
+        now: Instant,
+        group: GroupId,
+        input: Input,
+    ) -> Result<(), CommandError<F::Fault>> {
+        let mut concerned: u64 = 0;
+        let mut is_found = false;
+        for (index, axis) in self.iter().enumerate() {
+            if axis.drive.group() != group {
+                continue;
+            }
+            is_found = true;
+            if input == Input::Adopt && axis.facts.power != Power::FoundOn {
+                continue;
+            }
+            self.admit(index, axis, input)?;
+            concerned |= 1 << index;
+        }
+        if !is_found {
+            return Err(CommandError::NoSuchGroup(group));
+        }
+        if concerned == 0 {
+            let expected = AxisState::FoundOn;
+            return Err(self.first_in(group, expected));
+        }
+        for index in 0..self.len() {
+            if concerned & 1 << index != 0 {
+                self.apply(now, index, Change::of(self.input_for(index, input)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The input by which an axis follows a command.
+    fn input_for(&self, index: usize, input: Input) -> Input {
+        let rearms = self.get(index).is_some_and(|axis| {
+            let is_held = axis.facts.goal == Goal::Hold && axis.facts.power == Power::On;
+            is_held && axis.drive.must_rearm()
+        });
+        match input {
+            Input::Enable | Input::Resume if rearms => Input::Rearm,
+            other => other,
+        }
+    }
+
+    fn admit(
+        &self,
+        index: usize,
+        axis: &Axis<F>,
+        input: Input,
+    ) -> Result<(), CommandError<F::Fault>> {
+        let facts = &axis.facts;
+        let input = self.input_for(index, input);
+        if accepts(facts, input) {
+            return Ok(());
+        }
+        let axis_index = index as u8;
+        if facts.work.needs_off() {
+            return Err(CommandError::Busy { axis: axis_index });
+        }
+        if input == Input::Clear && !facts.moves() {
+            return Err(CommandError::Unclear { axis: axis_index });
+        }
+        if let Some(fault) = axis.fault().filter(|_| input != Input::Clear) {
+            return Err(CommandError::Faulted {
+                axis: axis_index,
+                fault,
+            });
+        }
+        if input == Input::Rearm && facts.brake != Brake::Absent {
+            return Err(CommandError::LoadCanFall { axis: axis_index });
+        }
+        Err(CommandError::State {
+            axis: axis_index,
+            expected: match input {
+                Input::Enable => AxisState::Ready,
+                Input::Adopt => AxisState::FoundOn,
+                Input::Clear => AxisState::Faulted,
+                _ => AxisState::Holding,
+            },
+            actual: axis.state(),
+        })
+    }
+
+    /// The first axis of a group, which is not in the state that it should be in.
+    fn first_in(&self, group: GroupId, expected: AxisState) -> CommandError<F::Fault> {
+        let first = self
+            .iter()
+            .enumerate()
+            .find(|(_, axis)| axis.drive.group() == group);
+        first.map_or(CommandError::NoSuchGroup(group), |(index, axis)| {
+            CommandError::State {
+                axis: index as u8,
+                expected,
+                actual: axis.state(),
+            }
+        })
+    }
+
+    /// Starts a piece of work; false when the facts do not allow it.
+    pub(crate) fn start_work(&mut self, now: Instant, index: usize, work: Work) -> bool {
+        let input = Input::StartWork(work);
+        let is_accepted = self
+            .get(index)
+            .is_some_and(|axis| accepts(&axis.facts, input));
+        self.apply(now, index, Change::of(input));
+        is_accepted
+    }
+}

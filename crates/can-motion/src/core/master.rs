@@ -1,0 +1,368 @@
+//! The master: axes, cycle, commands. Sans-I/O, so every method is told the time.
+
+use crate::core::axis::Change;
+use crate::core::command::{CommandError, TargetError};
+use crate::core::event::{CommonEvent, Event};
+use crate::core::exit::{Class, may_leave};
+use crate::core::facts::{Goal, Motion, Power};
+use crate::core::family::{
+    CycleConfig, Drive, Family, FaultKind, GroupId, Plan, ProcedureRefusal,
+};
+use crate::core::group::Axes;
+use crate::core::procedure::Confirmation;
+use crate::core::schedule::Schedule;
+use crate::core::snapshot::CycleCounters;
+use crate::core::state::AxisState;
+use crate::core::step::Input;
+use crate::core::time::Instant;
+
+/// A motion master for at most `N` axes on one bus, whose drives are of one family; `N` is at most 64.
+///
+/// A cycle is: `set_target` for each axis, `begin_cycle`, then [`service`](crate::service) (or [`send`](crate::BusUser::send) with a
+/// sink of your own) until nothing is left, again whenever the controller has room, and `on_frame` for what comes in.
+#[derive(Debug)]
+pub struct Master<const N: usize, F: Family> {
+    pub(crate) config: F::Config,
+    pub(crate) axes: Axes<N, F>,
+    pub(crate) schedule: Schedule<F>,
+    /// The frame of the whole bus has not been accepted in this cycle yet.
+    pub(crate) frame_of_bus_due: bool,
+    pub(crate) cycle_started: Option<Instant>,
+    pub(crate) cycle: CycleCounters,
+    pub(crate) bus_off: bool,
+}
+
+impl<const N: usize, F: Family> Master<N, F> {
+    /// A master for these axes, in ascending order of address.
+    ///
+    /// # Errors
+    /// When the configuration cannot work, or the bus cannot carry it in time.
+    pub fn new(config: F::Config, axes: &[F::AxisConfig]) -> Result<Self, F::ConfigError> {
+        Self::with_plan(&F::plan(&config, axes))
+    }
+
+    /// A master for the axes of a plan that was made before, usually in a `const`: the analysis is then no part of the program.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_plan(plan: &F::Plan<'_>) -> Result<Self, F::ConfigError> {
+        const {
+            assert!(
+                N <= crate::core::group::MOST_AXES,
+                "a master has at most 64 axes"
+            );
+        }
+        plan.admit(N)?;
+        let config = *plan.config();
+        let mut master = Self {
+            axes: Axes::new(),
+            schedule: Schedule::new(plan.placement()),
+            config,
+            frame_of_bus_due: false,
+            cycle_started: None,
+            cycle: CycleCounters::default(),
+            bus_off: false,
+        };
+        for warning in plan.warnings() {
+            master.axes.events.push(Instant::default(), None, warning);
+        }
+        for (rank, axis) in (0..).zip(plan.axes()) {
+            let drive = F::drive(&config, axis, rank);
+            master.axes.add(F::address_of(axis), drive);
+        }
+        Ok(master)
+    }
+
+    /// Starts a cycle: what the cycle before left over is merged, time passes, and every axis in motion owes a set-point.
+    pub fn begin_cycle(&mut self, now: Instant) {
+        let is_on_time = self.count_cycle(now);
+        self.merge_leftovers(now, is_on_time);
+        for index in 0..self.axes.len() {
+            self.tick(now, index);
+        }
+        self.axes.due = 0;
+        for index in 0..self.axes.len() {
+            let owes = |axis: &crate::core::axis::Axis<F>| axis.drive.owes_frame(&axis.view());
+            if self.axes.get(index).is_some_and(owes) {
+                self.axes.due |= 1 << index;
+            }
+        }
+        self.frame_of_bus_due = true;
+        let cycle = self.cycle.cycles;
+        self.schedule
+            .begin_cycle(now, cycle, &self.config, &self.axes);
+    }
+
+    /// Whether no cycle was missed.
+    fn count_cycle(&mut self, now: Instant) -> bool {
+        self.cycle.cycles = self.cycle.cycles.wrapping_add(1);
+        let missed_before = self.cycle.missed;
+        if let Some(started) = self.cycle_started {
+            let cycle_us = u64::from(self.config.cycle_us().max(1));
+            // Half a cycle of jitter still belongs to the cycle it was planned for.
+            let passed = (now.us_since(started) + cycle_us / 2) / cycle_us;
+            if passed > 1 {
+                let missed = u32::try_from(passed - 1).unwrap_or(u32::MAX);
+                self.cycle.missed = self.cycle.missed.wrapping_add(missed);
+                let event = CommonEvent::CyclesMissed(missed);
+                self.axes.events.push(now, None, event);
+            }
+        }
+        self.cycle_started = Some(now);
+        self.cycle.missed == missed_before
+    }
+
+    /// What the cycle before left over, or cycles that were never begun, is not sent in one piece.
+    fn merge_leftovers(&mut self, now: Instant, is_on_time: bool) {
+        let due = self.axes.due;
+        if due == 0 && is_on_time {
+            return;
+        }
+        self.cycle.late = self.cycle.late.wrapping_add(u32::from(due != 0));
+        for index in 0..self.axes.len() {
+            let is_due = due & 1 << index != 0;
+            if let Some((axis, mut log)) = self.axes.with_log(now, index)
+                && (is_due || axis.facts.moves())
+            {
+                axis.drive.merged();
+                if is_due {
+                    log.push(CommonEvent::SetPointMerged);
+                }
+            }
+        }
+    }
+
+    /// Lets time pass for one axis.
+    fn tick(&mut self, now: Instant, index: usize) {
+        let at = (now, self.cycle.cycles, &self.config);
+        let cycle_us = self.config.cycle_us();
+        let Some(meaning) = self
+            .axes
+            .with_drive(at, index, |drive, context| drive.tick(context))
+        else {
+            return;
+        };
+        self.axes.take(now, cycle_us, index, meaning);
+        let Some(axis) = self.axes.get(index) else {
+            return;
+        };
+        let over = |since: Instant, limit_us: u32| now.us_since(since) >= u64::from(limit_us);
+        let facts = axis.facts;
+        let awaits_shaft = facts.awaits_standstill() || facts.awaits_anchor();
+        let is_sent = matches!(facts.power, Power::OnSent | Power::OffSent);
+        if facts.motion == Motion::Ramp && axis.drive.has_stopped() {
+            self.axes.apply(now, index, Change::of(Input::RampDone));
+        } else if facts.moves() && over(axis.sent_at, self.config.stuck_us()) {
+            self.fail_group(now, axis.drive.group());
+        } else if is_sent && over(axis.switched_at, self.config.confirm_us()) {
+            self.axes.apply(now, index, Change::of(Input::ConfirmTimeout));
+        } else if awaits_shaft && over(axis.since, self.config.standstill_limit_us()) {
+            self.axes.raise(now, index, F::Fault::NOT_CONFIRMED);
+        }
+    }
+
+    /// Nothing of a group got out for too long: what was accepted may still be waiting anywhere.
+    fn fail_group(&mut self, now: Instant, group: GroupId) {
+        for index in 0..self.axes.len() {
+            let is_concerned = self.axes.get(index).is_some_and(|axis| {
+                let is_meant = axis.facts.goal != Goal::Off || axis.facts.moves();
+                axis.drive.group() == group && is_meant
+            });
+            if is_concerned {
+                self.axes.raise(now, index, F::Fault::BUS);
+            }
+        }
+    }
+
+    /// Enables the drives of a group, each when its shaft has stood still, and takes along those that hold. When all are on, each axis
+    /// streams its own position until it gets a target.
+    ///
+    /// # Errors
+    /// [`CommandError`] unless every axis of the group is [`AxisState::Ready`] or [`AxisState::Holding`]; nothing changes then. A drive
+    /// that was found on needs [`Self::adopt`] or [`Self::disable`] first.
+    pub fn enable(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError<F::Fault>> {
+        self.command(now, group, Input::Enable)
+    }
+
+    /// Takes over the drives of a group that were found on, without switching them: when their shafts stand still they hold. The other
+    /// drives of the group stay as they are.
+    ///
+    /// # Errors
+    /// [`CommandError`] when no drive of the group is [`AxisState::FoundOn`]; nothing changes then.
+    pub fn adopt(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError<F::Fault>> {
+        self.command(now, group, Input::Adopt)
+    }
+
+    /// Lets a group that holds stream again, from where it stands: set the next targets from the snapshot.
+    ///
+    /// # Errors
+    /// [`CommandError`] unless every axis of the group is [`AxisState::Holding`]; nothing changes then.
+    pub fn resume(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError<F::Fault>> {
+        self.command(now, group, Input::Resume)
+    }
+
+    /// Forgets the latched faults of a group. It moves nothing and switches nothing: what holds goes on holding, what is off stays off.
+    /// An axis with a fault of its own is checked anew.
+    ///
+    /// # Errors
+    /// [`CommandError`] when the bus is off, the group has no axis, an axis still slows down, a repair is under way, or it is not known
+    /// whether a drive still holds; nothing changes then.
+    pub fn clear(&mut self, now: Instant, group: GroupId) -> Result<(), CommandError<F::Fault>> {
+        self.command(now, group, Input::Clear)
+    }
+
+    fn command(
+        &mut self,
+        now: Instant,
+        group: GroupId,
+        input: Input,
+    ) -> Result<(), CommandError<F::Fault>> {
+        if self.bus_off {
+            return Err(CommandError::BusOff);
+        }
+        self.axes.command(now, group, input)
+    }
+
+    /// Slows a group down, all axes in proportion on their path, then holds. An axis that is not on yet stays off.
+    pub fn stop(&mut self, now: Instant, group: GroupId) {
+        self.axes.end_motion(now, group, Input::Stop);
+    }
+
+    /// Stops a group at once: no further set-point. An axis that is not on yet stays off.
+    pub fn halt(&mut self, now: Instant, group: GroupId) {
+        self.axes.end_motion(now, group, Input::Halt);
+    }
+
+    /// Slows a group down, then disables its drives; an axis that does not move is disabled at once, whatever is known of it. The
+    /// command is repeated until the drive confirms it.
+    pub fn disable(&mut self, now: Instant, group: GroupId) {
+        self.axes.end_motion(now, group, Input::Disable);
+    }
+
+    /// Sets where an axis shall be: for servos in command counts from the origin, for wheels in the unit of the mode.
+    ///
+    /// # Errors
+    /// [`TargetError`] when the axis does not stream or the target leaves its travel; nothing changes then.
+    pub fn set_target(&mut self, axis: usize, target: i32) -> Result<(), TargetError> {
+        let axes = self.axes.len();
+        // The time stands for events, and a target makes none.
+        let Some((place, _)) = self.axes.with_log(Instant::default(), axis) else {
+            return Err(TargetError::NoSuchAxis { axes, actual: axis });
+        };
+        if place.facts.motion != Motion::Stream {
+            return Err(TargetError::NotStreaming {
+                state: place.state(),
+            });
+        }
+        place
+            .drive
+            .set_target(target)
+            .map_err(|travel| TargetError::Travel {
+                min: travel.min,
+                max: travel.max,
+                actual: target,
+            })
+    }
+
+    /// Starts a procedure beside the cycle; its end is an event.
+    ///
+    /// # Errors
+    /// When it may not run now; nothing changes then.
+    pub fn start(
+        &mut self,
+        now: Instant,
+        axis: usize,
+        procedure: F::Procedure,
+        confirmation: Confirmation,
+    ) -> Result<(), F::ProcedureError> {
+        let Some(place) = self.axes.get(axis) else {
+            return Err(ProcedureRefusal::NoSuchAxis { actual: axis }.into());
+        };
+        if place.facts.work != crate::core::facts::Work::None {
+            return Err(ProcedureRefusal::Busy.into());
+        }
+        let actual = place.state();
+        let work = place
+            .drive
+            .admit(procedure, confirmation, &place.view(), now)?;
+        if !self.axes.start_work(now, axis, work) {
+            return Err(ProcedureRefusal::State { actual }.into());
+        }
+        if let Some((place, _)) = self.axes.with_log(now, axis) {
+            place.drive.begin_work(procedure);
+        }
+        Ok(())
+    }
+
+    /// The controller is bus-off: the fate of the frames that it held is not known.
+    pub fn on_bus_off(&mut self, now: Instant) {
+        if self.bus_off {
+            return;
+        }
+        self.bus_off = true;
+        self.axes.events.push(now, None, CommonEvent::BusOff);
+        for index in 0..self.axes.len() {
+            let at = (now, self.cycle.cycles, &self.config);
+            self.axes.with_drive(at, index, |drive, context| {
+                drive.abandon_request(context);
+            });
+            self.axes.raise(now, index, F::Fault::BUS);
+        }
+    }
+
+    /// The controller takes part in the bus again. Nothing moves until the axes are cleared and enabled.
+    pub fn on_bus_recovered(&mut self, now: Instant) {
+        if self.bus_off {
+            self.bus_off = false;
+            self.axes.events.push(now, None, CommonEvent::BusRecovered);
+        }
+    }
+
+    /// When `begin_cycle` should come next.
+    #[must_use]
+    pub fn poll_at(&self) -> Instant {
+        self.cycle_started.map_or(Instant::default(), |started| {
+            started + self.config.cycle_us()
+        })
+    }
+
+    /// True when every axis of the group is in this state; false for a group without axes.
+    #[must_use]
+    pub fn all_are(&self, group: GroupId, state: AxisState) -> bool {
+        let mut states = self
+            .axes
+            .iter()
+            .filter(|axis| axis.drive.group() == group)
+            .map(crate::core::axis::Axis::state)
+            .peekable();
+        states.peek().is_some() && states.all(|actual| actual == state)
+    }
+
+    /// One axis at this moment; `None` when there is no such axis.
+    #[must_use]
+    pub fn snapshot(&self, axis: usize) -> Option<F::Snapshot> {
+        self.axes.get(axis).map(crate::core::axis::Axis::snapshot)
+    }
+
+    /// The cycle counters.
+    #[must_use]
+    pub fn cycle_counters(&self) -> CycleCounters {
+        CycleCounters {
+            events_dropped: self.axes.events.dropped(),
+            ..self.cycle
+        }
+    }
+
+    /// The oldest event that was not read yet.
+    pub fn next_event(&mut self) -> Option<Event<F::EventKind>> {
+        self.axes.events.pop()
+    }
+
+    /// Whether a frame of this class may go to this axis now: what the exit says.
+    #[must_use]
+    pub fn may_leave(&self, axis: usize, class: Class) -> bool {
+        self.axes
+            .get(axis)
+            .is_some_and(|axis| may_leave(class, &axis.facts))
+    }
+}

@@ -1,0 +1,21 @@
+//! The core: facts, the one step that changes them, the one exit, groups, and the schedule. No protocol, no time of its own.
+
+mod axis;
+pub(crate) mod command;
+pub(crate) mod event;
+pub(crate) mod exit;
+pub(crate) mod facts;
+pub(crate) mod family;
+pub(crate) mod group;
+pub(crate) mod master;
+pub(crate) mod placement;
+pub(crate) mod procedure;
+pub(crate) mod ramp;
+mod schedule;
+pub(crate) mod service;
+pub(crate) mod sink;
+pub(crate) mod snapshot;
+pub(crate) mod state;
+pub(crate) mod step;
+pub(crate) mod time;
+mod traffic;

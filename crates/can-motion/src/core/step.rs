@@ -1,0 +1,373 @@
+//! The life of an axis as one pure function: no time, no protocol, no bus.
+//!
+//! Time comes in as [`Input::ConfirmTimeout`], readings as what they mean, the bus as what happened to a frame. Nothing else writes a
+//! fact. `tests/every_fact.rs` walks every combination that one axis and a group of two can reach and checks every promise on each step.
+
+use super::exit::Class;
+use super::facts::{Brake, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
+
+/// What a fault of its own takes from an axis, beyond its motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Loss {
+    /// Nothing; it can still slow down on its path.
+    Nothing,
+    /// Its standstill and anchor.
+    Anchor,
+    /// Everything that was known of the drive, except its power.
+    Knowledge,
+    /// Everything that was known of the drive.
+    Contact,
+    /// Everything, and the drive itself let go of its motor or started anew: nothing of what it was told holds.
+    Drive,
+}
+
+/// Everything that can happen to an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Input {
+    // The application, through the group.
+    /// Power where there is none, then set-points.
+    Enable,
+    /// Takes over a drive that was found on, without switching it.
+    Adopt,
+    /// Set-points again.
+    Resume,
+    /// As `Resume`, for a drive that must be switched off and on first.
+    Rearm,
+    /// Slows down, then holds.
+    Stop,
+    /// Ends every set-point at once, then holds.
+    Halt,
+    /// Slows down, then no power.
+    Disable,
+    /// Forgets a fault.
+    Clear,
+    /// Starts a procedure.
+    StartWork(Work),
+
+    // What readings mean. One counts only when it was asked for after what it confirms had been transmitted.
+    /// The drive is what it should be.
+    Checked,
+    /// The shaft has stood still long enough.
+    Stands,
+    /// The shaft turns.
+    Turns,
+    /// Its position became the anchor.
+    Anchored,
+    /// The drive reports power.
+    SaysOn,
+    /// The drive reports no power.
+    SaysOff,
+    /// The drive confirmed that the brake is open.
+    BrakeOpened,
+    /// The drive confirmed that the brake is closed.
+    BrakeClosed,
+    /// The procedure ended.
+    WorkEnded,
+    /// The drive was told to start anew: what it was told before does not hold.
+    Restarted,
+
+    // The bus.
+    /// The controller accepted a frame.
+    Accepted(Class),
+    /// The controller gave a frame back unsent.
+    Displaced(Class),
+
+    // Time.
+    /// The drive did not confirm a switch in time.
+    ConfirmTimeout,
+    /// The ramp reached standstill.
+    RampDone,
+
+    // Faults and the group.
+    /// A fault of this axis.
+    Fault {
+        /// What it takes.
+        loss: Loss,
+        /// It may slow down on its path.
+        ramp: bool,
+    },
+    /// A fault of another axis of the group.
+    GroupFault {
+        /// The group slows down; otherwise it ends every set-point at once.
+        ramp: bool,
+    },
+    /// Every axis of the group is ready to stream.
+    Start,
+}
+
+/// Whether the input may happen now. Commands that stop, readings and faults always may.
+#[must_use]
+pub fn accepts(facts: &Facts, input: Input) -> bool {
+    let is_idle = !facts.work.needs_off() && !facts.moves();
+    let is_fine = is_idle && facts.latch == Latch::None;
+    let is_off = facts.goal == Goal::Off && facts.power == Power::Off;
+    let is_held = facts.goal == Goal::Hold && facts.power == Power::On;
+    let is_checked = facts.knowledge >= Knowledge::Checked;
+    let is_anchored = facts.knowledge == Knowledge::Anchored;
+    match input {
+        Input::Enable => is_fine && is_checked && (is_off || is_held),
+        Input::Adopt => {
+            is_fine && is_checked && facts.goal == Goal::Off && facts.power == Power::FoundOn
+        }
+        Input::Resume => is_fine && is_held && is_anchored,
+        // Switching off lets go of a load, so one that can fall is not switched in passing.
+        Input::Rearm => is_fine && is_held && is_checked && facts.brake == Brake::Absent,
+        Input::Start => {
+            is_fine
+                && is_anchored
+                && facts.goal == Goal::Stream
+                && facts.power == Power::On
+                && matches!(facts.brake, Brake::Absent | Brake::Open)
+        }
+        Input::StartWork(Work::Read) => facts.work == Work::None,
+        Input::StartWork(Work::Write) => {
+            is_fine && is_checked && is_off && facts.work == Work::None
+        }
+        Input::StartWork(Work::Repair) => is_idle && is_off && facts.work == Work::None,
+        Input::StartWork(Work::None) => false,
+        // Whether a drive still holds its load must be known before anything is decided about it.
+        Input::Clear => is_idle && (facts.goal == Goal::Off || facts.power != Power::Unclear),
+        _ => true,
+    }
+}
+
+/// What is true after the input. One that is not accepted changes nothing.
+#[must_use]
+pub fn step(facts: Facts, input: Input) -> Facts {
+    if accepts(&facts, input) {
+        transition(facts, input)
+    } else {
+        facts
+    }
+}
+
+/// What an input makes of the facts, whether it is accepted or not.
+#[must_use]
+pub fn transition(facts: Facts, input: Input) -> Facts {
+    let mut next = facts;
+    match input {
+        Input::Enable
+        | Input::Adopt
+        | Input::Resume
+        | Input::Rearm
+        | Input::Stop
+        | Input::Halt
+        | Input::Disable
+        | Input::Clear => command(&mut next, input),
+        Input::StartWork(work) => next.work = work,
+        Input::WorkEnded => {
+            // What was written may have changed what was checked.
+            if next.work == Work::Write {
+                lose(&mut next, Knowledge::Unknown);
+            }
+            next.work = Work::None;
+        }
+        Input::Restarted => {
+            lose(&mut next, Knowledge::Unknown);
+            lose_power(&mut next);
+        }
+        Input::Checked | Input::Stands | Input::Turns | Input::Anchored => learn(&mut next, input),
+        Input::SaysOn => says_on(&mut next),
+        Input::SaysOff => says_off(&mut next),
+        Input::BrakeOpened if next.brake != Brake::Absent => next.brake = Brake::Open,
+        Input::BrakeClosed if next.brake != Brake::Absent => next.brake = Brake::Closed,
+        Input::Accepted(class) => accepted(&mut next, class),
+        Input::Displaced(class) => displaced(&mut next, class),
+        Input::ConfirmTimeout => match next.power {
+            Power::OnSent => fail(&mut next, Loss::Anchor, false),
+            // It is told again until it confirms.
+            Power::OffSent => next.power = Power::OffWanted,
+            _ => {}
+        },
+        Input::RampDone if next.motion == Motion::Ramp => next.motion = Motion::Rest,
+        Input::Fault { loss, ramp } => fail(&mut next, loss, ramp),
+        Input::GroupFault { ramp } => group_fault(&mut next, ramp),
+        Input::Start => next.motion = Motion::Stream,
+        _ => {}
+    }
+    settle(&mut next);
+    next
+}
+
+fn command(facts: &mut Facts, input: Input) {
+    match input {
+        Input::Enable => {
+            facts.goal = Goal::Stream;
+            if facts.power == Power::Off {
+                // The shaft must be seen to stand, and the position read, after the word was given.
+                lose(facts, Knowledge::Checked);
+            }
+        }
+        Input::Adopt => {
+            facts.goal = Goal::Hold;
+            facts.power = Power::On;
+            lose(facts, Knowledge::Checked);
+        }
+        Input::Resume => facts.goal = Goal::Stream,
+        Input::Rearm => {
+            facts.goal = Goal::Stream;
+            facts.power = Power::OffWanted;
+            lose(facts, Knowledge::Checked);
+        }
+        Input::Stop => {
+            slow_down(facts);
+            hold_or_off(facts);
+        }
+        Input::Halt => {
+            facts.motion = Motion::Rest;
+            hold_or_off(facts);
+        }
+        Input::Disable => {
+            slow_down(facts);
+            facts.goal = Goal::Off;
+            // Said at once and without a reading first, whatever is known; once, until it is time to repeat it.
+            let is_said = facts.power == Power::OffSent;
+            if facts.motion == Motion::Rest && facts.power.may_be_on() && !is_said {
+                facts.power = Power::OffWanted;
+            }
+        }
+        Input::Clear => {
+            if facts.latch == Latch::Own {
+                lose(facts, Knowledge::Unknown);
+            }
+            facts.latch = Latch::None;
+        }
+        _ => {}
+    }
+}
+
+fn learn(facts: &mut Facts, input: Input) {
+    facts.knowledge = match (input, facts.knowledge) {
+        (Input::Checked, Knowledge::Unknown) => Knowledge::Checked,
+        (Input::Stands, Knowledge::Checked) => Knowledge::Standing,
+        (Input::Anchored, Knowledge::Standing) => Knowledge::Anchored,
+        (Input::Turns, known) if facts.motion == Motion::Rest => known.min(Knowledge::Checked),
+        (_, known) => known,
+    };
+}
+
+fn accepted(facts: &mut Facts, class: Class) {
+    facts.power = match (class, facts.power) {
+        (Class::SwitchOn, Power::OnWanted) => Power::OnSent,
+        (Class::SwitchOff, Power::OffWanted) => Power::OffSent,
+        (_, power) => power,
+    };
+    // A command for the brake counts when the drive confirms it; until then the brake may be anywhere.
+    if matches!(class, Class::BrakeOpen | Class::BrakeClose) && facts.brake != Brake::Absent {
+        facts.brake = Brake::Unclear;
+    }
+}
+
+/// The frame never reached the drive. What is not wanted any more is not wanted again.
+fn displaced(facts: &mut Facts, class: Class) {
+    facts.power = match (class, facts.power) {
+        (Class::SwitchOn, Power::OnSent) => Power::OnWanted,
+        (Class::SwitchOff, Power::OffSent) => Power::OffWanted,
+        (_, power) => power,
+    };
+}
+
+/// Power follows the goal, whichever way the goal came about.
+fn settle(facts: &mut Facts) {
+    let may_come_on = facts.latch == Latch::None
+        && !facts.work.needs_off()
+        && facts.knowledge == Knowledge::Anchored;
+    facts.power = match (facts.goal, facts.power) {
+        (Goal::Hold | Goal::Stream, Power::Off) if may_come_on => Power::OnWanted,
+        (Goal::Off, Power::OnWanted) => Power::Off,
+        (Goal::Off, Power::On | Power::OnSent) if facts.motion == Motion::Rest => Power::OffWanted,
+        (_, power) => power,
+    };
+}
+
+fn lose(facts: &mut Facts, to: Knowledge) {
+    facts.knowledge = facts.knowledge.min(to);
+}
+
+fn lose_power(facts: &mut Facts) {
+    facts.power = Power::Unclear;
+    if facts.brake != Brake::Absent {
+        facts.brake = Brake::Unclear;
+    }
+}
+
+fn slow_down(facts: &mut Facts) {
+    if facts.motion == Motion::Stream {
+        facts.motion = Motion::Ramp;
+    }
+}
+
+/// An axis that is on holds; one on its way there goes off.
+fn hold_or_off(facts: &mut Facts) {
+    let holds = facts.goal != Goal::Off && matches!(facts.power, Power::On | Power::Unclear);
+    facts.goal = if holds { Goal::Hold } else { Goal::Off };
+}
+
+fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
+    facts.latch = Latch::Own;
+    if ramp && loss == Loss::Nothing {
+        slow_down(facts);
+    } else {
+        facts.motion = Motion::Rest;
+    }
+    facts.work = Work::None;
+    hold_or_off(facts);
+    match loss {
+        Loss::Nothing => {}
+        Loss::Anchor => lose(facts, Knowledge::Checked),
+        Loss::Knowledge => lose(facts, Knowledge::Unknown),
+        Loss::Contact | Loss::Drive => {
+            lose(facts, Knowledge::Unknown);
+            lose_power(facts);
+        }
+    }
+    if loss == Loss::Drive {
+        facts.goal = Goal::Off;
+    }
+}
+
+fn group_fault(facts: &mut Facts, ramp: bool) {
+    if facts.goal == Goal::Off && !facts.moves() {
+        return;
+    }
+    if facts.latch == Latch::None {
+        facts.latch = Latch::Group;
+    }
+    if ramp {
+        slow_down(facts);
+    } else {
+        facts.motion = Motion::Rest;
+    }
+    hold_or_off(facts);
+}
+
+fn says_on(facts: &mut Facts) {
+    facts.power = match (facts.goal, facts.power) {
+        (_, Power::On) => Power::On,
+        // It did not take the disable command.
+        (_, Power::OffWanted | Power::OffSent) => Power::OffWanted,
+        (Goal::Off, _) => Power::FoundOn,
+        (_, Power::OnSent | Power::Unclear) => Power::On,
+        // On without having been told: nothing moves on such a drive.
+        (_, _) => {
+            fail(facts, Loss::Anchor, false);
+            facts.goal = Goal::Off;
+            Power::FoundOn
+        }
+    };
+}
+
+fn says_off(facts: &mut Facts) {
+    match facts.power {
+        Power::OnSent | Power::OnWanted => return,
+        Power::On => {
+            fail(facts, Loss::Anchor, false);
+            facts.goal = Goal::Off;
+        }
+        Power::Unclear if facts.goal != Goal::Off => facts.goal = Goal::Off,
+        _ => {}
+    }
+    facts.power = Power::Off;
+}

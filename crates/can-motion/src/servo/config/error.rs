@@ -1,0 +1,186 @@
+//! Why a configuration is refused.
+
+use core::fmt;
+
+use dyn_can::DriveId;
+
+use crate::plan::{Refusal, Remedies};
+use crate::servo::polls::PollKind;
+
+/// A configuration that cannot work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// No axis, or more than the master has room for.
+    AxisCount {
+        /// The most that this master holds: its const parameter, at most the 63 drives that a bus can carry.
+        most: usize,
+        /// The number of axes given.
+        actual: usize,
+    },
+    /// The axes are not in ascending order of drive id, which is the order of their set-points on the wire, or a
+    /// drive is given twice.
+    Order {
+        /// The drive that is not above the one before it.
+        drive: DriveId,
+    },
+    /// The cycle is outside 250 ..= 1_000_000 us.
+    Cycle {
+        /// The cycle given.
+        actual_us: u32,
+    },
+    /// No request may go out in a cycle, so no drive could ever be probed.
+    NoRequests,
+    /// A waiting time cannot work with the others or with the cycle.
+    Timeout {
+        /// The field of [`Timeouts`](crate::servo::Timeouts).
+        name: &'static str,
+        /// The least that works, in the unit of the field.
+        least: u32,
+        /// The value given.
+        actual: u32,
+    },
+    /// The travel of an axis is empty or leaves the 28 bit of the protocol.
+    Travel {
+        /// The drive of the axis.
+        drive: DriveId,
+        /// The smallest target given.
+        min: i32,
+        /// The largest target given.
+        max: i32,
+    },
+    /// The backlog of an axis is smaller than one step, so that it would fault in normal motion.
+    Backlog {
+        /// The drive of the axis.
+        drive: DriveId,
+        /// The largest step.
+        max_step: u16,
+        /// The backlog given.
+        actual: u32,
+    },
+    /// The tolerance at standstill is wider than the one in motion.
+    Tolerance {
+        /// The drive of the axis.
+        drive: DriveId,
+        /// The tolerance in motion.
+        following_error: u32,
+        /// The tolerance at standstill.
+        actual: u32,
+    },
+    /// The status of a drive is not polled, and the axis is not declared as unwatched.
+    Unwatched {
+        /// The drive of the axis.
+        drive: DriveId,
+    },
+    /// A part of the read-back scale is 0.
+    ReadBack {
+        /// The drive of the axis.
+        drive: DriveId,
+    },
+    /// Positions within the travel leave the 28 bit of the read-back, where what the drive reports is not stated (D17).
+    ReadBackRange {
+        /// The drive of the axis.
+        drive: DriveId,
+        /// The most read-back counts that the protocol carries in either direction.
+        most: i32,
+        /// The end of the travel, in command counts, that reads back as more.
+        actual: i32,
+    },
+    /// A poll is due more than once a cycle.
+    PollPeriod {
+        /// The drive of the axis.
+        drive: DriveId,
+        /// The poll.
+        kind: PollKind,
+        /// The period given.
+        actual_us: u32,
+    },
+    /// The bus cannot carry these axes in time.
+    Plan {
+        /// The frame that is late, or what cannot be on one bus at all.
+        refusal: Refusal,
+        /// What would help.
+        remedies: Remedies,
+    },
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::AxisCount { most, actual } => {
+                write!(f, "this master holds 1 to {most} axes, got {actual}")
+            }
+            Self::Order { drive } => {
+                write!(
+                    f,
+                    "list the axes in ascending order of drive id, each once: drive {drive} is not above the one before it"
+                )
+            }
+            Self::Cycle { actual_us } => {
+                write!(f, "the cycle must be 250..=1000000 us, got {actual_us}")
+            }
+            Self::NoRequests => f.write_str("requests_per_cycle must be at least 1"),
+            Self::Timeout {
+                name,
+                least,
+                actual,
+            } => write!(f, "{name} must be at least {least}, got {actual}"),
+            Self::Travel { drive, min, max } => write!(
+                f,
+                "travel of drive {drive} must be a range within -2^27..2^27-1, got {min}..={max}"
+            ),
+            Self::Backlog {
+                drive,
+                max_step,
+                actual,
+            } => write!(
+                f,
+                "backlog_counts of drive {drive} must be at least one step of {max_step} counts, got {actual}"
+            ),
+            Self::Tolerance {
+                drive,
+                following_error,
+                actual,
+            } => write!(
+                f,
+                "drift_tolerance_counts of drive {drive} must be at most following_error_counts, {following_error}, got {actual}"
+            ),
+            Self::Unwatched { drive } => write!(
+                f,
+                "poll the status of drive {drive}, or set unwatched: without polls nobody notices that it left the bus or lost its power"
+            ),
+            Self::ReadBack { drive } => {
+                write!(
+                    f,
+                    "both parts of read_back of drive {drive} must be at least 1"
+                )
+            }
+            Self::ReadBackRange {
+                drive,
+                most,
+                actual,
+            } => write!(
+                f,
+                "position {actual} of drive {drive} reads back as more than {most} counts: narrow its travel, or correct read_back"
+            ),
+            Self::PollPeriod {
+                drive,
+                kind,
+                actual_us,
+            } => write!(
+                f,
+                "the {kind} poll of drive {drive} must be at least one cycle apart, got {actual_us} us"
+            ),
+            Self::Plan { refusal, remedies } => {
+                write!(f, "{refusal}")?;
+                if refusal.is_about_time() {
+                    write!(f, "; {remedies}")?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}

@@ -1,0 +1,236 @@
+//! Is the drive where the set-points should have taken it?
+//!
+//! A drive lags behind its set-points while it moves (following error) and catches up when they stop. A set-point that the wire lost or
+//! doubled leaves an error that stays. So a position is compared three times: while moving against the generous limit of the following
+//! error, with the reading before for a jump, and at standstill against the tight tolerance of drift. Nothing is ever corrected: the
+//! axis faults, and the application decides.
+
+use crate::core::time::Instant;
+use crate::servo::config::Limits;
+use crate::servo::fault::{DriftCause, Fault};
+
+/// Cycles of its fastest step by which the lag of a drive may change from one reading to the next: a drive that needs 64 ms at 1 kHz to
+/// follow is slower than any that was tried.
+const LAG_CYCLES: i64 = 64;
+
+/// What was sent lately, to compare a position with the time in which it was read.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct DriftWatch {
+    /// Sent position when the present cycle began, in command counts.
+    cycle_counts: i32,
+    /// Smallest and largest sent position since a position was asked for.
+    window: Option<(i32, i32)>,
+    /// Error of the reading before, in command counts.
+    error_before: Option<i64>,
+    /// Largest step in either direction since the reading before the last.
+    peak: [i16; 2],
+    moved_at: Instant,
+    /// Largest steps in each direction since the position was last confirmed at standstill.
+    forward: i16,
+    backward: i16,
+}
+
+impl DriftWatch {
+    /// The position is known to be `counts`.
+    pub(crate) fn anchor(&mut self, counts: i32, now: Instant) {
+        *self = Self {
+            cycle_counts: counts,
+            moved_at: now,
+            ..Self::default()
+        };
+    }
+
+    /// A cycle begins with this sent position.
+    pub(crate) fn begin_cycle(&mut self, sent_counts: i32) {
+        self.cycle_counts = sent_counts;
+        self.widen(sent_counts);
+    }
+
+    /// A position is asked for. The drive may look at its shaft at any moment from now on until its reply comes; the cycle before counts
+    /// as well, because its set-point may still be on its way.
+    pub(crate) fn asked(&mut self, sent_counts: i32) {
+        let before = self.cycle_counts;
+        self.window = Some((sent_counts.min(before), sent_counts.max(before)));
+    }
+
+    fn widen(&mut self, sent_counts: i32) {
+        if let Some((low, high)) = &mut self.window {
+            *low = sent_counts.min(*low);
+            *high = sent_counts.max(*high);
+        }
+    }
+
+    /// A set-point went out.
+    pub(crate) fn stepped(&mut self, step_counts: i16, sent_counts: i32, now: Instant) {
+        self.widen(sent_counts);
+        if step_counts != 0 {
+            self.moved_at = now;
+            self.forward = self.forward.max(step_counts);
+            self.backward = self.backward.min(step_counts);
+            let [_, latest] = &mut self.peak;
+            *latest = (*latest).max(step_counts.saturating_abs());
+        }
+    }
+
+    /// Judges a position that came in reply to the latest request.
+    pub(crate) fn judge(
+        &mut self,
+        position_counts: i32,
+        now: Instant,
+        limits: &Limits,
+        arrival_us: u32,
+    ) -> Option<Fault> {
+        let (low, high) = self.window.take()?;
+        let (low, high) = (i64::from(low), i64::from(high));
+        let position = i64::from(position_counts);
+        let error = (position - low).min(0) + (position - high).max(0);
+        let counts = i32::try_from(error).unwrap_or(i32::MAX);
+        if counts.unsigned_abs() > limits.following_error_counts {
+            return Some(Fault::FollowingError { counts });
+        }
+        if let Some(fault) = self.jump(error, high - low, limits) {
+            return Some(fault);
+        }
+        if now.us_since(self.moved_at) < u64::from(arrival_us) {
+            return None;
+        }
+        if counts.unsigned_abs() > limits.drift_tolerance_counts {
+            return Some(Fault::Drift {
+                counts,
+                cause: self.cause(counts, limits.drift_tolerance_counts),
+            });
+        }
+        (self.forward, self.backward) = (0, 0);
+        None
+    }
+
+    /// Whether the error changed by more than a drive can lag.
+    fn jump(&mut self, error: i64, window: i64, limits: &Limits) -> Option<Fault> {
+        let change = error - self.error_before.replace(error)?;
+        let [before, latest] = self.peak;
+        self.peak = [latest, 0];
+        let lag = LAG_CYCLES * i64::from(before.max(latest));
+        let allowed = lag + window + i64::from(limits.drift_tolerance_counts);
+        let counts = i32::try_from(change).unwrap_or(i32::MAX);
+        (change.abs() > allowed).then_some(Fault::PositionJump { counts })
+    }
+
+    /// Whether one of the steps sent since the last good position explains the error.
+    fn cause(&self, counts: i32, tolerance: u32) -> DriftCause {
+        let magnitude = counts.unsigned_abs();
+        let reaches =
+            |step: i16| step != 0 && magnitude <= u32::from(step.unsigned_abs()) + tolerance;
+        let (ahead, behind) = if counts > 0 {
+            (reaches(self.forward), reaches(self.backward))
+        } else {
+            (reaches(self.backward), reaches(self.forward))
+        };
+        match (ahead, behind) {
+            (true, true) => DriftCause::OneStepLostOrRepeated,
+            (true, false) => DriftCause::OneStepRepeated,
+            (false, true) => DriftCause::OneStepLost,
+            (false, false) => DriftCause::MoreThanOneStep,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::servo::config::{StepChange, Travel};
+    use dyn_can::StepLimit;
+
+    const ARRIVAL_US: u32 = 100_000;
+    const LIMITS: Limits = Limits::new(StepLimit::MAX, StepChange::MAX, Travel::WHOLE);
+
+    /// An axis that moved 10 steps of 30 counts, one a millisecond, in this direction; a position is asked for at the end.
+    fn after_motion(sign: i16) -> DriftWatch {
+        let mut watch = DriftWatch::default();
+        watch.anchor(0, Instant::default());
+        for cycle in 0..10 {
+            let sent = i32::from(sign) * 30 * cycle;
+            watch.begin_cycle(sent);
+            let at = Instant::from_us(cycle as u64 * 1_000);
+            watch.stepped(30 * sign, sent + i32::from(30 * sign), at);
+        }
+        watch.begin_cycle(300 * i32::from(sign));
+        watch.asked(300 * i32::from(sign));
+        watch
+    }
+
+    fn judge(watch: &mut DriftWatch, position: i32, at_us: u64) -> Option<Fault> {
+        watch.judge(position, Instant::from_us(at_us), &LIMITS, ARRIVAL_US)
+    }
+
+    #[test]
+    fn a_lagging_drive_is_no_drift() {
+        let mut watch = after_motion(1);
+        assert_eq!(judge(&mut watch, 200, 11_000), None);
+        watch.asked(300);
+        assert_eq!(judge(&mut watch, 300, 200_000), None);
+    }
+
+    #[test]
+    fn the_delay_of_the_reply_is_no_error_however_long_it_is() {
+        let strict = Limits {
+            following_error_counts: 0,
+            drift_tolerance_counts: 0,
+            ..LIMITS
+        };
+        let mut watch = DriftWatch::default();
+        watch.anchor(0, Instant::default());
+        watch.asked(0);
+        for cycle in 0..1_000 {
+            watch.begin_cycle(cycle * 30);
+        }
+        let mut other = watch;
+        let now = Instant::from_us(1_000_000);
+        assert_eq!(watch.judge(12_345, now, &strict, u32::MAX), None);
+        assert_eq!(
+            other.judge(29_971, now, &strict, u32::MAX),
+            Some(Fault::FollowingError { counts: 1 })
+        );
+    }
+
+    #[test]
+    fn an_error_that_stays_is_drift_and_names_its_cause() {
+        let drift = |counts, cause| Some(Fault::Drift { counts, cause });
+        for sign in [1, -1] {
+            for (position, expected) in [
+                (330, drift(30, DriftCause::OneStepRepeated)),
+                (270, drift(-30, DriftCause::OneStepLost)),
+                (400, drift(100, DriftCause::MoreThanOneStep)),
+                (305, None),
+            ] {
+                let expected = expected.map(|fault| match fault {
+                    Fault::Drift { counts, cause } => Fault::Drift {
+                        counts: counts * i32::from(sign),
+                        cause,
+                    },
+                    other => other,
+                });
+                let position = position * i32::from(sign);
+                let mut watch = after_motion(sign);
+                assert_eq!(judge(&mut watch, position, 200_000), expected, "{position}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_jump_in_motion_is_noticed_at_the_next_reading() {
+        for jump in [-2_500, 2_500] {
+            let mut watch = after_motion(1);
+            assert_eq!(judge(&mut watch, 300, 11_000), None);
+            watch.asked(300);
+            let fault = Fault::PositionJump { counts: jump };
+            assert_eq!(judge(&mut watch, 300 + jump, 12_000), Some(fault));
+        }
+    }
+
+    #[test]
+    fn a_position_that_nobody_asked_for_is_not_judged() {
+        let mut watch = after_motion(1);
+        watch.window = None;
+        assert_eq!(judge(&mut watch, 9_999_999, 200_000), None);
+    }
+}

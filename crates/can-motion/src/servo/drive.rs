@@ -1,0 +1,274 @@
+//! One DYN drive: its frames, its readings, its ledger, and the one request that it may owe.
+
+use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
+
+use crate::core::event::EventLog;
+use crate::core::facts::{Facts, Work};
+use crate::core::family::{
+    Context, Drive, GroupId, Meaning, OutOfTravel, Reaction, Returned, View, Wanted,
+};
+use crate::core::procedure::Confirmation;
+use crate::core::snapshot::Counters;
+use crate::core::state::{AxisState, Stage};
+use crate::core::time::Instant;
+use crate::plan::ResponseWindow;
+use crate::plan::wire::exact_bits;
+use crate::servo::config::{AxisConfig, MasterConfig};
+use crate::servo::drift::DriftWatch;
+use crate::servo::event::EventKind;
+use crate::servo::family::Dyn;
+use crate::servo::fault::Fault;
+use crate::servo::feedback::Feedback;
+use crate::servo::ledger::Ledger;
+use crate::servo::polls::PollClock;
+use crate::servo::procedure::{Procedure, ProcedureError, Run};
+use crate::servo::request_slot::RequestSlot;
+use crate::servo::response_watch::ResponseWatch;
+use crate::servo::snapshot::AxisSnapshot;
+
+/// Where a servo writes its events.
+pub(super) type Log<'a> = EventLog<'a, EventKind>;
+
+/// A DYN drive.
+#[derive(Debug)]
+pub struct Servo {
+    pub(super) config: AxisConfig,
+    pub(super) dialect: Dialect,
+    pub(super) ledger: Ledger,
+    pub(super) drift: DriftWatch,
+    pub(super) feedback: Feedback,
+    pub(super) counters: Counters,
+    pub(super) slot: RequestSlot,
+    pub(super) polls: PollClock,
+    pub(super) responses: ResponseWatch,
+    pub(super) timeouts_in_row: u8,
+    /// When the drive was last asked anything.
+    pub(super) asked_at: Instant,
+    /// Since when the speed readings are zero without a break.
+    pub(super) still_since: Option<Instant>,
+    /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
+    pub(super) echo_token: u8,
+    pub(super) run: Option<Run>,
+    pub(super) wrote_at: Option<Instant>,
+    /// The drive was told to start anew, and until when it does.
+    pub(super) starts_until: Option<Instant>,
+    /// How long a drive needs to start.
+    pub(super) power_on_us: u32,
+    /// How often a drive that does not answer is still asked.
+    pub(super) retry_us: u32,
+    /// An alarm frame came since the checks began.
+    pub(super) has_alarmed: bool,
+}
+
+impl Servo {
+    pub(super) fn new(config: AxisConfig, master: &MasterConfig, rank: u32) -> Self {
+        Self {
+            config,
+            dialect: config.initial_dialect(),
+            ledger: Ledger::default(),
+            drift: DriftWatch::default(),
+            feedback: Feedback::default(),
+            counters: Counters::default(),
+            slot: RequestSlot::default(),
+            polls: PollClock::new(&config.polls, master.cycle_us, rank),
+            responses: ResponseWatch::default(),
+            timeouts_in_row: 0,
+            asked_at: Instant::default(),
+            still_since: None,
+            echo_token: 0,
+            run: None,
+            wrote_at: None,
+            starts_until: None,
+            power_on_us: master.timeouts.power_on_us,
+            retry_us: master.timeouts.confirm_us,
+            has_alarmed: false,
+        }
+    }
+}
+
+impl Drive for Servo {
+    type Family = Dyn;
+
+    fn group(&self) -> GroupId {
+        self.config.group
+    }
+
+    fn reaction_to(&self, fault: Fault) -> Reaction {
+        self.config.reactions.to(fault)
+    }
+
+    fn snapshot(&self, state: AxisState, facts: &Facts, fault: Option<Fault>) -> AxisSnapshot {
+        AxisSnapshot {
+            drive: self.config.drive,
+            group: self.config.group,
+            state,
+            facts: *facts,
+            fault,
+            target_counts: self.ledger.target_counts(),
+            sent_counts: self.ledger.sent_counts(),
+            backlog_counts: self.ledger.backlog_counts(),
+            feedback: self.feedback,
+            response: self.responses.window(),
+            counters: self.counters,
+        }
+    }
+
+    fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel> {
+        let travel = self.config.limits.travel;
+        let (min, max) = (travel.min_counts, travel.max_counts);
+        if target < min || target > max {
+            return Err(OutOfTravel { min, max });
+        }
+        self.ledger.set_target(target);
+        Ok(())
+    }
+
+    fn anchor(&mut self, now: Instant) -> Result<(), Fault> {
+        let counts = self.located()?;
+        self.ledger.anchor(counts);
+        self.drift.anchor(counts, now);
+        Ok(())
+    }
+
+    fn begin_motion(&mut self) {}
+
+    fn begin_ramp(&mut self, cycles: u32) {
+        self.ledger.begin_ramp(cycles);
+    }
+
+    fn cycles_to_stop(&self) -> u32 {
+        self.ledger.cycles_to_stop(&self.config.limits)
+    }
+
+    fn can_stop_in(&self, cycles: u32) -> bool {
+        let end = self.ledger.end_of_ramp(cycles);
+        let travel = self.config.limits.travel;
+        (travel.min_counts..=travel.max_counts).contains(&end)
+    }
+
+    fn has_stopped(&self) -> bool {
+        self.ledger.has_stopped()
+    }
+
+    fn end_motion(&mut self, _: bool) {
+        self.ledger.end_motion();
+    }
+
+    fn merged(&mut self) {
+        self.ledger.missed();
+        self.counters.merged = self.counters.merged.wrapping_add(1);
+    }
+
+    fn cycle_frame(&mut self, _: &View) -> Result<DataFrame, Fault> {
+        let counts = self.ledger.backlog_counts();
+        if counts.unsigned_abs() > self.config.limits.backlog_counts {
+            return Err(Fault::Backlog { counts });
+        }
+        let step = self.ledger.offer(&self.config.limits);
+        let order = self.dialect.number_order;
+        Ok(go_relative_pos_pd(self.config.drive, step, order))
+    }
+
+    fn cycle_frame_accepted(&mut self, now: Instant) {
+        let step = self.ledger.accepted();
+        self.drift.stepped(step, self.ledger.sent_counts(), now);
+        self.counters.set_points = self.counters.set_points.wrapping_add(1);
+    }
+
+    fn cycle_frame_bits(&self) -> u16 {
+        let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
+        let frame = go_relative_pos_pd(self.config.drive, step, self.dialect.number_order);
+        exact_bits(frame.id(), frame.data())
+    }
+
+    fn switch(&self, on: bool) -> Option<DataFrame> {
+        let switch = if on {
+            ServoSwitch::Enable
+        } else {
+            ServoSwitch::Disable
+        };
+        self.frame_of(Request::ServoDisable(switch))
+    }
+
+    fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
+        self.next_request(view, now, cycle)
+    }
+
+    fn request_bits(&self, request: Request) -> u16 {
+        let frame = self.frame_of(request);
+        frame.map_or(0, |frame| exact_bits(frame.id(), frame.data()))
+    }
+
+    fn request_frame(&self, request: Request) -> Option<DataFrame> {
+        self.frame_of(request).filter(|_| self.slot.is_free())
+    }
+
+    fn request_accepted(
+        &mut self,
+        request: Request,
+        leaves_at: Instant,
+        context: &mut Context<'_, Dyn>,
+    ) -> Meaning<Fault> {
+        self.note_request(request, leaves_at, context)
+    }
+
+    fn returned(&mut self, frame: &DataFrame, context: &mut Context<'_, Dyn>) -> Returned {
+        self.note_returned(frame, context)
+    }
+
+    fn start_over(&mut self, now: Instant) -> Stage {
+        self.feedback = Feedback::default();
+        self.timeouts_in_row = 0;
+        self.has_alarmed = false;
+        match self.starts_until.take() {
+            Some(until) if now < until => Stage::PowerOn,
+            _ => Stage::Probing,
+        }
+    }
+
+    fn response_window(&self) -> Option<ResponseWindow> {
+        self.responses.window()
+    }
+
+    fn receive(&mut self, frame: &DataFrame, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
+        self.read(frame, context)
+    }
+
+    fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
+        self.ledger.begin_cycle();
+        self.drift.begin_cycle(self.ledger.sent_counts());
+        let mut meaning = self.expire(context);
+        let view = &context.view;
+        let started = context.log.now.us_since(view.since) >= u64::from(self.power_on_us);
+        if view.stage == Stage::PowerOn && started {
+            meaning.stage = Some(Stage::Probing);
+        }
+        if self.tick_procedure(&mut context.log) {
+            meaning.work_ended = true;
+        }
+        meaning
+    }
+
+    fn abandon_request(&mut self, context: &mut Context<'_, Dyn>) {
+        let quarantine_us = context.config.timeouts.reply_us;
+        self.slot.close(context.log.now, quarantine_us);
+    }
+
+    fn admit(
+        &self,
+        procedure: Procedure,
+        confirmation: Confirmation,
+        view: &View,
+        now: Instant,
+    ) -> Result<Work, ProcedureError> {
+        self.admit_procedure(procedure, confirmation, view, now)
+    }
+
+    fn begin_work(&mut self, procedure: Procedure) {
+        self.run = Some(Run::new(procedure));
+    }
+
+    fn abort_work(&mut self, log: &mut Log<'_>) {
+        self.abort_procedure(log);
+    }
+}

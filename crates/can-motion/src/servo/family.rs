@@ -1,0 +1,108 @@
+//! The family of DYN drives.
+
+use dyn_can::{DataFrame, FrameError, Request};
+use embedded_can::Frame;
+
+use crate::core::family::{Family, Plan};
+use crate::core::master::Master;
+use crate::core::sink::BusFrame;
+use crate::plan::BusPlan;
+use crate::servo::config::{AxisConfig, ConfigError, MasterConfig};
+use crate::servo::drive::Servo;
+use crate::servo::event::EventKind;
+use crate::servo::fault::Fault;
+use crate::servo::placement::Aligned;
+use crate::servo::procedure::{Procedure, ProcedureError};
+use crate::servo::snapshot::AxisSnapshot;
+
+/// DYN2 and DYN4 servo drives: each cycle a `Go_Relative_Pos_PD` for each axis in motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dyn;
+
+/// A master of at most `N` servo axes.
+pub type ServoMaster<const N: usize> = Master<N, Dyn>;
+
+impl BusFrame for DataFrame {
+    type Error = FrameError;
+
+    fn from_can(frame: &impl Frame) -> Result<Self, Self::Error> {
+        Self::from_can(frame)
+    }
+
+    fn to_can<F: Frame>(&self) -> Option<F> {
+        self.to_can()
+    }
+}
+
+impl Family for Dyn {
+    type Frame = DataFrame;
+    type Config = MasterConfig;
+    type AxisConfig = AxisConfig;
+    type ConfigError = ConfigError;
+    type Plan<'a> = BusPlan<'a>;
+    type Placement = Aligned;
+    type Drive = Servo;
+    type Request = Request;
+    type Procedure = Procedure;
+    type ProcedureError = ProcedureError;
+    type Fault = Fault;
+    type EventKind = EventKind;
+    type Snapshot = AxisSnapshot;
+
+    const HAS_CYCLE_FRAMES: bool = false;
+
+    fn plan<'a>(config: &MasterConfig, axes: &'a [AxisConfig]) -> BusPlan<'a> {
+        BusPlan::new(config, axes)
+    }
+
+    fn address_of(axis: &AxisConfig) -> u8 {
+        axis.drive.get()
+    }
+
+    fn drive(config: &MasterConfig, axis: &AxisConfig, rank: u32) -> Servo {
+        Servo::new(*axis, config, rank)
+    }
+
+    fn address(frame: &DataFrame) -> Option<u8> {
+        frame.address().drive().map(dyn_can::DriveId::get)
+    }
+
+    fn foreign(frame: &DataFrame) -> EventKind {
+        EventKind::ForeignFrame { id: frame.id() }
+    }
+
+    fn not_ours(error: FrameError) -> EventKind {
+        EventKind::NotOurs(error)
+    }
+}
+
+impl Plan<Dyn> for BusPlan<'_> {
+    fn config(&self) -> &MasterConfig {
+        self.config()
+    }
+
+    fn axes(&self) -> &[AxisConfig] {
+        self.axes()
+    }
+
+    fn admit(&self, room: usize) -> Result<(), ConfigError> {
+        // What cannot work is reported before what the bus cannot carry.
+        self.config().validate(self.axes(), room)?;
+        self.check().map_err(|refusal| ConfigError::Plan {
+            refusal,
+            remedies: self.remedies(),
+        })
+    }
+
+    fn placement(&self) -> Aligned {
+        Aligned::new(
+            self.config().cycle_us,
+            self.burst(),
+            self.has_room_for_requests(),
+        )
+    }
+
+    fn warnings(&self) -> impl Iterator<Item = EventKind> {
+        self.warnings().into_iter().flatten().map(EventKind::Plan)
+    }
+}

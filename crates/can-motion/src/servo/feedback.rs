@@ -1,0 +1,61 @@
+//! The latest readings of a drive.
+
+use dyn_can::{ConfigByte, DriveStatus, ParamGroup3, Reply, Revision, Torque};
+
+use crate::core::snapshot::Stamped;
+use crate::core::time::Instant;
+use crate::servo::polls::PollKind;
+
+/// The latest readings of one drive; `None` before the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Feedback {
+    /// Status byte.
+    pub status: Option<Stamped<DriveStatus>>,
+    /// Position in read-back counts.
+    pub position: Option<Stamped<i32>>,
+    /// Torque.
+    pub torque: Option<Stamped<Torque>>,
+    /// Motor speed in rpm.
+    pub speed_rpm: Option<Stamped<i16>>,
+    /// Diagnostic counter.
+    pub counter: Option<Stamped<u8>>,
+    /// Configuration byte, read once at the start.
+    pub config: Option<ConfigByte>,
+    /// Parameter group 3, read once at the start.
+    pub group3: Option<ParamGroup3>,
+    /// The revision in use, once it is known.
+    pub revision: Option<Revision>,
+}
+
+impl Feedback {
+    /// When a polled value came last.
+    #[must_use]
+    pub fn polled_at(&self, kind: PollKind) -> Option<Instant> {
+        match kind {
+            PollKind::Status => self.status.map(|stamped| stamped.at),
+            PollKind::Position => self.position.map(|stamped| stamped.at),
+            PollKind::Torque => self.torque.map(|stamped| stamped.at),
+            PollKind::Speed => self.speed_rpm.map(|stamped| stamped.at),
+            PollKind::Counter => self.counter.map(|stamped| stamped.at),
+        }
+    }
+
+    pub(crate) fn note(&mut self, at: Instant, reply: Reply) {
+        match reply {
+            Reply::DriveStatus(value) => self.status = Some(Stamped { value, at }),
+            Reply::Position(value) => self.position = Some(Stamped { value, at }),
+            Reply::Torque(value) => self.torque = Some(Stamped { value, at }),
+            Reply::MotorSpeed(value) => self.speed_rpm = Some(Stamped { value, at }),
+            Reply::DiagnosticCounter(value) => self.counter = Some(Stamped { value, at }),
+            Reply::DriveConfig(value) => self.config = Some(value),
+            Reply::ParamGroup3(value) => self.group3 = Some(value),
+            Reply::DriveId(_)
+            | Reply::ParamGroup1(_)
+            | Reply::ParamGroup2(_)
+            | Reply::DriveReset(_)
+            | Reply::Echo(_)
+            | Reply::DriveError(_) => {}
+        }
+    }
+}

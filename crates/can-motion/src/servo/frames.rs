@@ -1,0 +1,198 @@
+//! Requests of one servo on their way out, and frames that come back unsent.
+
+use dyn_can::{Address, DataFrame, ReadSelector, ReplyKind, Request, ServoSwitch};
+
+use crate::core::exit::Class;
+use crate::core::facts::{Power, Work};
+use crate::core::family::{Context, Meaning, Returned, View, Wanted};
+use crate::core::state::Stage;
+use crate::core::time::Instant;
+use crate::servo::drive::Servo;
+use crate::servo::event::EventKind;
+use crate::servo::family::Dyn;
+use crate::servo::fault::Fault;
+use crate::servo::polls::PollKind;
+
+impl Servo {
+    /// The request to send next: what the life of the axis needs, then what a procedure needs, then the poll that is due longest.
+    pub(super) fn next_request(
+        &self,
+        view: &View,
+        now: Instant,
+        cycle: u32,
+    ) -> Option<Wanted<Request>> {
+        if !self.slot.is_free() {
+            return None;
+        }
+        if view.is_lost {
+            let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us);
+            return is_time.then(|| self.reading(ReplyKind::DriveStatus));
+        }
+        if let Some(kind) = needed_reading(view) {
+            return Some(self.reading(kind));
+        }
+        if view.facts.is_checking() && view.stage == Stage::PowerOn {
+            return None;
+        }
+        if let Some(wanted) = self.procedure_request(view) {
+            return Some(wanted);
+        }
+        let poll = self.polls.most_overdue(cycle)?;
+        Some(Wanted {
+            class: Class::Poll,
+            request: self.request(poll.kind.reply_kind()),
+            overdue_cycles: poll.overdue,
+        })
+    }
+
+    fn reading(&self, kind: ReplyKind) -> Wanted<Request> {
+        Wanted::urgent(Class::Reading, self.request(kind))
+    }
+
+    fn procedure_request(&self, view: &View) -> Option<Wanted<Request>> {
+        let run = self.run.as_ref()?;
+        if let Some(command) = run.wanted_command() {
+            let class = match view.facts.work {
+                Work::Repair => Class::Repair,
+                _ => Class::Write,
+            };
+            return Some(Wanted::urgent(class, command));
+        }
+        run.wanted_reading().map(|kind| self.reading(kind))
+    }
+
+    /// The request that asks for a reading.
+    pub(super) fn request(&self, kind: ReplyKind) -> Request {
+        match kind {
+            ReplyKind::DriveId => Request::ReadDriveId,
+            ReplyKind::DriveConfig => Request::ReadDriveConfig,
+            ReplyKind::DriveStatus => Request::ReadDriveStatus,
+            ReplyKind::Position => Request::GeneralRead(ReadSelector::Position),
+            ReplyKind::Torque => Request::GeneralRead(ReadSelector::Torque),
+            ReplyKind::ParamGroup1 => Request::ReadParamGroup1,
+            ReplyKind::ParamGroup2 => Request::ReadParamGroup2,
+            ReplyKind::ParamGroup3 => Request::ReadParamGroup3,
+            ReplyKind::MotorSpeed => Request::ReadMotorSpeed,
+            ReplyKind::DriveReset => Request::DriveReset,
+            ReplyKind::Echo => Request::EchoFunction(self.echo_bytes()),
+            ReplyKind::DiagnosticCounter => Request::DiagnosticCounter,
+        }
+    }
+
+    pub(super) const fn echo_bytes(&self) -> [u8; 4] {
+        [
+            self.config.drive.get(),
+            self.echo_token,
+            !self.echo_token,
+            0x55,
+        ]
+    }
+
+    /// The frame of a request. Procedures were checked against the revision when they started, and readings exist in both.
+    pub(super) fn frame_of(&self, request: Request) -> Option<DataFrame> {
+        let address = Address::Drive(self.config.drive);
+        request.encode(address, &self.dialect).ok()
+    }
+
+    /// The controller accepted a request.
+    pub(super) fn note_request(
+        &mut self,
+        request: Request,
+        leaves_at: Instant,
+        context: &mut Context<'_, Dyn>,
+    ) -> Meaning<Fault> {
+        let (now, reply_us) = (context.log.now, context.config.timeouts.reply_us);
+        self.counters.requests = self.counters.requests.wrapping_add(1);
+        self.asked_at = now;
+        self.responses.asked(leaves_at);
+        let is_command = self
+            .run
+            .as_ref()
+            .and_then(|run| run.wanted_command())
+            .is_some_and(|command| command == request);
+        if is_command {
+            return self.note_command(request, reply_us, now);
+        }
+        if let Some(kind) = request.reply_kind() {
+            self.slot.ask(kind, now, reply_us);
+            if kind == ReplyKind::Position {
+                self.drift.asked(self.ledger.sent_counts());
+            }
+            if let Some(poll) = PollKind::of_reply(kind) {
+                self.polls.asked(poll, context.cycle);
+            }
+        }
+        Meaning::NONE
+    }
+
+    /// The controller gave a frame back unsent.
+    pub(super) fn note_returned(
+        &mut self,
+        frame: &DataFrame,
+        context: &mut Context<'_, Dyn>,
+    ) -> Returned {
+        let Ok((_, request)) = Request::decode(frame, &self.dialect) else {
+            context
+                .log
+                .push(EventKind::ForeignFrame { id: frame.id() });
+            return Returned::Foreign;
+        };
+        self.counters.displaced = self.counters.displaced.wrapping_add(1);
+        match request {
+            Request::GoRelativePosPd(step) => {
+                self.ledger.returned(step);
+                if !context.view.facts.moves() {
+                    self.ledger.end_motion();
+                }
+                context.log.push(EventKind::SetPointDisplaced);
+                return Returned::OfCycle;
+            }
+            Request::ServoDisable(ServoSwitch::Enable) => return Returned::Switch(Class::SwitchOn),
+            Request::ServoDisable(ServoSwitch::Disable) => {
+                return Returned::Switch(Class::SwitchOff);
+            }
+            Request::DriveReset => self.command_returned(),
+            other => match other.reply_kind() {
+                Some(kind) => {
+                    self.slot.forget();
+                    if let Some(poll) = PollKind::of_reply(kind) {
+                        self.polls.returned(poll, context.cycle);
+                    }
+                    context.log.push(EventKind::RequestDisplaced(kind));
+                }
+                None => self.command_returned(),
+            },
+        }
+        Returned::Request
+    }
+}
+
+/// The reading that the life of the axis waits for.
+fn needed_reading(view: &View) -> Option<ReplyKind> {
+    let facts = &view.facts;
+    if matches!(facts.power, Power::OnSent | Power::OffSent) {
+        return Some(ReplyKind::DriveStatus);
+    }
+    if facts.is_checking() {
+        return stage_reading(view.stage);
+    }
+    if facts.awaits_power() {
+        return Some(ReplyKind::DriveStatus);
+    }
+    if facts.awaits_standstill() {
+        return Some(ReplyKind::MotorSpeed);
+    }
+    facts.awaits_anchor().then_some(ReplyKind::Position)
+}
+
+/// The reading of a stage of the checks.
+pub(super) const fn stage_reading(stage: Stage) -> Option<ReplyKind> {
+    match stage {
+        Stage::PowerOn => None,
+        Stage::Probing => Some(ReplyKind::Echo),
+        Stage::Identifying => Some(ReplyKind::ParamGroup3),
+        Stage::CheckingConfig => Some(ReplyKind::DriveConfig),
+        Stage::CheckingStatus => Some(ReplyKind::DriveStatus),
+        Stage::Locating => Some(ReplyKind::Position),
+    }
+}

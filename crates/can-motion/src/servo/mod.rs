@@ -1,0 +1,36 @@
+//! Servo axes: DYN2 and DYN4 drives.
+//!
+//! Each cycle every axis in motion gets one `Go_Relative_Pos_PD` with the step from where its set-points have taken it towards its
+//! target. Steps are relative, so the ledger counts each one: see `docs/master.md`.
+
+pub(crate) mod config;
+mod drift;
+mod drive;
+mod event;
+mod family;
+mod fault;
+mod feedback;
+mod frames;
+mod ledger;
+pub(crate) mod placement;
+pub(crate) mod polls;
+mod procedure;
+mod procedures;
+mod readings;
+mod request_slot;
+mod response_watch;
+mod snapshot;
+
+pub use config::{
+    AxisConfig, ConfigError, DialectChoice, Limits, LimitsError, MasterConfig, MotorLimits,
+    PollPeriods, ReadBackScale, StepChange, Timeouts, Travel,
+};
+pub use drive::Servo;
+pub use event::EventKind;
+pub use family::{Dyn, ServoMaster};
+pub use fault::{DriftCause, Fault, Reactions};
+pub use feedback::Feedback;
+pub use placement::Aligned;
+pub use polls::PollKind;
+pub use procedure::{Procedure, ProcedureEnd, ProcedureError, WearLimits};
+pub use snapshot::AxisSnapshot;

@@ -1,0 +1,227 @@
+//! Which value of which axis is read next: due dates in cycles.
+
+use core::fmt;
+
+use dyn_can::ReplyKind;
+
+use crate::servo::config::PollPeriods;
+
+/// A value that is read again and again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum PollKind {
+    /// Status byte.
+    Status,
+    /// Position.
+    Position,
+    /// Torque.
+    Torque,
+    /// Motor speed.
+    Speed,
+    /// Diagnostic counter.
+    Counter,
+}
+
+impl PollKind {
+    /// Every kind.
+    pub const ALL: [Self; 5] = [
+        Self::Status,
+        Self::Position,
+        Self::Torque,
+        Self::Speed,
+        Self::Counter,
+    ];
+
+    /// The reply that answers this poll.
+    #[must_use]
+    pub const fn reply_kind(self) -> ReplyKind {
+        match self {
+            Self::Status => ReplyKind::DriveStatus,
+            Self::Position => ReplyKind::Position,
+            Self::Torque => ReplyKind::Torque,
+            Self::Speed => ReplyKind::MotorSpeed,
+            Self::Counter => ReplyKind::DiagnosticCounter,
+        }
+    }
+
+    /// The poll that a reply answers.
+    #[must_use]
+    pub const fn of_reply(kind: ReplyKind) -> Option<Self> {
+        Some(match kind {
+            ReplyKind::DriveStatus => Self::Status,
+            ReplyKind::Position => Self::Position,
+            ReplyKind::Torque => Self::Torque,
+            ReplyKind::MotorSpeed => Self::Speed,
+            ReplyKind::DiagnosticCounter => Self::Counter,
+            _ => return None,
+        })
+    }
+}
+
+impl fmt::Display for PollKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Status => "status",
+            Self::Position => "position",
+            Self::Torque => "torque",
+            Self::Speed => "speed",
+            Self::Counter => "diagnostic counter",
+        })
+    }
+}
+
+/// Due date of one poll.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Due {
+    /// Cycles from one request to the next, 0 for a poll that is off.
+    period: u32,
+    /// Cycle in which the next request is due.
+    next: u32,
+}
+
+impl Due {
+    /// Cycles since the date; below 0 it is still to come.
+    fn overdue(self, cycle: u32) -> i32 {
+        let since = cycle.wrapping_sub(self.next).cast_signed();
+        // A date is never more than a period ahead: what looks so was passed longer ago than the count of cycles reaches.
+        if since.checked_add_unsigned(self.period).is_some_and(|end| end < 0) {
+            i32::MAX - 1
+        } else {
+            since
+        }
+    }
+}
+
+/// Due dates of one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct PollClock {
+    due: [Due; PollKind::ALL.len()],
+}
+
+/// A poll whose time has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct DuePoll {
+    pub(crate) kind: PollKind,
+    /// Cycles since it was due; below 0 it is not due yet.
+    pub(crate) overdue: i32,
+}
+
+impl PollClock {
+    /// First due dates are spread by `rank`, so that axes do not ask all at once.
+    pub(crate) fn new(periods: &PollPeriods, cycle_us: u32, rank: u32) -> Self {
+        let due = PollKind::ALL.map(|kind| {
+            let period = periods.of(kind).map_or(0, |us| us / cycle_us.max(1));
+            let spread = rank * PollKind::ALL.len() as u32 + kind as u32;
+            Due {
+                period,
+                next: spread.checked_rem(period).unwrap_or(0),
+            }
+        });
+        Self { due }
+    }
+
+    /// The poll that is due longest, or soonest when none is due.
+    pub(crate) fn most_overdue(&self, cycle: u32) -> Option<DuePoll> {
+        let polls = self.due.iter().zip(PollKind::ALL);
+        polls
+            .filter(|(due, _)| due.period != 0)
+            .map(|(due, kind)| DuePoll {
+                kind,
+                overdue: due.overdue(cycle),
+            })
+            .reduce(|first, other| {
+                if other.overdue > first.overdue {
+                    other
+                } else {
+                    first
+                }
+            })
+    }
+
+    /// A request went out: the next one is due a period after the date, or after now when the request came early or a whole
+    /// period late.
+    pub(crate) fn asked(&mut self, kind: PollKind, cycle: u32) {
+        if let Some(due) = self.due.get_mut(kind as usize) {
+            let late = cycle.wrapping_sub(due.next);
+            due.next = if late < due.period {
+                due.next.wrapping_add(due.period)
+            } else {
+                cycle.wrapping_add(due.period)
+            };
+        }
+    }
+
+    /// The request came back unsent: it is due at once.
+    pub(crate) fn returned(&mut self, kind: PollKind, cycle: u32) {
+        if let Some(due) = self.due.get_mut(kind as usize) {
+            due.next = cycle;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clock() -> PollClock {
+        PollClock::new(&PollPeriods::DEFAULT, 1_000, 0)
+    }
+
+    #[test]
+    fn polls_that_are_off_are_never_due() {
+        let clock = PollClock::new(&PollPeriods::OFF, 1_000, 3);
+        assert_eq!(clock.most_overdue(1_000_000), None);
+    }
+
+    #[test]
+    fn each_kind_comes_once_a_period() {
+        let mut clock = clock();
+        let mut asked = [0; 2];
+        for cycle in 0..200 {
+            if let Some(poll) = clock.most_overdue(cycle).filter(|poll| poll.overdue >= 0) {
+                asked[poll.kind as usize] += 1;
+                clock.asked(poll.kind, cycle);
+            }
+        }
+        assert_eq!(asked, [10, 10]);
+    }
+
+    #[test]
+    fn the_longest_overdue_goes_first_even_when_the_cycle_count_wraps() {
+        let mut clock = clock();
+        let start = u32::MAX - 5;
+        clock.returned(PollKind::Status, start.wrapping_add(3));
+        clock.returned(PollKind::Position, start);
+        let first = clock.most_overdue(start.wrapping_add(10)).unwrap();
+        assert_eq!((first.kind, first.overdue), (PollKind::Position, 10));
+        clock.asked(PollKind::Position, start.wrapping_add(10));
+        let second = clock.most_overdue(start.wrapping_add(10)).unwrap();
+        assert_eq!((second.kind, second.overdue), (PollKind::Status, 7));
+    }
+
+    #[test]
+    fn a_poll_that_was_not_asked_for_very_long_is_due() {
+        for cycles in [1_000, 1 << 31, (1 << 31) + 1, u32::MAX - 100] {
+            let overdue = clock().most_overdue(cycles).unwrap().overdue;
+            assert!(overdue > 0, "{cycles}: {overdue}");
+        }
+    }
+
+    #[test]
+    fn a_late_poll_does_not_come_twice_to_catch_up() {
+        let mut clock = clock();
+        clock.asked(PollKind::Status, 500);
+        let next = clock.most_overdue(519).unwrap();
+        assert_ne!(next.kind, PollKind::Status);
+    }
+
+    #[test]
+    fn an_early_poll_does_not_put_the_next_one_off() {
+        let mut clock = clock();
+        for cycle in (0..1_000).step_by(5) {
+            let soonest = clock.most_overdue(cycle).unwrap();
+            assert!((-20..5).contains(&soonest.overdue));
+            clock.asked(soonest.kind, cycle);
+        }
+    }
+}

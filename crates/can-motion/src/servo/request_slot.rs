@@ -1,0 +1,165 @@
+//! At most one outstanding request per drive, because there is only one place to note it.
+//!
+//! Request and reply share one identifier and a General_Read reply does not say what it is (D6, D31): a second request
+//! could collide with the late reply to the first on the wire, or take it for its own. One slot per drive rules both
+//! out. The slot stays closed after a timeout (quarantine) and for a moment after a reply, so that late and repeated
+//! replies are recognised and dropped.
+
+use dyn_can::ReplyKind;
+
+use crate::core::time::Instant;
+
+/// What a drive owes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) enum RequestSlot {
+    /// Nothing; the next request may go out.
+    #[default]
+    Free,
+    /// A reply is awaited.
+    Waiting {
+        /// What was asked.
+        kind: ReplyKind,
+        /// When the controller accepted the request.
+        since: Instant,
+        /// When waiting ends.
+        deadline: Instant,
+    },
+    /// Nothing is awaited, but replies to what was asked may still come: they are dropped.
+    Closed {
+        /// What was asked last.
+        kind: ReplyKind,
+        /// When the slot is free again.
+        until: Instant,
+    },
+}
+
+/// A reply that nobody waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) enum Unawaited {
+    /// It repeats, or comes after the end of, the latest request.
+    Late,
+    /// Nothing of the kind was asked.
+    Stray,
+}
+
+impl RequestSlot {
+    pub(crate) const fn is_free(&self) -> bool {
+        matches!(self, Self::Free)
+    }
+
+    /// The controller accepted a request.
+    pub(crate) fn ask(&mut self, kind: ReplyKind, now: Instant, timeout_us: u32) {
+        *self = Self::Waiting {
+            kind,
+            since: now,
+            deadline: now + timeout_us,
+        };
+    }
+
+    /// The controller returned the request unsent, or its fate does not matter any more.
+    pub(crate) fn forget(&mut self) {
+        *self = Self::Free;
+    }
+
+    /// The request that a frame with this function answers, and since when it was awaited.
+    pub(crate) fn awaited(
+        &self,
+        function: dyn_can::FunctionCode,
+    ) -> Result<(ReplyKind, Instant), Unawaited> {
+        match *self {
+            Self::Waiting { kind, since, .. } if kind.function() == function => Ok((kind, since)),
+            Self::Closed { kind, .. } if kind.function() == function => Err(Unawaited::Late),
+            _ => Err(Unawaited::Stray),
+        }
+    }
+
+    /// Waiting is over; the slot stays closed for `closed_us`.
+    pub(crate) fn close(&mut self, now: Instant, closed_us: u32) {
+        if let Self::Waiting { kind, .. } = *self {
+            *self = Self::Closed {
+                kind,
+                until: now + closed_us,
+            };
+        }
+    }
+
+    /// Lets time pass; the request whose reply did not come, once.
+    pub(crate) fn expire(&mut self, now: Instant, quarantine_us: u32) -> Option<ReplyKind> {
+        match *self {
+            Self::Waiting { kind, deadline, .. } if now >= deadline => {
+                self.close(now, quarantine_us);
+                Some(kind)
+            }
+            Self::Closed { until, .. } if now >= until => {
+                *self = Self::Free;
+                None
+            }
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dyn_can::FunctionCode;
+
+    const TIMEOUT_US: u32 = 5_000;
+
+    fn at(us: u64) -> Instant {
+        Instant::from_us(us)
+    }
+
+    #[test]
+    fn a_reply_after_the_timeout_is_late_and_the_slot_stays_closed() {
+        let mut slot = RequestSlot::default();
+        slot.ask(ReplyKind::Position, at(0), TIMEOUT_US);
+        assert_eq!(slot.expire(at(4_999), TIMEOUT_US), None);
+        assert_eq!(
+            slot.expire(at(5_000), TIMEOUT_US),
+            Some(ReplyKind::Position)
+        );
+        assert!(!slot.is_free());
+        assert_eq!(
+            slot.awaited(FunctionCode::GeneralRead),
+            Err(Unawaited::Late)
+        );
+        assert_eq!(slot.expire(at(9_999), TIMEOUT_US), None);
+        assert!(!slot.is_free());
+        assert_eq!(slot.expire(at(10_000), TIMEOUT_US), None);
+        assert!(slot.is_free());
+    }
+
+    #[test]
+    fn a_reply_to_something_else_is_stray() {
+        let mut slot = RequestSlot::default();
+        assert_eq!(
+            slot.awaited(FunctionCode::ReadDriveStatus),
+            Err(Unawaited::Stray)
+        );
+        slot.ask(ReplyKind::Torque, at(0), TIMEOUT_US);
+        assert_eq!(
+            slot.awaited(FunctionCode::ReadDriveStatus),
+            Err(Unawaited::Stray)
+        );
+        assert_eq!(
+            slot.awaited(FunctionCode::GeneralRead),
+            Ok((ReplyKind::Torque, at(0)))
+        );
+    }
+
+    #[test]
+    fn a_repeated_reply_meets_a_closed_slot() {
+        let mut slot = RequestSlot::default();
+        slot.ask(ReplyKind::Position, at(0), TIMEOUT_US);
+        slot.close(at(600), 1_000);
+        assert_eq!(
+            slot.awaited(FunctionCode::GeneralRead),
+            Err(Unawaited::Late)
+        );
+        slot.expire(at(1_600), TIMEOUT_US);
+        assert!(slot.is_free());
+    }
+}
