@@ -28,6 +28,8 @@ objects! {
     PRODUCT_CODE: u32 = 0x1018, 2;
     /// ms without communication; what happens then is not stated (Z41).
     OFFLINE_TIME_MS: u16 = 0x2000, 0;
+    /// Sense of rotation, seen from the shaft: 0 clockwise, 1 counter-clockwise.
+    ROTATION: u16 = 0x2001, 0;
     /// 1 clears the position that is read back.
     CLEAR_FEEDBACK_POSITION: u16 = 0x2005, 0;
     /// 1 clears the position of absolute moves.
@@ -66,6 +68,12 @@ objects! {
     STATUS_WORD: u16 = 0x6041, 0;
     /// 5 normal stop, 6 fast stop, 7 emergency stop; energised in all three.
     QUICK_STOP_OPTION: i16 = 0x605A, 0;
+    /// 0 or 1; the guide prints "normal stop" for its default, 1 (Z44).
+    SHUTDOWN_OPTION: i16 = 0x605B, 0;
+    /// 0 or 1; the guide prints "normal stop" for its default, 1 (Z44).
+    DISABLE_OPTION: i16 = 0x605C, 0;
+    /// 0, 2 or 3; its default, 1, is not in the list of the guide (Z44).
+    HALT_OPTION: i16 = 0x605D, 0;
     /// See [`crate::Mode`].
     MODE: i8 = 0x6060, 0;
     /// The mode in use.

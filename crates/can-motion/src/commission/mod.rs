@@ -13,8 +13,8 @@ pub use scan::{Scan, ScanResult};
 
 use dyn_can::{Address, DataFrame, Dialect, DriveError, FrameError, Reply, ReplyKind, Request};
 
-use crate::core::sink::{BusUser, Outcome, Progress, Sink};
 use crate::core::event::BusErrorKind;
+use crate::core::sink::{BusUser, Outcome, Progress, Sink};
 use crate::core::time::Instant;
 
 /// Time to listen for a reply, and for a data error after a command. Longer than any response that was measured (D65).

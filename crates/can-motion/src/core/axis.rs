@@ -131,7 +131,13 @@ impl<F: Family> Axis<F> {
     pub(crate) fn has_lost_already(&self, after: &Facts) -> bool {
         let matters = |facts: &Facts| {
             let is_on = facts.power == Power::On;
-            (facts.latch, facts.knowledge, facts.motion, facts.goal, is_on)
+            (
+                facts.latch,
+                facts.knowledge,
+                facts.motion,
+                facts.goal,
+                is_on,
+            )
         };
         matters(after) == matters(&self.facts)
     }
@@ -161,7 +167,8 @@ impl<F: Family> Axis<F> {
         let starts_over = after.is_checking()
             && (before.knowledge != Knowledge::Unknown || change.input == Input::Clear);
         if starts_over {
-            self.stage = self.drive.start_over(log.now);
+            let is_cleared = change.input == Input::Clear;
+            self.stage = self.drive.start_over(log.now, is_cleared);
             self.since = log.now;
             self.is_lost = false;
         }
@@ -241,12 +248,7 @@ impl<F: Family> Axis<F> {
         }
     }
 
-    fn report(
-        &mut self,
-        from: AxisState,
-        reason: Reason,
-        log: &mut EventLog<'_, F::EventKind>,
-    ) {
+    fn report(&mut self, from: AxisState, reason: Reason, log: &mut EventLog<'_, F::EventKind>) {
         let to = self.state();
         if from != to {
             log.push(CommonEvent::State { from, to, reason });

@@ -65,7 +65,10 @@ impl<F: fmt::Display> fmt::Display for CommandError<F> {
                 write!(f, "axis {axis} must be {expected}, it is {actual}")
             }
             Self::Busy { axis } => {
-                write!(f, "a procedure of axis {axis} is under way: wait for its end")
+                write!(
+                    f,
+                    "a procedure of axis {axis} is under way: wait for its end"
+                )
             }
             Self::Unclear { axis } => write!(
                 f,

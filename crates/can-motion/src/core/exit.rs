@@ -46,9 +46,11 @@ impl Class {
     /// The class of the frame that goes to a drive in every cycle, where a family has such a frame whether the axis moves or not.
     #[must_use]
     pub const fn of_cycle(facts: &Facts) -> Self {
+        // Power goes off behind the brake.
+        let is_held = matches!(facts.brake, Brake::Absent | Brake::Closed);
         match (facts.power, facts.motion) {
             (Power::OnWanted | Power::OnSent, _) => Self::SwitchOn,
-            (Power::OffWanted | Power::OffSent, _) => Self::SwitchOff,
+            (Power::OffWanted | Power::OffSent, _) if is_held => Self::SwitchOff,
             (_, Motion::Rest) => Self::StopFrame,
             (_, Motion::Ramp | Motion::Stream) => Self::SetPoint,
         }
@@ -84,9 +86,7 @@ pub const fn may_leave(class: Class, facts: &Facts) -> bool {
             matches!(facts.power, Power::OffWanted | Power::OffSent)
                 && matches!(facts.brake, Brake::Absent | Brake::Closed)
         }
-        Class::Write => {
-            matches!(facts.work, Work::Write) && is_off_for_good && is_free_of_faults
-        }
+        Class::Write => matches!(facts.work, Work::Write) && is_off_for_good && is_free_of_faults,
         Class::Repair => matches!(facts.work, Work::Repair) && is_off_for_good,
         Class::BrakeClose => {
             is_at_rest

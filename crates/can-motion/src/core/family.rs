@@ -128,6 +128,8 @@ pub trait FaultKind: Clone + Copy + PartialEq + Eq {
     const GROUP: Self;
     /// The bus failed.
     const BUS: Self;
+    /// The drive does not answer.
+    const LOST: Self;
     /// The shaft did not stand still, or the drive did not confirm, in time.
     const NOT_CONFIRMED: Self;
     /// The drive has no power although it should.
@@ -384,8 +386,9 @@ pub trait Drive {
 
     // Readings.
 
-    /// Nothing that was read before is believed; the stage at which the checks begin.
-    fn start_over(&mut self, now: Instant) -> Stage;
+    /// Nothing that was read before is believed; the stage at which the checks begin. `is_cleared`: the application has just cleared a
+    /// fault of this axis.
+    fn start_over(&mut self, now: Instant, is_cleared: bool) -> Stage;
     /// How long the drive takes to answer, as far as is known.
     fn response_window(&self) -> Option<ResponseWindow> {
         None

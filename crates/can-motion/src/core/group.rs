@@ -8,7 +8,7 @@ use crate::core::event::{EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
 use crate::core::family::{Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction};
 use crate::core::state::AxisState;
-use crate::core::step::{Input, Loss, accepts, step};
+use crate::core::step::{Input, accepts, step};
 use crate::core::time::Instant;
 
 /// Place in `axis_of` of an address without an axis.
@@ -194,8 +194,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             ramp_cycles: ramp.unwrap_or(0),
         };
         self.apply(now, index, change);
-        if loss == Loss::Contact
-            && fault != F::Fault::BUS
+        if fault == F::Fault::LOST
             && let Some((axis, _)) = self.with_log(now, index)
         {
             axis.set_lost(true);
@@ -256,11 +255,19 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     fn learn_position(&mut self, now: Instant, index: usize, meaning: Meaning<F::Fault>) {
         match meaning.stands {
-            Some(true) if self.get(index).is_some_and(|axis| axis.facts.awaits_standstill()) => {
+            Some(true)
+                if self
+                    .get(index)
+                    .is_some_and(|axis| axis.facts.awaits_standstill()) =>
+            {
                 self.apply(now, index, Change::of(Input::Stands));
             }
             // A drive that holds its anchor by its own power does not lose it when somebody shakes the shaft.
-            Some(false) if self.get(index).is_some_and(|axis| !axis.facts.holds_anchor()) => {
+            Some(false)
+                if self
+                    .get(index)
+                    .is_some_and(|axis| !axis.facts.holds_anchor()) =>
+            {
                 self.apply(now, index, Change::of(Input::Turns));
             }
             _ => {}
@@ -293,9 +300,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
     /// Cycles in which every axis of the group that streams can stop within its limit; `None` when one of them would leave its travel
     /// however it slows down.
     fn ramp_of(&self, group: GroupId) -> Option<u32> {
-        let mut streams = self.iter().filter(|axis| {
-            axis.drive.group() == group && axis.facts.motion == Motion::Stream
-        });
+        let mut streams = self
+            .iter()
+            .filter(|axis| axis.drive.group() == group && axis.facts.motion == Motion::Stream);
         streams.try_fold(0, |most: u32, axis| {
             let own = axis.drive.cycles_to_stop();
             axis.drive.can_stop_in(own).then_some(most.max(own))

@@ -5,9 +5,7 @@ use crate::core::command::{CommandError, TargetError};
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Goal, Motion, Power};
-use crate::core::family::{
-    CycleConfig, Drive, Family, FaultKind, GroupId, Plan, ProcedureRefusal,
-};
+use crate::core::family::{CycleConfig, Drive, Family, FaultKind, GroupId, Plan, ProcedureRefusal};
 use crate::core::group::Axes;
 use crate::core::procedure::Confirmation;
 use crate::core::schedule::Schedule;
@@ -155,7 +153,8 @@ impl<const N: usize, F: Family> Master<N, F> {
         } else if facts.moves() && over(axis.sent_at, self.config.stuck_us()) {
             self.fail_group(now, axis.drive.group());
         } else if is_sent && over(axis.switched_at, self.config.confirm_us()) {
-            self.axes.apply(now, index, Change::of(Input::ConfirmTimeout));
+            self.axes
+                .apply(now, index, Change::of(Input::ConfirmTimeout));
         } else if awaits_shaft && over(axis.since, self.config.standstill_limit_us()) {
             self.axes.raise(now, index, F::Fault::NOT_CONFIRMED);
         }

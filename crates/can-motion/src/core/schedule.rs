@@ -83,8 +83,9 @@ impl<F: Family> Schedule<F> {
         };
         let overdue = |wanted: Wanted<F::Request>| Some(wanted.overdue_cycles);
         let is_due = |due: i32| due >= earliest;
-        let Some((index, due)) = self.best(axes.len(), |at| overdue(wanted(at)?).filter(|due| is_due(*due)))
-        else {
+        let Some((index, due)) = self.best(axes.len(), |at| {
+            overdue(wanted(at)?).filter(|due| is_due(*due))
+        }) else {
             return;
         };
         let preference = match due {

@@ -208,9 +208,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     fn request(&mut self, now: Instant) -> Option<Offer<F>> {
         let index = self.schedule.next?;
         let axis = self.axes.get(index)?;
-        let wanted = axis
-            .drive
-            .wanted(&axis.view(), now, self.cycle.cycles)?;
+        let wanted = axis.drive.wanted(&axis.view(), now, self.cycle.cycles)?;
         if wanted.class == Class::Repair && axis.facts.work == Work::None {
             self.axes.start_work(now, index, Work::Repair);
         }
@@ -232,7 +230,9 @@ impl<const N: usize, F: Family> Master<N, F> {
             return;
         };
         match offer.source {
-            Source::Request(request) => return self.request_accepted(now, index, offer.class, request),
+            Source::Request(request) => {
+                return self.request_accepted(now, index, offer.class, request);
+            }
             Source::Cycle => {
                 if let Some((axis, _)) = self.axes.with_log(now, index) {
                     axis.drive.cycle_frame_accepted(now);
@@ -244,7 +244,8 @@ impl<const N: usize, F: Family> Master<N, F> {
             Source::Switch | Source::Bus => {}
         }
         if matches!(offer.class, Class::SwitchOn | Class::SwitchOff) {
-            self.axes.apply(now, index, Change::of(Input::Accepted(offer.class)));
+            self.axes
+                .apply(now, index, Change::of(Input::Accepted(offer.class)));
         }
     }
 
@@ -256,7 +257,8 @@ impl<const N: usize, F: Family> Master<N, F> {
             drive.request_accepted(request, leaves_at, context)
         });
         self.schedule.accepted(index);
-        self.axes.apply(now, index, Change::of(Input::Accepted(class)));
+        self.axes
+            .apply(now, index, Change::of(Input::Accepted(class)));
         if let Some(meaning) = meaning {
             self.axes.take(now, self.config.cycle_us(), index, meaning);
         }

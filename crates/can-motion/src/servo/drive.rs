@@ -216,7 +216,7 @@ impl Drive for Servo {
         self.note_returned(frame, context)
     }
 
-    fn start_over(&mut self, now: Instant) -> Stage {
+    fn start_over(&mut self, now: Instant, _: bool) -> Stage {
         self.feedback = Feedback::default();
         self.timeouts_in_row = 0;
         self.has_alarmed = false;

@@ -86,6 +86,7 @@ pub enum Fault {
 impl FaultKind for Fault {
     const GROUP: Self = Self::Group;
     const BUS: Self = Self::Bus;
+    const LOST: Self = Self::Lost;
     const NOT_CONFIRMED: Self = Self::ConfirmTimeout;
     const SWITCHED_OFF: Self = Self::SwitchedOff;
     const SWITCHED_ON: Self = Self::SwitchedOn;

@@ -132,9 +132,7 @@ impl Servo {
         context: &mut Context<'_, Dyn>,
     ) -> Returned {
         let Ok((_, request)) = Request::decode(frame, &self.dialect) else {
-            context
-                .log
-                .push(EventKind::ForeignFrame { id: frame.id() });
+            context.log.push(EventKind::ForeignFrame { id: frame.id() });
             return Returned::Foreign;
         };
         self.counters.displaced = self.counters.displaced.wrapping_add(1);

@@ -54,11 +54,7 @@ impl Servo {
     }
 
     /// A Drive_Error. One that says nothing that a document lists is taken for an alarm.
-    fn read_error(
-        &mut self,
-        frame: &DataFrame,
-        context: &mut Context<'_, Dyn>,
-    ) -> Meaning<Fault> {
+    fn read_error(&mut self, frame: &DataFrame, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         match Reply::decode(frame, None, &self.dialect) {
             Ok((_, Reply::DriveError(DriveError::Alarm))) => {
                 // A drive that alarms for ever must not keep the requests to the others quiet for ever: only its first alarm counts.

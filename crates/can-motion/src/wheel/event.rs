@@ -2,10 +2,9 @@
 
 use zlac8030l::{DecodeError, Emcy, FrameError, NmtState, SdoEvent, SdoIgnored, SetUpReport};
 
-use super::fault::WheelFault;
-use crate::event::BusErrorKind;
-use crate::family::Happening;
-use crate::life::{AxisState, Reason};
+use crate::core::event::{BusErrorKind, CommonEvent};
+use crate::core::state::{AxisState, Reason};
+use crate::wheel::fault::WheelFault;
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,6 +22,15 @@ pub enum WheelEventKind {
     },
     /// A fault was latched.
     Fault(WheelFault),
+    /// The drive reports power that this master did not switch on. It is left alone until `disable` or `adopt`.
+    FoundOn,
+    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition.
+    DisableUnconfirmed {
+        /// Repetitions so far.
+        repeated: u32,
+    },
+    /// A fault of the drive ended the procedure.
+    ProcedureAborted,
     /// The drive is set up: what was found right and what was written.
     SetUp(SetUpReport),
     /// The drive announced a state of NMT; boot-up included.
@@ -60,16 +68,18 @@ pub enum WheelEventKind {
     BusRecovered,
 }
 
-impl From<Happening<WheelFault>> for WheelEventKind {
-    fn from(happening: Happening<WheelFault>) -> Self {
-        match happening {
-            Happening::State { from, to, reason } => Self::State { from, to, reason },
-            Happening::Fault(fault) => Self::Fault(fault),
-            Happening::SetPointMerged => Self::TargetMerged,
-            Happening::CyclesMissed(cycles) => Self::CyclesMissed(cycles),
-            Happening::BusError(kind) => Self::BusError(kind),
-            Happening::BusOff => Self::BusOff,
-            Happening::BusRecovered => Self::BusRecovered,
+impl From<CommonEvent<WheelFault>> for WheelEventKind {
+    fn from(event: CommonEvent<WheelFault>) -> Self {
+        match event {
+            CommonEvent::State { from, to, reason } => Self::State { from, to, reason },
+            CommonEvent::Fault(fault) => Self::Fault(fault),
+            CommonEvent::FoundOn => Self::FoundOn,
+            CommonEvent::DisableUnconfirmed { repeated } => Self::DisableUnconfirmed { repeated },
+            CommonEvent::SetPointMerged => Self::TargetMerged,
+            CommonEvent::CyclesMissed(cycles) => Self::CyclesMissed(cycles),
+            CommonEvent::BusError(kind) => Self::BusError(kind),
+            CommonEvent::BusOff => Self::BusOff,
+            CommonEvent::BusRecovered => Self::BusRecovered,
         }
     }
 }

@@ -4,8 +4,8 @@ use core::fmt;
 
 use zlac8030l::{Emcy, FaultCode, NmtState, SdoEnd, SetUpError};
 
-use crate::family::FaultKind;
-use crate::fault::Reaction;
+use crate::core::family::{FaultKind, Reaction};
+use crate::core::step::Loss;
 
 /// Why a wheel stopped. A fault is latched and leaves only by an explicit `clear`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub enum WheelFault {
     EmergencyInput,
     /// The drive left operation enabled, or its quick stop holds, without a command.
     NotEnabled,
+    /// The drive is enabled although this master did not enable it: is there a second master?
+    SwitchedOn,
     /// The drive left the operational state of NMT: it takes no targets any more.
     NotOperational(NmtState),
     /// The drive does not answer, or sends no feedback or heartbeat. Check power, wiring, termination, node and bit rate.
@@ -65,12 +67,31 @@ pub enum WheelFault {
 impl FaultKind for WheelFault {
     const GROUP: Self = Self::Group;
     const BUS: Self = Self::Bus;
+    const LOST: Self = Self::Lost;
+    const NOT_CONFIRMED: Self = Self::ConfirmTimeout;
+    const SWITCHED_OFF: Self = Self::NotEnabled;
+    const SWITCHED_ON: Self = Self::SwitchedOn;
 
-    fn cannot_ramp(self) -> bool {
-        !matches!(
-            self,
-            Self::Group | Self::FollowingError { .. } | Self::FollowingSpeed { .. }
-        )
+    fn loss(self) -> Loss {
+        match self {
+            // What was set up and told is gone.
+            Self::Reboot => Loss::Drive,
+            // Whether the motor still has power must be read again.
+            Self::Drive(_)
+            | Self::Emergency(_)
+            | Self::NotOperational(_)
+            | Self::Lost
+            | Self::Bus => Loss::Contact,
+            Self::EmergencyInput
+            | Self::SetUp(_)
+            | Self::Transfer(_)
+            | Self::SpeedResolution { .. }
+            | Self::PositionRange { .. } => Loss::Knowledge,
+            Self::NotEnabled | Self::SwitchedOn | Self::ConfirmTimeout => Loss::Anchor,
+            Self::FollowingError { .. } | Self::FollowingSpeed { .. } | Self::Group => {
+                Loss::Nothing
+            }
+        }
     }
 }
 
@@ -81,6 +102,9 @@ impl fmt::Display for WheelFault {
             Self::Emergency(emergency) => emergency.fmt(f),
             Self::EmergencyInput => f.write_str("an emergency stop input of the drive is active"),
             Self::NotEnabled => f.write_str("the drive is not enabled any more"),
+            Self::SwitchedOn => f.write_str(
+                "the drive is enabled although this master did not enable it: look for a second master",
+            ),
             Self::NotOperational(state) => write!(f, "the drive is {state} and takes no targets"),
             Self::Lost => f.write_str("the drive does not answer"),
             Self::Reboot => f.write_str("the drive started again"),
@@ -145,6 +169,7 @@ impl WheelReactions {
             WheelFault::Lost
             | WheelFault::Reboot
             | WheelFault::NotEnabled
+            | WheelFault::SwitchedOn
             | WheelFault::NotOperational(_) => self.lost,
             WheelFault::FollowingError { .. } | WheelFault::FollowingSpeed { .. } => {
                 self.following_error

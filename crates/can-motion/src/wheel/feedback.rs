@@ -2,11 +2,11 @@
 
 use zlac8030l::{FaultCode, NmtState, NodeId, StatusWord};
 
-use super::fault::WheelFault;
-use crate::config::GroupId;
-use crate::feedback::Stamped;
-use crate::life::AxisState;
-use crate::snapshot::Counters;
+use crate::core::facts::Facts;
+use crate::core::family::GroupId;
+use crate::core::snapshot::{Counters, Stamped};
+use crate::core::state::AxisState;
+use crate::wheel::fault::WheelFault;
 
 /// The latest feedback; `None` before the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -15,15 +15,15 @@ pub struct WheelFeedback {
     /// Status word 6041h.
     pub status: Option<Stamped<StatusWord>>,
     /// Fault bits 603Fh, with the status.
-    pub fault_code: Option<FaultCode>,
+    pub fault_code: Option<Stamped<FaultCode>>,
     /// Speed 606Ch in 0.1 r/min, with the status.
-    pub speed_decirpm: Option<i32>,
+    pub speed_decirpm: Option<Stamped<i32>>,
     /// Position 6064h in counts.
     pub position_counts: Option<Stamped<i32>>,
     /// Torque 6077h as the drive counts it: 0.1 A by the text, mA by the printed range (Z25). With the position.
-    pub torque: Option<i16>,
+    pub torque: Option<Stamped<i16>>,
     /// State of NMT by the latest heartbeat.
-    pub nmt: Option<NmtState>,
+    pub nmt: Option<Stamped<NmtState>>,
 }
 
 /// One wheel at one moment.
@@ -34,8 +34,10 @@ pub struct WheelSnapshot {
     pub node: NodeId,
     /// The group that it stops with.
     pub group: GroupId,
-    /// Where the wheel is in its life.
+    /// Where the wheel is in its life: a view of the facts.
     pub state: AxisState,
+    /// The facts.
+    pub facts: Facts,
     /// The latched fault.
     pub fault: Option<WheelFault>,
     /// What the application wants: 1/n r/min or counts, by the mode.

@@ -1,14 +1,35 @@
-//! Frames of one wheel on their way out, and back.
+//! Requests of one wheel on their way out, and frames that come back unsent.
 
-use zlac8030l::{DataFrame, NmtCommand, NmtRequest, SdoRequest, Service, objects};
+use zlac8030l::{
+    ControlWord, DataFrame, NmtCommand, NmtRequest, NmtState, NodeId, SdoRequest, Service, objects,
+};
 
-use super::axis::{Log, Reset, Wheel};
-use super::config::WheelMasterConfig;
-use super::event::WheelEventKind;
-use super::process_data;
-use crate::family::{Life, Sends, Switch};
-use crate::life::{AxisState, Reason};
-use crate::time::Instant;
+use crate::core::exit::{Class, may_leave};
+use crate::core::facts::{Brake, Work};
+use crate::core::family::{Context, Returned, View, Wanted};
+use crate::core::state::Stage;
+use crate::core::time::Instant;
+use crate::wheel::drive::{Reset, Wheel};
+use crate::wheel::event::WheelEventKind;
+use crate::wheel::family::Zlac;
+
+/// Value of the holding brake 2030h:0E that closes it.
+const BRAKE_CLOSED: u16 = 1;
+/// Value of the holding brake 2030h:0E that opens it.
+const BRAKE_OPEN: u16 = 0;
+
+/// What a transfer is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// The checks of the drive.
+    Check,
+    /// Whether the motor has power, while no feedback says so.
+    Power,
+    /// The holding brake.
+    Brake(Brake),
+    /// A procedure of the application.
+    Procedure,
+}
 
 /// Something that goes out in the gaps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,154 +37,189 @@ pub enum WheelRequest {
     /// A command of network management.
     Nmt(NmtCommand),
     /// The start of a transfer.
-    Transfer(SdoRequest),
+    Transfer(Purpose, SdoRequest),
     /// The abort of a transfer that was given up.
     Abort(SdoRequest),
 }
 
-impl Sends for Wheel {
-    fn sends_each_cycle(&self) -> bool {
-        self.is_set_up && self.state.is_known()
-    }
-
-    fn set_point(&self) -> (DataFrame, i32) {
-        let value = self.books.next(self.config.limits.max_step);
-        let config = &self.config;
-        let frame = process_data::command(config.node, config.mode, self.control_word(), value);
-        (frame, value)
-    }
-
-    /// The same frame: control word and target travel together.
-    fn switch_frame(&self, _: Switch) -> Option<DataFrame> {
-        Some(self.set_point().0)
-    }
-
-    fn wanted_request(&self, _: u32) -> Option<(WheelRequest, i32)> {
-        let urgent = |request| Some((request, i32::MAX));
-        if let Some(abort) = self.abort {
-            return urgent(WheelRequest::Abort(abort));
-        }
-        if self.nmt_due && !self.is_lost() {
-            return urgent(WheelRequest::Nmt(match self.state {
-                AxisState::CheckingStatus => NmtCommand::Start,
-                _ => NmtCommand::PreOperational,
-            }));
-        }
-        let request = self.wanted_transfer()?;
-        let is_ready = self.sdo.ready(self.now.as_us(), request.address()).is_ok();
-        is_ready.then_some((WheelRequest::Transfer(request), i32::MAX))
-    }
-
-    fn request_frame(&self, request: WheelRequest) -> Option<DataFrame> {
-        let node = self.config.node;
-        Some(match request {
-            WheelRequest::Nmt(command) => NmtRequest {
+impl WheelRequest {
+    pub(super) fn encode(self, node: NodeId) -> DataFrame {
+        match self {
+            Self::Nmt(command) => NmtRequest {
                 command,
                 node: Some(node),
             }
             .encode(),
-            WheelRequest::Transfer(request) | WheelRequest::Abort(request) => request.encode(node),
-        })
-    }
-
-    fn stepped(&mut self, value: i32, _: Instant) {
-        self.books.accepted(value);
-        self.edge = !self.edge;
-        self.counters.set_points = self.counters.set_points.wrapping_add(1);
-    }
-
-    fn switched(&mut self, switch: Switch, log: &mut Log<'_>) {
-        self.may_be_enabled = switch == Switch::Enable;
-        let next = match switch {
-            Switch::Enable => AxisState::ConfirmingEnable,
-            Switch::Disable => AxisState::ConfirmingDisable,
-        };
-        self.enter(next, Reason::Sent, log);
-    }
-
-    fn requested(
-        &mut self,
-        request: WheelRequest,
-        _: u32,
-        _: &WheelMasterConfig,
-        log: &mut Log<'_>,
-    ) {
-        self.counters.requests = self.counters.requests.wrapping_add(1);
-        match request {
-            WheelRequest::Nmt(_) => self.nmt_due = false,
-            WheelRequest::Abort(_) => self.abort = None,
-            WheelRequest::Transfer(request) => {
-                // It was ready when it was offered, and time has only passed since.
-                let _ = self.sdo.start(log.now.as_us(), request);
-                if self.wanted == Some(request) {
-                    self.wanted = None;
-                }
-            }
+            Self::Transfer(_, request) | Self::Abort(request) => request.encode(node),
         }
-    }
-
-    fn displaced(&mut self, frame: &DataFrame, _: u32, log: &mut Log<'_>) -> bool {
-        self.counters.displaced = self.counters.displaced.wrapping_add(1);
-        match frame.service() {
-            Ok(Service::Rpdo(..)) => {
-                log.push(WheelEventKind::TargetDisplaced);
-                return false;
-            }
-            Ok(Service::SdoRequest(_)) => self.withdraw(frame),
-            Ok(Service::Nmt) => self.nmt_due = true,
-            _ => {
-                log.push(WheelEventKind::ForeignFrame { id: frame.id() });
-                return false;
-            }
-        }
-        log.push(WheelEventKind::RequestDisplaced);
-        true
-    }
-
-    /// Any later frame says the same or more.
-    fn owes_set_point(&self) -> bool {
-        true
-    }
-
-    fn merged(&mut self) {
-        self.counters.merged = self.counters.merged.wrapping_add(1);
     }
 }
 
 impl Wheel {
-    /// The transfer that the state needs, or else the one that the application asked for.
-    fn wanted_transfer(&self) -> Option<SdoRequest> {
-        match self.state {
-            AxisState::Probing => Some(objects::DEVICE_TYPE.read()),
-            AxisState::Identifying => Some(objects::SPEED_RESOLUTION.read()),
-            AxisState::CheckingConfig => self.script.wanted(&self.steps()),
-            AxisState::CheckingStatus => match self.reset {
-                Reset::No => None,
-                Reset::Allowed => Some(objects::FAULT_CODE.read()),
-                Reset::Edge => {
-                    Some(objects::CONTROL_WORD.write(zlac8030l::ControlWord::FAULT_RESET.get()))
-                }
-                Reset::Release => {
-                    Some(objects::CONTROL_WORD.write(zlac8030l::ControlWord::DISABLE_VOLTAGE.get()))
-                }
-            },
-            _ if self.is_lost() => None,
-            _ => self.wanted,
+    /// The request to send next.
+    pub(super) fn next_request(&self, view: &View, now: Instant) -> Option<Wanted<WheelRequest>> {
+        if let Some(abort) = self.abort {
+            return Some(Wanted::urgent(Class::Reading, WheelRequest::Abort(abort)));
+        }
+        if let Some(command) = self.wanted_nmt(view) {
+            return Some(Wanted::urgent(Class::Repair, WheelRequest::Nmt(command)));
+        }
+        let (class, purpose, request) = self.wanted_transfer(view, now)?;
+        let is_ready = self.sdo.ready(now.as_us(), request.address()).is_ok();
+        is_ready.then(|| Wanted::urgent(class, WheelRequest::Transfer(purpose, request)))
+    }
+
+    /// A mapping changes only while PDOs rest; one that is right already is left in operation.
+    fn wanted_nmt(&self, view: &View) -> Option<NmtCommand> {
+        if !view.facts.is_checking() {
+            return None;
+        }
+        let is_operational = self.heartbeat.state() == Some(NmtState::Operational);
+        match view.stage {
+            Stage::CheckingConfig if !self.may_be_mapped => {
+                let wanted = self.script.wanted(&self.steps())?;
+                matches!(wanted, SdoRequest::Write(..)).then_some(NmtCommand::PreOperational)
+            }
+            Stage::CheckingStatus if self.reset == Reset::No && self.may_be_mapped => {
+                Some(NmtCommand::Start)
+            }
+            Stage::CheckingStatus if self.reset == Reset::No && !is_operational => {
+                let was_told = self.feedback.nmt.is_some();
+                was_told.then_some(NmtCommand::Start)
+            }
+            _ => None,
         }
     }
 
-    /// The controller gave a request back: no reply will come.
-    fn withdraw(&mut self, frame: &DataFrame) {
+    fn wanted_transfer(&self, view: &View, now: Instant) -> Option<(Class, Purpose, SdoRequest)> {
+        let facts = &view.facts;
+        if view.is_lost {
+            let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us());
+            return is_time.then(power_reading);
+        }
+        if facts.awaits_power() && !self.takes_frames() && !facts.is_checking() {
+            return Some(power_reading());
+        }
+        if may_leave(Class::BrakeClose, facts) && self.may_close_brake(view, now) {
+            let request = objects::HOLDING_BRAKE.write(BRAKE_CLOSED);
+            return Some((Class::BrakeClose, Purpose::Brake(Brake::Closed), request));
+        }
+        if may_leave(Class::BrakeOpen, facts) {
+            let request = objects::HOLDING_BRAKE.write(BRAKE_OPEN);
+            return Some((Class::BrakeOpen, Purpose::Brake(Brake::Open), request));
+        }
+        if facts.is_checking() {
+            let request = self.check_transfer(view.stage)?;
+            let class = match request {
+                SdoRequest::Write(..) => Class::Repair,
+                _ => Class::Reading,
+            };
+            return Some((class, Purpose::Check, request));
+        }
+        let request = self.procedure?;
+        let class = match facts.work {
+            Work::Write => Class::Write,
+            Work::Repair => Class::Repair,
+            _ => Class::Poll,
+        };
+        Some((class, Purpose::Procedure, request))
+    }
+
+    /// A holding brake is not made to stop a wheel that turns. Where nobody reports the speed, it waits as long as a standstill may take.
+    fn may_close_brake(&self, view: &View, now: Instant) -> bool {
+        let waited_us = now.us_since(view.since);
+        self.still_since.is_some() || waited_us >= u64::from(self.standstill_limit_us())
+    }
+
+    fn check_transfer(&self, stage: Stage) -> Option<SdoRequest> {
+        match stage {
+            Stage::Probing if !self.is_known => Some(objects::DEVICE_TYPE.read()),
+            Stage::Probing => Some(objects::STATUS_WORD.read()),
+            Stage::Identifying => Some(objects::SPEED_RESOLUTION.read()),
+            Stage::CheckingConfig => self.script.wanted(&self.steps()),
+            Stage::CheckingStatus => match self.reset {
+                Reset::No => None,
+                Reset::Allowed => Some(objects::FAULT_CODE.read()),
+                Reset::Edge => Some(objects::CONTROL_WORD.write(ControlWord::FAULT_RESET.get())),
+                Reset::Release => {
+                    Some(objects::CONTROL_WORD.write(ControlWord::DISABLE_VOLTAGE.get()))
+                }
+            },
+            Stage::PowerOn | Stage::Locating => None,
+        }
+    }
+
+    /// The controller accepted a request.
+    pub(super) fn note_request(&mut self, request: WheelRequest, now: Instant) {
+        self.counters.requests = self.counters.requests.wrapping_add(1);
+        match request {
+            WheelRequest::Nmt(command) => {
+                self.may_be_mapped = command == NmtCommand::PreOperational;
+                self.feedback.nmt = None;
+            }
+            WheelRequest::Abort(_) => self.abort = None,
+            WheelRequest::Transfer(purpose, request) => {
+                // It was ready when it was offered, and time has only passed since.
+                let _ = self.sdo.start(now.as_us(), request);
+                self.purpose = Some(purpose);
+                self.asked_at = now;
+            }
+        }
+    }
+
+    /// The controller gave a frame back unsent.
+    pub(super) fn note_returned(
+        &mut self,
+        frame: &DataFrame,
+        context: &mut Context<'_, Zlac>,
+    ) -> Returned {
+        self.counters.displaced = self.counters.displaced.wrapping_add(1);
+        match frame.service() {
+            Ok(Service::Rpdo(..)) => {
+                context.log.push(WheelEventKind::TargetDisplaced);
+                return Returned::OfCycle;
+            }
+            Ok(Service::SdoRequest(_)) => {
+                if let Some(returned) = self.withdraw(frame) {
+                    return returned;
+                }
+            }
+            Ok(Service::Nmt) => self.nmt_returned(frame),
+            _ => {
+                let event = WheelEventKind::ForeignFrame { id: frame.id() };
+                context.log.push(event);
+                return Returned::Foreign;
+            }
+        }
+        context.log.push(WheelEventKind::RequestDisplaced);
+        Returned::Request
+    }
+
+    fn nmt_returned(&mut self, frame: &DataFrame) {
+        let was_start =
+            NmtRequest::decode(frame).is_ok_and(|request| request.command == NmtCommand::Start);
+        self.may_be_mapped = was_start;
+    }
+
+    /// The controller gave a transfer back: no reply will come.
+    fn withdraw(&mut self, frame: &DataFrame) -> Option<Returned> {
         let Ok((_, request)) = SdoRequest::decode(frame) else {
-            return;
+            return None;
         };
         if matches!(request, SdoRequest::Abort(..)) {
             self.abort = Some(request);
-            return;
+            return None;
+        }
+        let switch_off = objects::CONTROL_WORD.write(ControlWord::DISABLE_VOLTAGE.get());
+        if request == switch_off && self.purpose.is_none() {
+            return Some(Returned::Switch(Class::SwitchOff));
         }
         self.sdo.withdraw();
-        if self.wanted.is_none() && self.state.may_poll() {
-            self.wanted = Some(request);
-        }
+        self.purpose = None;
+        None
     }
+}
+
+fn power_reading() -> (Class, Purpose, SdoRequest) {
+    (Class::Reading, Purpose::Power, objects::STATUS_WORD.read())
 }

@@ -14,23 +14,27 @@
 //!
 //! What the states of [`AxisState`](crate::AxisState) mean for a wheel is in `docs/wheels.md`.
 
-mod axis;
-mod books;
-mod config;
+pub(crate) mod config;
+mod drive;
 mod event;
+mod family;
 mod fault;
 mod feedback;
-mod hear;
-mod master;
+mod frames;
+mod ledger;
+mod plan;
 mod process_data;
-mod send;
+mod readings;
 mod set_up;
 
 pub use config::{
     FeedbackTiming, WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig, WheelMode,
-    WheelTimeouts,
+    WheelStops, WheelTimeouts,
 };
+pub use drive::Wheel;
 pub use event::WheelEventKind;
+pub use family::{TransferError, WheelMaster, Zlac};
 pub use fault::{WheelFault, WheelReactions};
 pub use feedback::{WheelFeedback, WheelSnapshot};
-pub use master::{TransferError, WheelMaster, Zlac};
+pub use frames::{Purpose, WheelRequest};
+pub use plan::WheelPlan;

@@ -5,7 +5,7 @@ use zlac8030l::{
     PdoMapping, PdoNumber, StatusWord, objects,
 };
 
-use super::config::WheelMode;
+use crate::wheel::config::WheelMode;
 
 /// Control word and target go to the drive in this PDO. RPDO0 keeps its factory mapping.
 pub(super) const COMMAND: PdoNumber = PdoNumber::Pdo1;

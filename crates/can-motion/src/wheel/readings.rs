@@ -1,200 +1,187 @@
-//! Frames of one wheel on their way in.
+//! Frames of one wheel on their way in, and what they mean.
 
 use zlac8030l::{
-    DataFrame, Emcy, HeartbeatEvent, HeartbeatWatch, Message, NmtState, PdoNumber, SdoEnd,
-    SdoEvent, SdoHeard, SdoIgnored, State, StatusWord,
+    DataFrame, Emcy, HeartbeatEvent, Message, NmtState, PdoNumber, SdoEnd, SdoEvent, SdoHeard,
+    SdoIgnored, State, StatusWord,
 };
 
-use super::axis::{Log, Reset, Wheel};
-use super::config::{WheelMasterConfig, WheelMode};
-use super::event::WheelEventKind;
-use super::fault::WheelFault;
-use super::process_data;
-use crate::family::{Hears, Life};
-use crate::feedback::Stamped;
-use crate::life::{AxisState, Reason};
-use crate::time::Instant;
+use crate::core::facts::{Knowledge, Latch, Power, Work};
+use crate::core::family::{Context, Meaning, PowerReport, View};
+use crate::core::snapshot::Stamped;
+use crate::core::state::Stage;
+use crate::core::time::Instant;
+use crate::wheel::config::WheelMasterConfig;
+use crate::wheel::drive::{Log, Reset, Wheel};
+use crate::wheel::event::WheelEventKind;
+use crate::wheel::family::Zlac;
+use crate::wheel::fault::WheelFault;
+use crate::wheel::frames::Purpose;
+use crate::wheel::process_data;
 
-impl Hears for Wheel {
-    fn hear(
+impl Wheel {
+    /// A frame of this drive came in.
+    pub(super) fn read(
         &mut self,
         frame: &DataFrame,
-        config: &WheelMasterConfig,
-        log: &mut Log<'_>,
-    ) -> Option<WheelFault> {
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
         match Message::decode(frame) {
-            Ok(Message::Tpdo(_, process_data::STATUS, _)) => self.hear_status(frame, config, log),
-            Ok(Message::Tpdo(_, process_data::POSITION, _)) => self.hear_position(frame, log),
-            Ok(Message::SdoReply(..)) => self.hear_reply(frame, config, log),
-            Ok(Message::Heartbeat(heartbeat)) => self.hear_heartbeat(heartbeat.state, config, log),
-            Ok(Message::Emcy(_, emergency)) => hear_emergency(emergency, log),
-            Ok(Message::Tpdo(_, PdoNumber::Pdo2 | PdoNumber::Pdo3, _)) => None,
+            Ok(Message::Tpdo(_, process_data::STATUS, _)) => self.read_status(frame, context),
+            Ok(Message::Tpdo(_, process_data::POSITION, _)) => self.read_position(frame, context),
+            Ok(Message::SdoReply(..)) => self.read_reply(frame, context),
+            Ok(Message::Heartbeat(heartbeat)) => self.read_heartbeat(heartbeat.state, context),
+            Ok(Message::Emcy(_, emergency)) => read_emergency(emergency, &mut context.log),
+            Ok(Message::Tpdo(_, PdoNumber::Pdo2 | PdoNumber::Pdo3, _)) => Meaning::NONE,
             Ok(_) => {
-                log.push(WheelEventKind::ForeignFrame { id: frame.id() });
-                None
+                let event = WheelEventKind::ForeignFrame { id: frame.id() };
+                context.log.push(event);
+                Meaning::NONE
             }
             // Also what is not expedited: the client has to give up on it.
             Err(error) => {
-                log.push(WheelEventKind::BadFrame(error));
-                self.hear_reply(frame, config, log)
+                context.log.push(WheelEventKind::BadFrame(error));
+                self.read_reply(frame, context)
             }
         }
     }
 
-    fn quiet_us(&mut self, _: WheelFault, _: &WheelMasterConfig) -> Option<u32> {
-        None
-    }
-
-    fn abandon_request(&mut self, now: Instant, _: &WheelMasterConfig) {
-        self.sdo.abandon(now.as_us());
-    }
-}
-
-/// An emergency message; one with error code 0 tells that an error is gone.
-fn hear_emergency(emergency: Emcy, log: &mut Log<'_>) -> Option<WheelFault> {
-    if emergency.error_code != 0 {
-        return Some(WheelFault::Emergency(emergency));
-    }
-    log.push(WheelEventKind::EmergencyOver(emergency));
-    None
-}
-
-impl Wheel {
-    fn hear_status(
+    fn read_status(
         &mut self,
         frame: &DataFrame,
-        config: &WheelMasterConfig,
-        log: &mut Log<'_>,
-    ) -> Option<WheelFault> {
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
         let (status, fault_code, speed_decirpm) = match process_data::status(frame) {
             Ok(values) => values,
             Err(error) => {
-                log.push(WheelEventKind::BadFrame(error));
-                return None;
+                context.log.push(WheelEventKind::BadFrame(error));
+                return Meaning::NONE;
             }
         };
-        self.feedback.status = Some(Stamped {
-            value: status,
-            at: log.now,
-        });
-        self.feedback.fault_code = Some(fault_code);
-        self.feedback.speed_decirpm = Some(speed_decirpm);
-        let stands = speed_decirpm.unsigned_abs() <= u32::from(self.config.limits.standstill);
-        self.still_since = stands.then(|| self.still_since.unwrap_or(log.now));
-        self.status_fault(status, config, log.now)
-            .or_else(|| self.following_speed(speed_decirpm, log.now))
-            .or_else(|| {
-                self.follow_status(status, config, log);
-                None
-            })
+        let now = context.log.now;
+        self.feedback.status = stamped(status, now);
+        self.feedback.fault_code = stamped(fault_code, now);
+        self.feedback.speed_decirpm = stamped(speed_decirpm, now);
+        let view = &context.view;
+        let is_still = speed_decirpm.unsigned_abs() <= u32::from(self.config.limits.standstill);
+        self.still_since = is_still.then(|| self.still_since.unwrap_or(now));
+        let is_done = view.facts.is_checking()
+            && view.stage == Stage::CheckingStatus
+            && self.is_reset_and_started();
+        let is_judged = view.facts.knowledge != Knowledge::Unknown || is_done;
+        let fault = self
+            .status_fault(status, view, context.config, now)
+            .filter(|_| is_judged)
+            .or_else(|| self.following_speed(speed_decirpm, view, now));
+        Meaning {
+            fault,
+            power: power_of(status, view).map(|is_on| PowerReport {
+                is_on,
+                asked_at: now,
+            }),
+            stage: is_done.then_some(Stage::Locating),
+            stands: self.stands(is_still, context),
+            ..Meaning::NONE
+        }
     }
 
-    /// What the status says against what the state expects.
+    /// The drive was told to start its PDOs and did, and nothing is left to reset.
+    fn is_reset_and_started(&self) -> bool {
+        self.reset == Reset::No && !self.may_be_mapped && self.takes_frames()
+    }
+
+    /// What the status says against what the axis expects.
     fn status_fault(
         &self,
         status: StatusWord,
+        view: &View,
         config: &WheelMasterConfig,
         now: Instant,
     ) -> Option<WheelFault> {
-        let is_judged = self.state.is_known() || self.is_checked();
-        if !is_judged || self.state == AxisState::Faulted {
-            return None;
-        }
-        if let Some(code) = self.feedback.fault_code.filter(|code| code.is_fault()) {
+        let code = self.feedback.fault_code.map(|code| code.value);
+        if let Some(code) = code.filter(|code| code.is_fault()) {
             return Some(WheelFault::Drive(code));
         }
         if status.external_emergency_stop() {
             return Some(WheelFault::EmergencyInput);
         }
+        let is_on = view.facts.power == Power::On;
         // The release of a quick stop takes a moment.
-        let settled = now.us_since(self.since) >= u64::from(config.timeouts.confirm_us);
-        let stopped = status.emergency_stop() && !self.quick_stop && settled;
-        let is_off = status.state() != State::OperationEnabled;
-        (self.state.is_enabled() && (is_off || stopped)).then_some(WheelFault::NotEnabled)
+        let is_settled = now.us_since(view.since) >= u64::from(config.timeouts.confirm_us);
+        let is_stopped = status.emergency_stop() && !self.quick_stop && is_settled;
+        let is_unknown = status.state() == State::Undocumented;
+        (is_on && (is_stopped || is_unknown)).then_some(WheelFault::NotEnabled)
     }
 
-    /// The drive was told to start its PDOs, and nothing is left to reset.
-    fn is_checked(&self) -> bool {
-        self.state == AxisState::CheckingStatus && self.reset == Reset::No && !self.nmt_due
+    /// Whether the wheel has stood still long enough; `None` while it is too early to say.
+    fn stands(&self, is_still: bool, context: &Context<'_, Zlac>) -> Option<bool> {
+        if !is_still {
+            return Some(false);
+        }
+        // What was read before the application asked for power does not count.
+        let since = self.still_since?.max(context.view.since);
+        let counted_us = context.log.now.us_since(since);
+        (counted_us >= u64::from(context.config.timeouts.standstill_us)).then_some(true)
     }
 
-    fn follow_status(&mut self, status: StatusWord, config: &WheelMasterConfig, log: &mut Log<'_>) {
-        let standstill_us = u64::from(config.timeouts.standstill_us);
-        let stands = self
-            .still_since
-            .is_some_and(|since| log.now.us_since(since) >= standstill_us);
-        let next = match self.state {
-            AxisState::CheckingStatus
-                if self.is_checked() && self.heartbeat.state() == Some(NmtState::Operational) =>
-            {
-                AxisState::Anchoring
-            }
-            AxisState::AwaitingStandstill if stands => AxisState::Reanchoring,
-            AxisState::ConfirmingEnable
-                if status.state() == State::OperationEnabled && !status.emergency_stop() =>
-            {
-                AxisState::Streaming
-            }
-            AxisState::ConfirmingDisable if status.state() == State::NotEnabled => AxisState::Ready,
-            _ => return,
-        };
-        self.enter(next, Reason::Reading, log);
-    }
-
-    fn hear_position(&mut self, frame: &DataFrame, log: &mut Log<'_>) -> Option<WheelFault> {
+    fn read_position(
+        &mut self,
+        frame: &DataFrame,
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
         let (position_counts, torque) = match process_data::position(frame) {
             Ok(values) => values,
             Err(error) => {
-                log.push(WheelEventKind::BadFrame(error));
-                return None;
+                context.log.push(WheelEventKind::BadFrame(error));
+                return Meaning::NONE;
             }
         };
-        self.feedback.position_counts = Some(Stamped {
-            value: position_counts,
-            at: log.now,
-        });
-        self.feedback.torque = Some(torque);
-        match self.state {
-            AxisState::Anchoring => self.take_anchor(position_counts, AxisState::Ready, log),
-            AxisState::Reanchoring => self.take_anchor(position_counts, AxisState::Enabling, log),
-            _ => self.following_error(position_counts),
+        let now = context.log.now;
+        self.feedback.position_counts = stamped(position_counts, now);
+        self.feedback.torque = stamped(torque, now);
+        let view = &context.view;
+        let is_checked = view.facts.is_checking() && view.stage == Stage::Locating;
+        let fault = match self.located() {
+            Err(fault) if is_checked => Some(fault),
+            _ => self.following_error(position_counts, view),
+        };
+        Meaning {
+            fault,
+            is_checked: is_checked && fault.is_none(),
+            work_ended: is_checked && view.facts.work == Work::Repair,
+            is_located: true,
+            ..Meaning::NONE
         }
     }
 
-    fn take_anchor(
-        &mut self,
-        position_counts: i32,
-        next: AxisState,
-        log: &mut Log<'_>,
-    ) -> Option<WheelFault> {
+    /// The position that was read last, in counts.
+    pub(super) fn located(&self) -> Result<i32, WheelFault> {
+        let actual = self.feedback.position_counts.map_or(0, |read| read.value);
         let limits = &self.config.limits;
-        let is_position = matches!(self.config.mode, WheelMode::Position { .. });
-        if is_position && !(limits.min..=limits.max).contains(&position_counts) {
-            return Some(WheelFault::PositionRange {
-                actual: position_counts,
-            });
+        if self.is_position() && !(limits.min..=limits.max).contains(&actual) {
+            return Err(WheelFault::PositionRange { actual });
         }
-        self.anchor();
-        self.enter(next, Reason::Reading, log);
-        None
+        Ok(actual)
     }
 
-    fn following_error(&self, position_counts: i32) -> Option<WheelFault> {
-        let follows =
-            matches!(self.config.mode, WheelMode::Position { .. }) && self.state.sends_set_points();
-        let error = i64::from(position_counts) - i64::from(self.books.sent());
+    fn following_error(&self, position_counts: i32, view: &View) -> Option<WheelFault> {
+        let follows = self.is_position() && view.facts.moves();
+        let error = i64::from(position_counts) - i64::from(self.ledger.sent());
         let is_far = error.unsigned_abs() > u64::from(self.config.limits.following_error);
-        (follows && is_far).then(|| WheelFault::FollowingError {
-            counts: error.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
-        })
+        let counts = error.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32;
+        (follows && is_far).then_some(WheelFault::FollowingError { counts })
     }
 
     /// A wheel in velocity mode that turns at another speed than it was told for too long.
-    fn following_speed(&mut self, actual_decirpm: i32, now: Instant) -> Option<WheelFault> {
-        let follows = self.config.mode == WheelMode::Velocity && self.state.sends_set_points();
+    fn following_speed(
+        &mut self,
+        actual_decirpm: i32,
+        view: &View,
+        now: Instant,
+    ) -> Option<WheelFault> {
+        let follows = !self.is_position() && view.facts.moves();
         let resolution = i32::from(self.config.speed_resolution.max(1));
         // At most ten times 1000 r/min, so that nothing overflows.
-        let sent_decirpm = self.books.sent().saturating_mul(10) / resolution;
+        let sent_decirpm = self.ledger.sent().saturating_mul(10) / resolution;
         let limits = &self.config.limits;
         let difference = actual_decirpm.abs_diff(sent_decirpm);
         if !follows || difference <= u32::from(limits.following_speed) {
@@ -209,139 +196,265 @@ impl Wheel {
         })
     }
 
-    fn hear_heartbeat(
+    fn read_heartbeat(
         &mut self,
         state: NmtState,
-        config: &WheelMasterConfig,
-        log: &mut Log<'_>,
-    ) -> Option<WheelFault> {
-        self.feedback.nmt = Some(state);
-        match self.heartbeat.on_heartbeat(log.now.as_us(), state)? {
-            HeartbeatEvent::BootUp => self.hear_boot_up(config, log),
-            HeartbeatEvent::State(state) => {
-                log.push(WheelEventKind::Nmt(state));
-                let must_run = self.state.is_known() && self.state != AxisState::Faulted;
-                (must_run && state != NmtState::Operational)
-                    .then_some(WheelFault::NotOperational(state))
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
+        let now = context.log.now;
+        self.feedback.nmt = stamped(state, now);
+        match self.heartbeat.on_heartbeat(now.as_us(), state) {
+            None => Meaning::NONE,
+            Some(HeartbeatEvent::BootUp) => self.read_boot_up(context),
+            Some(HeartbeatEvent::State(state)) => {
+                context.log.push(WheelEventKind::Nmt(state));
+                let must_run = context.view.facts.knowledge != Knowledge::Unknown;
+                let has_stopped = must_run && state != NmtState::Operational;
+                Meaning {
+                    fault: has_stopped.then_some(WheelFault::NotOperational(state)),
+                    ..Meaning::NONE
+                }
             }
         }
     }
 
     /// What was set up is gone. While nothing was set up yet, that is how a drive announces itself.
-    fn hear_boot_up(
-        &mut self,
-        config: &WheelMasterConfig,
-        log: &mut Log<'_>,
-    ) -> Option<WheelFault> {
-        log.push(WheelEventKind::Nmt(NmtState::BootUp));
-        self.sdo.abandon(log.now.as_us());
-        self.heartbeat = HeartbeatWatch::new(config.timeouts.heartbeat_lost_us);
-        self.is_set_up = false;
-        self.may_be_enabled = false;
-        match self.state {
-            AxisState::PowerOn | AxisState::Probing => {
-                self.enter(AxisState::Probing, Reason::Reading, log);
-                None
-            }
-            AxisState::Faulted => None,
-            _ => Some(WheelFault::Reboot),
+    fn read_boot_up(&mut self, context: &mut Context<'_, Zlac>) -> Meaning<WheelFault> {
+        let now = context.log.now;
+        context.log.push(WheelEventKind::Nmt(NmtState::BootUp));
+        self.sdo.abandon(now.as_us());
+        self.purpose = None;
+        let was_set_up = self.is_set_up;
+        self.forget_set_up();
+        self.start_over_checks();
+        if context.view.facts.is_checking() && !was_set_up {
+            return Meaning {
+                stage: Some(Stage::Probing),
+                ..Meaning::NONE
+            };
         }
+        Meaning::fault(WheelFault::Reboot)
     }
 
-    fn hear_reply(
+    fn start_over_checks(&mut self) {
+        use crate::core::family::Drive;
+        let is_cleared = self.reset != Reset::No;
+        let _ = self.start_over(Instant::default(), is_cleared);
+    }
+
+    fn read_reply(
         &mut self,
         frame: &DataFrame,
-        config: &WheelMasterConfig,
-        log: &mut Log<'_>,
-    ) -> Option<WheelFault> {
-        match self.sdo.on_frame(log.now.as_us(), frame) {
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
+        match self.sdo.on_frame(context.log.now.as_us(), frame) {
             SdoHeard::Ended(event) => {
                 self.counters.replies = self.counters.replies.wrapping_add(1);
-                self.transfer_ended(event, config, log)
+                self.transfer_ended(event, context)
             }
-            SdoHeard::Ignored(SdoIgnored::Foreign) => None,
+            SdoHeard::Ignored(SdoIgnored::Foreign) => Meaning::NONE,
             SdoHeard::Ignored(reason) => {
                 self.counters.late_replies = self.counters.late_replies.wrapping_add(1);
-                log.push(WheelEventKind::ReplyIgnored(reason));
-                None
+                context.log.push(WheelEventKind::ReplyIgnored(reason));
+                Meaning::NONE
             }
         }
     }
 
-    /// A transfer has ended, well or not: where that leads.
-    pub(super) fn transfer_ended(
+    /// A transfer has ended, well or not: what that means by its purpose.
+    fn transfer_ended(
         &mut self,
         event: SdoEvent,
-        config: &WheelMasterConfig,
-        log: &mut Log<'_>,
-    ) -> Option<WheelFault> {
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
         self.note_abort(&event);
-        let timed_out = event.end == SdoEnd::TimedOut;
-        if timed_out {
+        let purpose = self.purpose.take();
+        let mut meaning = Meaning::NONE;
+        if event.end == SdoEnd::TimedOut {
             self.counters.timeouts = self.counters.timeouts.wrapping_add(1);
+            if !context.view.is_lost && purpose != Some(Purpose::Procedure) {
+                context.log.push(WheelEventKind::TransferTimeout(event));
+                meaning.fault = self.miss(context.config.timeouts.lost_after);
+            }
         } else {
             self.timeouts_in_row = 0;
         }
-        match self.state {
-            AxisState::CheckingConfig => self.follow_script(event.end, log),
-            AxisState::Probing | AxisState::Identifying | AxisState::CheckingStatus
-                if timed_out =>
-            {
-                log.push(WheelEventKind::TransferTimeout(event));
-                self.miss(config.timeouts.lost_after)
+        match purpose {
+            Some(Purpose::Procedure) => {
+                context.log.push(WheelEventKind::Transfer(event));
+                meaning.work_ended = self.procedure.take().is_some();
+                meaning
             }
-            AxisState::Probing | AxisState::Identifying | AxisState::CheckingStatus => {
-                self.follow_value(event.end, log)
+            Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => Meaning {
+                brake: Some(brake),
+                ..meaning
+            },
+            Some(Purpose::Power) => self.power_was_read(event.end, context, meaning),
+            Some(Purpose::Check) if context.view.facts.is_checking() => {
+                self.check_ended(event, context, meaning)
             }
-            _ => {
-                log.push(WheelEventKind::Transfer(event));
-                None
-            }
+            _ => meaning,
         }
     }
 
-    fn follow_script(&mut self, end: SdoEnd, log: &mut Log<'_>) -> Option<WheelFault> {
-        let steps = self.steps();
-        self.script.on_end(&steps, end);
-        match self.script.outcome()? {
-            Ok(report) => {
-                log.push(WheelEventKind::SetUp(report));
-                self.is_set_up = true;
-                self.enter(AxisState::CheckingStatus, Reason::Reading, log);
-                None
-            }
-            Err(error) => Some(WheelFault::SetUp(error)),
+    fn power_was_read(
+        &mut self,
+        end: SdoEnd,
+        context: &Context<'_, Zlac>,
+        meaning: Meaning<WheelFault>,
+    ) -> Meaning<WheelFault> {
+        let SdoEnd::Value(data) = end else {
+            return meaning;
+        };
+        let status = StatusWord::new(data.raw() as u16);
+        Meaning {
+            power: power_of(status, &context.view).map(|is_on| PowerReport {
+                is_on,
+                asked_at: self.asked_at,
+            }),
+            ..meaning
         }
     }
 
-    fn follow_value(&mut self, end: SdoEnd, log: &mut Log<'_>) -> Option<WheelFault> {
-        let value = match end {
+    fn check_ended(
+        &mut self,
+        event: SdoEvent,
+        context: &mut Context<'_, Zlac>,
+        meaning: Meaning<WheelFault>,
+    ) -> Meaning<WheelFault> {
+        if context.view.stage == Stage::CheckingConfig {
+            return self.follow_script(event.end, &mut context.log, meaning);
+        }
+        let value = match event.end {
             SdoEnd::Value(data) => data.raw(),
             SdoEnd::Written => 0,
-            _ => return Some(WheelFault::Transfer(end)),
+            SdoEnd::TimedOut => return meaning,
+            end => return Meaning::fault(WheelFault::Transfer(end)),
         };
-        match self.state {
-            AxisState::Probing => self.enter(AxisState::Identifying, Reason::Reading, log),
-            AxisState::Identifying => {
-                let expected = self.config.speed_resolution;
-                if value != u32::from(expected) {
-                    return Some(WheelFault::SpeedResolution {
-                        expected,
-                        actual: value,
-                    });
-                }
-                self.enter(AxisState::CheckingConfig, Reason::Reading, log);
+        match context.view.stage {
+            Stage::Probing if !self.is_known => {
+                self.is_known = true;
+                meaning
             }
-            AxisState::CheckingStatus => {
+            Stage::Probing => Meaning {
+                stage: Some(Stage::Identifying),
+                ..self.power_was_read(event.end, context, meaning)
+            },
+            Stage::Identifying => self.judge_resolution(value, meaning),
+            Stage::CheckingStatus => {
                 self.reset = match self.reset {
                     Reset::Allowed if value != 0 => Reset::Edge,
                     Reset::Edge => Reset::Release,
                     _ => Reset::No,
                 };
-                self.nmt_due = self.reset == Reset::No;
+                meaning
             }
-            _ => {}
+            _ => meaning,
         }
-        None
     }
+
+    fn judge_resolution(&self, actual: u32, meaning: Meaning<WheelFault>) -> Meaning<WheelFault> {
+        let expected = self.config.speed_resolution;
+        if actual != u32::from(expected) {
+            return Meaning::fault(WheelFault::SpeedResolution { expected, actual });
+        }
+        Meaning {
+            stage: Some(Stage::CheckingConfig),
+            ..meaning
+        }
+    }
+
+    fn follow_script(
+        &mut self,
+        end: SdoEnd,
+        log: &mut Log<'_>,
+        meaning: Meaning<WheelFault>,
+    ) -> Meaning<WheelFault> {
+        let steps = self.steps();
+        self.script.on_end(&steps, end);
+        match self.script.outcome() {
+            None => meaning,
+            Some(Ok(report)) => {
+                log.push(WheelEventKind::SetUp(report));
+                self.is_set_up = true;
+                Meaning {
+                    stage: Some(Stage::CheckingStatus),
+                    ..meaning
+                }
+            }
+            Some(Err(error)) => Meaning::fault(WheelFault::SetUp(error)),
+        }
+    }
+
+    /// Waiting times.
+    pub(super) fn pass_time(&mut self, context: &mut Context<'_, Zlac>) -> Meaning<WheelFault> {
+        let now = context.log.now;
+        let ended = self.sdo.poll(now.as_us());
+        let mut meaning = match ended {
+            Some(event) => self.transfer_ended(event, context),
+            None => Meaning::NONE,
+        };
+        let timeouts = &context.config.timeouts;
+        let view = &context.view;
+        let elapsed_us = now.us_since(view.since);
+        if view.stage == Stage::PowerOn && elapsed_us >= u64::from(timeouts.power_on_us) {
+            meaning.stage = Some(Stage::Probing);
+        }
+        let waits_for_feedback = view.facts.is_checking()
+            && match view.stage {
+                Stage::CheckingStatus => self.reset == Reset::No && !self.may_be_mapped,
+                Stage::Locating => true,
+                _ => false,
+            };
+        let is_late = waits_for_feedback && elapsed_us >= u64::from(timeouts.confirm_us);
+        meaning.fault = meaning
+            .fault
+            .or_else(|| self.silence(context.config, view, now))
+            .or(is_late.then_some(WheelFault::ConfirmTimeout));
+        meaning
+    }
+
+    /// The feedback of a drive that is set up must come.
+    fn silence(&self, config: &WheelMasterConfig, view: &View, now: Instant) -> Option<WheelFault> {
+        let is_known = view.facts.knowledge != Knowledge::Unknown;
+        if !is_known || view.facts.latch == Latch::Own {
+            return None;
+        }
+        let limit_us = u64::from(config.timeouts.feedback_lost_us);
+        let is_stale = |at: Option<Instant>| at.is_none_or(|at| now.us_since(at) >= limit_us);
+        let stale = is_stale(self.feedback.status.map(|read| read.at))
+            || is_stale(self.feedback.position_counts.map(|read| read.at));
+        (stale || self.heartbeat.is_lost(now.as_us())).then_some(WheelFault::Lost)
+    }
+
+    /// A transfer had no answer.
+    fn miss(&mut self, lost_after: u8) -> Option<WheelFault> {
+        self.timeouts_in_row = self.timeouts_in_row.saturating_add(1);
+        (self.timeouts_in_row >= lost_after).then_some(WheelFault::Lost)
+    }
+}
+
+fn stamped<T>(value: T, at: Instant) -> Option<Stamped<T>> {
+    Some(Stamped { value, at })
+}
+
+/// Whether the motor has power; `None` in a state that no document describes, and while a quick stop is being released.
+fn power_of(status: StatusWord, view: &View) -> Option<bool> {
+    match status.state() {
+        State::OperationEnabled => {
+            let is_early = view.facts.power == Power::OnSent && status.emergency_stop();
+            (!is_early).then_some(true)
+        }
+        State::NotEnabled | State::ReadyToSwitchOn | State::SwitchedOn => Some(false),
+        State::Undocumented => None,
+    }
+}
+
+/// An emergency message; one with error code 0 tells that an error is gone.
+fn read_emergency(emergency: Emcy, log: &mut Log<'_>) -> Meaning<WheelFault> {
+    if emergency.error_code != 0 {
+        return Meaning::fault(WheelFault::Emergency(emergency));
+    }
+    log.push(WheelEventKind::EmergencyOver(emergency));
+    Meaning::NONE
 }

@@ -4,15 +4,15 @@ use zlac8030l::{
     PdoDirection, PdoMapping, PdoNumber, PdoSetUp, SetUpOptions, SetUpStep, Setting, objects,
 };
 
-use super::config::{FeedbackTiming, WheelConfig, WheelMasterConfig, WheelMode};
-use super::process_data;
+use crate::wheel::config::{FeedbackTiming, WheelConfig, WheelMasterConfig, WheelMode};
+use crate::wheel::process_data;
 
 /// Transmission type of a PDO by timer, in the guide's words (Z12).
 const BY_TIMER: u8 = 255;
 /// Transmission type of a PDO after each SYNC.
 const BY_SYNC: u8 = 1;
 
-pub(super) const STEPS: usize = 9;
+pub(super) const STEPS: usize = 15;
 
 pub(super) const fn options(wheel: &WheelConfig) -> SetUpOptions {
     SetUpOptions {
@@ -33,7 +33,21 @@ pub(super) fn steps(config: &WheelMasterConfig, wheel: &WheelConfig) -> [SetUpSt
     };
     let mode = Setting::new(objects::MODE, mode.value());
     let ramp_ms = u32::from(wheel.ramp_ms);
+    let stops = &wheel.stops;
+    let emergency_ms = u32::from(stops.emergency_ms);
     [
+        value(Setting::new(objects::QUICK_STOP_OPTION, stops.quick_stop)),
+        value(Setting::new(objects::SHUTDOWN_OPTION, stops.shutdown)),
+        value(Setting::new(objects::DISABLE_OPTION, stops.disable)),
+        value(Setting::new(objects::HALT_OPTION, stops.halt)),
+        value(Setting::new(
+            objects::EMERGENCY_DECELERATION_TIME_MS,
+            emergency_ms,
+        )),
+        value(Setting::new(
+            objects::ROTATION,
+            u16::from(wheel.counter_clockwise),
+        )),
         value(Setting::new(
             objects::PRODUCER_HEARTBEAT_MS,
             config.timeouts.heartbeat_ms,

@@ -1,6 +1,6 @@
 use super::*;
-use crate::servo::config::{PollPeriods, test_axis as axis};
 use crate::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
+use crate::servo::config::{PollPeriods, test_axis as axis};
 use std::string::ToString;
 use std::vec::Vec;
 

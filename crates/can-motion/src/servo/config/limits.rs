@@ -249,7 +249,10 @@ mod tests {
         assert_eq!(of_motor(60_000, 1_000).unwrap().max_step, StepLimit::MAX);
         assert!(matches!(
             of_motor(60_004, 100),
-            Err(LimitsError::Speed { step_counts: 16_384.., .. })
+            Err(LimitsError::Speed {
+                step_counts: 16_384..,
+                ..
+            })
         ));
         assert_eq!(
             of_motor(100, 14),

@@ -67,7 +67,10 @@ fn a_missed_cycle_is_caught_up_from_standstill() {
         target += 50;
         ledger.set_target(target);
         let step = sent(&mut ledger, &limits);
-        assert!((step - before).abs() <= 10, "cycle {cycle}: {before} then {step}");
+        assert!(
+            (step - before).abs() <= 10,
+            "cycle {cycle}: {before} then {step}"
+        );
         before = step;
     }
     assert_eq!((before, ledger.backlog_counts()), (50, 0));

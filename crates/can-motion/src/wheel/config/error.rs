@@ -28,8 +28,28 @@ pub enum WheelConfigError {
     },
     /// No request may go out in a cycle, so no drive could ever be set up.
     NoRequests,
-    /// A waiting time or the count of timeouts is 0.
-    Timeout,
+    /// A waiting time cannot work with the others or with the cycle.
+    Timeout {
+        /// The field of [`WheelTimeouts`](super::WheelTimeouts).
+        name: &'static str,
+        /// The least that works, in the unit of the field.
+        least: u32,
+        /// The value given.
+        actual: u32,
+    },
+    /// A stop option is outside its object: 605Ah 5 ..= 7, 605Bh and 605Ch 0 ..= 1, 605Dh 0 ..= 3.
+    StopOption {
+        /// The node.
+        node: NodeId,
+        /// The object.
+        index: u16,
+        /// The smallest value.
+        least: i16,
+        /// The largest value.
+        most: i16,
+        /// The value given.
+        actual: i16,
+    },
     /// The targets of a wheel are an empty range, or leave the range of the object: 1000 r/min, or 3FFFFFFFh counts (Z39).
     Range {
         /// The node.
@@ -41,7 +61,7 @@ pub enum WheelConfigError {
         /// The largest target given.
         max: i32,
     },
-    /// `max_step` or `ramp_change` is 0: the wheel could never move or never stop.
+    /// `max_step` or `max_step_change` is 0 or more than 1,000,000: the wheel could never move, never stop, or not be stopped in time.
     Step {
         /// The node.
         node: NodeId,
@@ -78,7 +98,21 @@ impl fmt::Display for WheelConfigError {
                 write!(f, "the cycle must be 1000..=1000000 us, got {actual_us}")
             }
             Self::NoRequests => f.write_str("requests_per_cycle must be at least 1"),
-            Self::Timeout => f.write_str("every waiting time must be at least 1"),
+            Self::Timeout {
+                name,
+                least,
+                actual,
+            } => write!(f, "{name} must be at least {least}, got {actual}"),
+            Self::StopOption {
+                node,
+                index,
+                least,
+                most,
+                actual,
+            } => write!(
+                f,
+                "the stop option {index:04X}h of node {node} must be {least}..={most}, got {actual}"
+            ),
             Self::Range {
                 node,
                 most,
@@ -91,7 +125,7 @@ impl fmt::Display for WheelConfigError {
             Self::Step { node } => {
                 write!(
                     f,
-                    "max_step and ramp_change of node {node} must be at least 1"
+                    "max_step and max_step_change of node {node} must be 1..=1000000"
                 )
             }
             Self::BusLoad {

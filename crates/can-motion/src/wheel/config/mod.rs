@@ -7,9 +7,12 @@ use zlac8030l::{Firmware, NodeId, SdoQuirks, SdoTimeouts};
 
 pub use error::WheelConfigError;
 
-use super::fault::WheelReactions;
-use crate::config::GroupId;
+use crate::core::family::{CycleConfig, GroupId};
 use crate::plan::BitRate;
+use crate::wheel::fault::WheelReactions;
+
+/// Cycles without a frame that are no outage yet.
+const STUCK_CYCLES: u32 = 5;
 
 /// Settings of the whole bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +39,30 @@ impl WheelMasterConfig {
         feedback: FeedbackTiming::Timer { ticks: 20 },
         timeouts: WheelTimeouts::DEFAULT,
     };
+}
+
+impl CycleConfig for WheelMasterConfig {
+    fn cycle_us(&self) -> u32 {
+        self.cycle_us
+    }
+
+    fn requests_per_cycle(&self) -> u8 {
+        self.requests_per_cycle
+    }
+
+    fn stuck_us(&self) -> u32 {
+        self.timeouts
+            .stuck_us
+            .max(STUCK_CYCLES.saturating_mul(self.cycle_us))
+    }
+
+    fn confirm_us(&self) -> u32 {
+        self.timeouts.confirm_us
+    }
+
+    fn standstill_limit_us(&self) -> u32 {
+        self.timeouts.standstill_limit_us
+    }
 }
 
 impl Default for WheelMasterConfig {
@@ -79,6 +106,9 @@ pub struct WheelTimeouts {
     pub standstill_limit_us: u32,
     /// From a command to its confirmation in the feedback.
     pub confirm_us: u32,
+    /// For so long no frame of a wheel may get out before its group stops: then the bus is blocked or nobody is on it. At least five
+    /// cycles are allowed in any case.
+    pub stuck_us: u32,
     /// SDO timeouts in a row after which a drive is lost.
     pub lost_after: u8,
 }
@@ -95,6 +125,7 @@ impl WheelTimeouts {
         standstill_us: 100_000,
         standstill_limit_us: 5_000_000,
         confirm_us: 500_000,
+        stuck_us: 20_000,
         lost_after: 3,
     };
 }
@@ -130,7 +161,7 @@ pub struct WheelLimits {
     /// velocity limit of a position.
     pub max_step: u32,
     /// Largest change of that change while ramping a position down, at least 1. Not used for speeds.
-    pub ramp_change: u32,
+    pub max_step_change: u32,
     /// Distance in counts between the position sent and the position read beyond which a wheel in position mode faults.
     pub following_error: u32,
     /// Difference between the speed sent and the speed read, in 0.1 r/min, beyond which a wheel in velocity mode faults ...
@@ -142,28 +173,63 @@ pub struct WheelLimits {
 }
 
 impl WheelLimits {
-    /// Speeds of the whole range of 60FFh at n = 1, changing by 10 r/min a cycle, at most 30 r/min off for half a second.
-    pub const SPEED: Self = Self {
-        min: -1_000,
-        max: 1_000,
-        max_step: 10,
-        ramp_change: 1,
-        following_error: u32::MAX,
-        following_speed: 300,
-        following_speed_us: 500_000,
-        standstill: 10,
-    };
+    /// Speeds up to this one either way, changing by so much in a cycle, both in 1/n r/min by [`WheelConfig::speed_resolution`]; at most
+    /// 30 r/min off for half a second.
+    #[must_use]
+    pub const fn speed(max: u16, change: u32) -> Self {
+        Self {
+            min: -(max as i32),
+            max: max as i32,
+            max_step: change,
+            max_step_change: 1,
+            following_error: u32::MAX,
+            following_speed: 300,
+            following_speed_us: 500_000,
+            standstill: 10,
+        }
+    }
 
-    /// Absolute positions of the whole range of 607Ah (Z39), 400 counts a cycle, half a turn of following error.
-    pub const POSITION: Self = Self {
-        min: -0x3FFF_FFFF,
-        max: 0x3FFF_FFFF,
-        max_step: 400,
-        ramp_change: 20,
-        following_error: 2_048,
-        following_speed: u16::MAX,
-        following_speed_us: u32::MAX,
-        standstill: 10,
+    /// Absolute positions in a range, at most so many counts in a cycle, changing by so many counts from cycle to cycle while ramping
+    /// down; half a turn of following error.
+    #[must_use]
+    pub const fn position(min: i32, max: i32, max_step: u32, max_step_change: u32) -> Self {
+        Self {
+            min,
+            max,
+            max_step,
+            max_step_change,
+            following_error: 2_048,
+            following_speed: u16::MAX,
+            following_speed_us: u32::MAX,
+            standstill: 10,
+        }
+    }
+}
+
+/// What the stops of a wheel rely on in its drive: read before it is enabled, and written where it differs (2010h = 1: no wear).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelStops {
+    /// Quick stop option 605Ah: 5 normal, 6 fast, 7 emergency; energised in all three.
+    pub quick_stop: i16,
+    /// Shutdown option 605Bh, 0 or 1.
+    pub shutdown: i16,
+    /// Disable option 605Ch, 0 or 1.
+    pub disable: i16,
+    /// Halt option 605Dh, 0 ..= 3.
+    pub halt: i16,
+    /// Deceleration time of an emergency stop 6085h, ms.
+    pub emergency_ms: u16,
+}
+
+impl WheelStops {
+    /// What the guide prints as defaults (Z44).
+    pub const DEFAULT: Self = Self {
+        quick_stop: 5,
+        shutdown: 1,
+        disable: 1,
+        halt: 1,
+        emergency_ms: 10,
     };
 }
 
@@ -183,6 +249,13 @@ pub struct WheelConfig {
     pub speed_resolution: u16,
     /// Time from standstill to full speed and back that the drive itself applies (6083h, 6084h), in milliseconds.
     pub ramp_ms: u16,
+    /// The wheel counts counter-clockwise as forward, seen from its shaft (2001h).
+    pub counter_clockwise: bool,
+    /// What its stops rely on.
+    pub stops: WheelStops,
+    /// A load hangs on the wheel that falls without power: its holding brake (2030h:0E) is closed before power goes off, and opened
+    /// after it came back.
+    pub load_can_fall: bool,
     /// The software version that was tried with these settings.
     pub firmware: Firmware,
     /// Wrong replies that are tolerated.
@@ -192,16 +265,19 @@ pub struct WheelConfig {
 }
 
 impl WheelConfig {
-    /// A wheel that follows speeds, in group 0.
+    /// A wheel in group 0 with the limits of its axis.
     #[must_use]
-    pub const fn new(node: NodeId) -> Self {
+    pub const fn new(node: NodeId, mode: WheelMode, limits: WheelLimits) -> Self {
         Self {
             node,
             group: GroupId(0),
-            mode: WheelMode::Velocity,
-            limits: WheelLimits::SPEED,
+            mode,
+            limits,
             speed_resolution: 1,
             ramp_ms: 0,
+            counter_clockwise: false,
+            stops: WheelStops::DEFAULT,
+            load_can_fall: false,
             firmware: Firmware::Any,
             quirks: SdoQuirks {
                 profile_speed_confirmed_as_sub_1: false,

@@ -5,21 +5,25 @@ use zlac8030l::NodeId;
 use super::{
     WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig, WheelMode, WheelTimeouts,
 };
+use crate::core::group::MOST_AXES;
 use crate::plan::wire;
+use crate::wheel::config::FeedbackTiming;
 
 /// Data bytes of the frames of one wheel in a cycle: command, status, position, and at times a heartbeat.
 const CYCLE_BYTES: [u8; 4] = [6, 8, 6, 1];
+/// Steps and changes of steps with which a ramp can be computed in 64 bit.
+const STEPS: core::ops::RangeInclusive<u32> = 1..=1_000_000;
 /// Data bytes of an SDO frame.
 const SDO_BYTES: u8 = 8;
 
 impl WheelMasterConfig {
-    pub(in crate::wheel) fn validate(
+    pub(crate) fn validate(
         &self,
         wheels: &[WheelConfig],
         room: usize,
     ) -> Result<(), WheelConfigError> {
         let actual = wheels.len();
-        let most = room.min(usize::from(NodeId::MAX.get()));
+        let most = room.min(MOST_AXES).min(usize::from(NodeId::MAX.get()));
         if actual == 0 || actual > most {
             return Err(WheelConfigError::AxisCount { most, actual });
         }
@@ -31,7 +35,7 @@ impl WheelMasterConfig {
         if self.requests_per_cycle == 0 {
             return Err(WheelConfigError::NoRequests);
         }
-        self.timeouts.validate()?;
+        self.validate_timeouts()?;
         for pair in wheels.windows(2) {
             if let [lower, upper] = pair
                 && upper.node <= lower.node
@@ -63,20 +67,70 @@ impl WheelMasterConfig {
     }
 }
 
-impl WheelTimeouts {
-    fn validate(&self) -> Result<(), WheelConfigError> {
-        let waits = [
-            self.sdo.reply_us,
-            u32::from(self.heartbeat_ms),
-            self.heartbeat_lost_us,
-            self.feedback_lost_us,
-            u32::from(self.offline_ms),
-            self.standstill_limit_us,
-            self.confirm_us,
-            u32::from(self.lost_after),
+impl WheelMasterConfig {
+    fn validate_timeouts(&self) -> Result<(), WheelConfigError> {
+        let WheelTimeouts {
+            sdo,
+            heartbeat_ms,
+            heartbeat_lost_us,
+            feedback_lost_us,
+            offline_ms,
+            standstill_us,
+            standstill_limit_us,
+            confirm_us,
+            stuck_us,
+            lost_after,
+            ..
+        } = self.timeouts;
+        let cycle_us = self.cycle_us;
+        // At most 65,535 ticks of 1 ms, which is the longer of the two readings (Z11).
+        let feedback_us = match self.feedback {
+            FeedbackTiming::Timer { ticks } => u32::from(ticks) * 1_000,
+            FeedbackTiming::Sync => cycle_us,
+        };
+        let timeouts = [
+            ("sdo.reply_us", 1, sdo.reply_us),
+            ("heartbeat_ms", 1, u32::from(heartbeat_ms)),
+            // One heartbeat may be lost.
+            (
+                "heartbeat_lost_us",
+                2_000 * u32::from(heartbeat_ms),
+                heartbeat_lost_us,
+            ),
+            (
+                "feedback_lost_us",
+                feedback_us.saturating_mul(2).max(1),
+                feedback_lost_us,
+            ),
+            // The drive stops by itself after it: one frame of a cycle may be lost.
+            (
+                "offline_ms",
+                cycle_us.saturating_mul(2).div_ceil(1_000),
+                u32::from(offline_ms),
+            ),
+            ("standstill_us", 1, standstill_us),
+            (
+                "standstill_limit_us",
+                standstill_us.saturating_add(1),
+                standstill_limit_us,
+            ),
+            // Three control words, each after the feedback of the one before.
+            (
+                "confirm_us",
+                feedback_us.max(cycle_us).saturating_mul(4),
+                confirm_us,
+            ),
+            ("stuck_us", 1, stuck_us),
+            ("lost_after", 1, u32::from(lost_after)),
         ];
-        if waits.contains(&0) {
-            return Err(WheelConfigError::Timeout);
+        for (name, least, actual) in timeouts {
+            if actual < least {
+                return Err(WheelConfigError::Timeout {
+                    name,
+                    least,
+                    actual,
+                });
+            }
         }
         Ok(())
     }
@@ -113,8 +167,30 @@ impl WheelConfig {
                 max,
             });
         }
-        if self.limits.max_step == 0 || self.limits.ramp_change == 0 {
+        let steps = [self.limits.max_step, self.limits.max_step_change];
+        if steps.iter().any(|step| !STEPS.contains(step)) {
             return Err(WheelConfigError::Step { node });
+        }
+        self.validate_stops()
+    }
+
+    fn validate_stops(&self) -> Result<(), WheelConfigError> {
+        let stops = &self.stops;
+        for (index, least, most, actual) in [
+            (0x605A, 5, 7, stops.quick_stop),
+            (0x605B, 0, 1, stops.shutdown),
+            (0x605C, 0, 1, stops.disable),
+            (0x605D, 0, 3, stops.halt),
+        ] {
+            if actual < least || actual > most {
+                return Err(WheelConfigError::StopOption {
+                    node: self.node,
+                    index,
+                    least,
+                    most,
+                    actual,
+                });
+            }
         }
         Ok(())
     }
@@ -126,7 +202,8 @@ mod tests {
     use crate::plan::BitRate;
 
     fn wheel(node: i32) -> WheelConfig {
-        WheelConfig::new(NodeId::new(node).unwrap())
+        let limits = WheelLimits::speed(1_000, 10);
+        WheelConfig::new(NodeId::new(node).unwrap(), WheelMode::Velocity, limits)
     }
 
     fn refused(wheel: WheelConfig) -> WheelConfigError {
@@ -157,8 +234,45 @@ mod tests {
         };
         assert_eq!(
             silent.validate(&[wheel(1)], 1),
-            Err(WheelConfigError::Timeout)
+            Err(WheelConfigError::Timeout {
+                name: "offline_ms",
+                least: 20,
+                actual: 0
+            })
         );
+        let slow = WheelMasterConfig {
+            cycle_us: 1_000_000,
+            ..config
+        };
+        assert!(matches!(
+            slow.validate(&[wheel(1)], 1),
+            Err(WheelConfigError::Timeout { .. })
+        ));
+        let hasty = WheelMasterConfig {
+            timeouts: WheelTimeouts {
+                heartbeat_lost_us: 1,
+                ..WheelTimeouts::DEFAULT
+            },
+            ..config
+        };
+        assert!(matches!(
+            hasty.validate(&[wheel(1)], 1),
+            Err(WheelConfigError::Timeout {
+                name: "heartbeat_lost_us",
+                least: 200_000,
+                actual: 1
+            })
+        ));
+        let mut odd = wheel(1);
+        odd.stops.quick_stop = 4;
+        assert!(matches!(
+            refused(odd),
+            WheelConfigError::StopOption {
+                index: 0x605A,
+                actual: 4,
+                ..
+            }
+        ));
     }
 
     #[test]
@@ -208,10 +322,7 @@ mod tests {
             mode: WheelMode::Position {
                 profile_speed_rpm: 100,
             },
-            limits: WheelLimits {
-                max: 0x4000_0000,
-                ..WheelLimits::POSITION
-            },
+            limits: WheelLimits::position(0, 0x4000_0000, 400, 20),
             ..wheel(1)
         };
         assert!(matches!(refused(far), WheelConfigError::Range { .. }));
