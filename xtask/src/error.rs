@@ -65,6 +65,11 @@ pub(crate) enum Error {
         /// What it depends on.
         found: Vec<String>,
     },
+    /// Steps of the checks failed; they have said why.
+    Checks {
+        /// Their names.
+        failed: Vec<&'static str>,
+    },
     /// The built image could not be read.
     Image {
         /// Where it should be.
@@ -102,6 +107,12 @@ impl fmt::Display for Error {
                 f,
                 "{package} must have no dependency without features, it has {}: make them optional",
                 found.join(", ")
+            ),
+            Self::Checks { failed } => write!(
+                f,
+                "failed: {}; `cargo xtask ci {}` runs them alone",
+                failed.join(", "),
+                failed.join(" ")
             ),
             Self::NoToolchain { target, tried } => {
                 writeln!(f, "this machine cannot compile for {target} yet. Tried:")?;

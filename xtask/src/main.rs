@@ -1,5 +1,6 @@
 //! Tasks of the project: `cargo xtask <task>`, with `cargo fw` as the short form of `cargo xtask fw`.
 
+mod ci;
 mod cost;
 mod emulator;
 mod error;
@@ -27,6 +28,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Run every check of the project, or the steps that are named.
+    Ci(ci::Arguments),
     /// Measure instructions, stack, flash and RAM, and write docs/cost.md.
     Cost(cost::Arguments),
     /// Build the firmware for the board and print its size.
@@ -42,6 +45,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fw(arguments) => firmware::run(&arguments),
+        Task::Ci(arguments) => ci::run(&arguments),
         Task::Cost(arguments) => cost::run(&arguments),
         Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
