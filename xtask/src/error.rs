@@ -70,6 +70,23 @@ pub(crate) enum Error {
         /// Their names.
         failed: Vec<&'static str>,
     },
+    /// A package that the workspace does not have.
+    UnknownPackage {
+        /// Its name.
+        package: String,
+    },
+    /// A source file could not be read.
+    Source {
+        /// The file.
+        path: PathBuf,
+        /// What was wrong with it, with the line where there is one.
+        reason: String,
+    },
+    /// Files of a crate need each other.
+    ModuleCycles {
+        /// The number of ways around that were printed.
+        cycles: usize,
+    },
     /// The built image could not be read.
     Image {
         /// Where it should be.
@@ -85,6 +102,15 @@ impl fmt::Display for Error {
             Self::Start { program, reason } => write!(f, "cannot run {program}: {reason}"),
             Self::Failed { program, status } => write!(f, "{program} failed ({status})"),
             Self::Answer { program, expected } => write!(f, "{program} did not print {expected}"),
+            Self::UnknownPackage { package } => write!(
+                f,
+                "the workspace has no package {package}: `cargo metadata --no-deps` lists them"
+            ),
+            Self::Source { path, reason } => write!(f, "{}: {reason}", path.display()),
+            Self::ModuleCycles { cycles } => write!(
+                f,
+                "{cycles} cycles of files: break each at one of the lines above, see `cargo xtask module-cycles --help`"
+            ),
             Self::Image { path, reason } => write!(f, "{}: {reason}", path.display()),
             Self::MissingTool { tool, place } => write!(
                 f,

@@ -7,6 +7,7 @@ mod error;
 mod firmware;
 mod hot_path;
 mod images;
+mod module_cycles;
 mod proofs;
 mod size;
 mod symbols;
@@ -38,6 +39,8 @@ enum Task {
     Emulate(emulator::EmulateArguments),
     /// Test the real image of the firmware on an emulated board with simulated drives.
     FirmwareTests(emulator::Arguments),
+    /// Show which files of a crate need each other.
+    ModuleCycles(module_cycles::Arguments),
     /// Show that the libraries cannot panic, and how large they are on the target.
     Proofs(proofs::Arguments),
 }
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         Task::Cost(arguments) => cost::run(&arguments),
         Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
+        Task::ModuleCycles(arguments) => module_cycles::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),
     };
     match result {

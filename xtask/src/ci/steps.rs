@@ -20,6 +20,11 @@ pub(super) const STEPS: &[Step] = &[
         "clippy has nothing to say about the host's code",
         &["clippy --workspace --all-targets -- -D warnings"],
     ),
+    Step::cargo(
+        "module-cycles",
+        "no two files of a crate need each other",
+        &["xtask module-cycles"],
+    ),
     // A missing `cfg` hides in the combinations nobody builds.
     Step::cargo(
         "features",
