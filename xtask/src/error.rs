@@ -131,7 +131,7 @@ impl fmt::Display for Error {
             ),
             Self::Dependencies { package, found } => write!(
                 f,
-                "{package} must have no dependency without features, it has {}: make them optional",
+                "{package} must have no dependency but the shared crates without features, it has {}: make them optional",
                 found.join(", ")
             ),
             Self::Checks { failed } => write!(

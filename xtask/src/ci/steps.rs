@@ -34,6 +34,8 @@ pub(super) const STEPS: &[Step] = &[
             "check -p dyn-can --no-default-features --features embedded-can",
             "check -p dyn-can --no-default-features --features defmt",
             "check -p dyn-can --all-features",
+            "check -p dyn-values --no-default-features",
+            "check -p dyn-values --all-features",
             "check -p dyn-serial --no-default-features",
             "check -p dyn-serial --no-default-features --features embedded-io",
             "check -p dyn-serial --no-default-features --features defmt",
