@@ -276,7 +276,7 @@ fn reply(function: ReplyFunction, value: i32) -> Result<Reply, RangeError> {
         F::IsStatus => Reply::Status(DriveStatus::from_byte(value as u8)),
         F::IsConfig => Reply::Config(ConfigByte::new(value)?),
         F::IsAbsPos32 => Reply::Position(value.try_into()?),
-        F::IsTrqCurrent => Reply::Torque(Quantity::Torque.check(value)? as i16),
+        F::IsTrqCurrent => Reply::Torque(Quantity::SerialTorque.check(value)? as i16),
     })
 }
 

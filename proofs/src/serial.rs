@@ -70,7 +70,7 @@ fn numbers() {
     consume(SpeedRpm::new(number()));
     consume(ConfigByte::new(number()).map(ConfigByte::config));
     let status = DriveStatus::from_byte(opaque::byte());
-    consume((status.alarm(), status.on_position(), status.is_free()));
+    consume((status.alarm(), status.on_position(), status.is_disabled()));
     consume(RequestFunction::from_code(opaque::byte()).map(RequestFunction::name));
 }
 

@@ -65,6 +65,28 @@ pub(crate) enum Error {
         /// What it depends on.
         found: Vec<String>,
     },
+    /// Steps of the checks failed; they have said why.
+    Checks {
+        /// Their names.
+        failed: Vec<&'static str>,
+    },
+    /// A package that the workspace does not have.
+    UnknownPackage {
+        /// Its name.
+        package: String,
+    },
+    /// A source file could not be read.
+    Source {
+        /// The file.
+        path: PathBuf,
+        /// What was wrong with it, with the line where there is one.
+        reason: String,
+    },
+    /// Files of a crate need each other.
+    ModuleCycles {
+        /// The number of ways around that were printed.
+        cycles: usize,
+    },
     /// The built image could not be read.
     Image {
         /// Where it should be.
@@ -80,6 +102,15 @@ impl fmt::Display for Error {
             Self::Start { program, reason } => write!(f, "cannot run {program}: {reason}"),
             Self::Failed { program, status } => write!(f, "{program} failed ({status})"),
             Self::Answer { program, expected } => write!(f, "{program} did not print {expected}"),
+            Self::UnknownPackage { package } => write!(
+                f,
+                "the workspace has no package {package}: `cargo metadata --no-deps` lists them"
+            ),
+            Self::Source { path, reason } => write!(f, "{}: {reason}", path.display()),
+            Self::ModuleCycles { cycles } => write!(
+                f,
+                "{cycles} cycles of files: break each at one of the lines above, see `cargo xtask module-cycles --help`"
+            ),
             Self::Image { path, reason } => write!(f, "{}: {reason}", path.display()),
             Self::MissingTool { tool, place } => write!(
                 f,
@@ -100,8 +131,14 @@ impl fmt::Display for Error {
             ),
             Self::Dependencies { package, found } => write!(
                 f,
-                "{package} must have no dependency without features, it has {}: make them optional",
+                "{package} must have no dependency but the shared crates without features, it has {}: make them optional",
                 found.join(", ")
+            ),
+            Self::Checks { failed } => write!(
+                f,
+                "failed: {}; `cargo xtask ci {}` runs them alone",
+                failed.join(", "),
+                failed.join(" ")
             ),
             Self::NoToolchain { target, tried } => {
                 writeln!(f, "this machine cannot compile for {target} yet. Tried:")?;

@@ -1,11 +1,13 @@
 //! Tasks of the project: `cargo xtask <task>`, with `cargo fw` as the short form of `cargo xtask fw`.
 
+mod ci;
 mod cost;
 mod emulator;
 mod error;
 mod firmware;
 mod hot_path;
 mod images;
+mod module_cycles;
 mod proofs;
 mod size;
 mod symbols;
@@ -27,6 +29,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Run every check of the project, or the steps that are named.
+    Ci(ci::Arguments),
     /// Measure instructions, stack, flash and RAM, and write docs/cost.md.
     Cost(cost::Arguments),
     /// Build the firmware for the board and print its size.
@@ -35,6 +39,8 @@ enum Task {
     Emulate(emulator::EmulateArguments),
     /// Test the real image of the firmware on an emulated board with simulated drives.
     FirmwareTests(emulator::Arguments),
+    /// Show which files of a crate need each other.
+    ModuleCycles(module_cycles::Arguments),
     /// Show that the libraries cannot panic, and how large they are on the target.
     Proofs(proofs::Arguments),
 }
@@ -42,9 +48,11 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fw(arguments) => firmware::run(&arguments),
+        Task::Ci(arguments) => ci::run(&arguments),
         Task::Cost(arguments) => cost::run(&arguments),
         Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
+        Task::ModuleCycles(arguments) => module_cycles::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),
     };
     match result {

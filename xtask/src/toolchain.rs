@@ -72,6 +72,14 @@ impl Toolchain {
         Err(Error::NoToolchain { target, tried })
     }
 
+    /// The value of `--toolchain` that takes this way.
+    pub(crate) fn option(&self) -> &'static str {
+        match self {
+            Self::Installed => "installed",
+            Self::Source { .. } => "source",
+        }
+    }
+
     /// One line for the user.
     pub(crate) fn describe(&self) -> String {
         match self {
@@ -345,6 +353,21 @@ mod tests {
         assert_eq!(value("RUSTC"), "/r/rustc");
         assert_eq!(value("RUSTC_BOOTSTRAP"), "1");
         assert_eq!(env::split_paths(value("PATH")).next(), Some("/l".into()));
+    }
+
+    #[test]
+    fn the_option_of_a_toolchain_is_one_that_clap_accepts() {
+        let source = Toolchain::Source {
+            rustc: "/r/rustc".into(),
+            linker: "/l".into(),
+        };
+        for (toolchain, expected) in [
+            (Toolchain::Installed, Preference::Installed),
+            (source, Preference::Source),
+        ] {
+            let accepted = <Preference as clap::ValueEnum>::from_str(toolchain.option(), false);
+            assert_eq!(accepted, Ok(expected));
+        }
     }
 
     #[test]

@@ -2,8 +2,9 @@
 
 use core::fmt;
 
+use dyn_values::Quantity;
+
 use crate::number::ByteOrder;
-use crate::values::Quantity;
 
 /// A published revision of the CAN specification.
 ///

@@ -2,9 +2,10 @@
 
 use core::fmt;
 
+use dyn_values::{Quantity, RangeError};
+
 use crate::Revision;
-use crate::error::{RangeError, Refusal};
-use crate::values::Quantity;
+use crate::error::Refusal;
 
 /// A drive on the bus, 1 ..= 63.
 ///

@@ -5,7 +5,6 @@
 #[cfg(test)]
 extern crate std;
 
-mod config;
 mod dialect;
 mod error;
 mod frame;
@@ -15,15 +14,12 @@ mod parameters;
 mod reply;
 mod request;
 mod selectors;
-mod status;
 pub mod units;
-mod values;
 
-pub use config::{CommandMode, ConfigByte, DriveConfig, ServoMode};
 pub use dialect::{
     Dialect, Group3ReplyOrder, Revision, SetOriginData, TorqueFullScale, ZeroAddress,
 };
-pub use error::{DecodeError, EncodeError, FrameError, RangeError, Refusal};
+pub use error::{DecodeError, EncodeError, FrameError, Refusal};
 pub use frame::DataFrame;
 pub use id::{Address, DriveId, FunctionCode};
 pub use number::ByteOrder;
@@ -33,9 +29,10 @@ pub use parameters::{
 pub use reply::{Reply, ReplyKind, Torque};
 pub use request::{Request, go_relative_pos_pd};
 pub use selectors::{DriveError, ReadSelector, ServoSwitch, StoredDriveId, SyncKind};
-pub use status::{Alarm, DriveStatus, UnknownAlarm};
-pub use values::{
-    Amplitude, Counts28, FrequencyHz, GearNumber, IntegrationGain, LineNumber, MainGain,
-    MaxAcceleration, MaxSpeed, OnPosRange, PdStep, Quantity, SpeedGain, SpeedRpm, StepLimit,
-    TorqueFilter,
+// The values that the serial protocol of the same drives carries as well, and those of this one.
+pub use dyn_values::{
+    Alarm, Amplitude, CommandMode, ConfigByte, Counts28, DriveConfig, DriveStatus, FrequencyHz,
+    GearNumber, IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
+    PdStep, Quantity, RangeError, ServoMode, SpeedGain, SpeedRpm, StepLimit, TorqueFilter,
+    UnknownAlarm,
 };

@@ -1,13 +1,14 @@
 //! The three parameter groups (1.6A section 6, #16 to #21).
 
+use dyn_values::{
+    GearNumber, IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
+    RangeError, SpeedGain, TorqueFilter,
+};
+
 use crate::dialect::{Dialect, Group3ReplyOrder, Revision};
-use crate::error::{DecodeError, RangeError};
+use crate::error::DecodeError;
 use crate::frame::{DataFrame, Payload};
 use crate::number::ByteOrder;
-use crate::values::{
-    GearNumber, IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
-    SpeedGain, TorqueFilter,
-};
 
 /// Parameter group 1 as a drive reports it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

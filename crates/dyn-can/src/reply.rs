@@ -1,6 +1,7 @@
 //! Replies: what a drive sends, decoded against the outstanding request.
 
-use crate::config::ConfigByte;
+use dyn_values::{ConfigByte, Counts28, DriveStatus, Quantity};
+
 use crate::dialect::{Dialect, TorqueFullScale};
 use crate::error::DecodeError;
 use crate::frame::{DataFrame, Payload};
@@ -8,8 +9,6 @@ use crate::id::{Address, FunctionCode};
 use crate::number;
 use crate::parameters::{ParamGroup1, ParamGroup2, ParamGroup3};
 use crate::selectors::{DriveError, StoredDriveId};
-use crate::status::DriveStatus;
-use crate::values::{Counts28, Quantity};
 
 /// What is awaited: one kind for each request that is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

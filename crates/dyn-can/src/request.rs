@@ -1,6 +1,7 @@
 //! Requests: what a master sends, and what a simulated drive or a bus monitor reads.
 
-use crate::config::DriveConfig;
+use dyn_values::{Amplitude, Counts28, DriveConfig, FrequencyHz, PdStep, SpeedRpm};
+
 use crate::dialect::{Dialect, SetOriginData, ZeroAddress};
 use crate::error::{DecodeError, EncodeError};
 use crate::frame::{DataFrame, Payload};
@@ -11,7 +12,6 @@ use crate::reply::ReplyKind;
 use crate::selectors::{
     self, ReadSelector, ServoSwitch, StoredDriveId, SyncKind, decode_drive_reset,
 };
-use crate::values::{Amplitude, Counts28, FrequencyHz, PdStep, SpeedRpm};
 
 /// A request of either revision (1.6A and 1.2A, sections 5 and 6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,11 +2,12 @@
 
 use core::fmt;
 
+use dyn_values::{Quantity, RangeError};
+
 use crate::dialect::Dialect;
-use crate::error::{DecodeError, RangeError};
+use crate::error::DecodeError;
 use crate::frame::{DataFrame, Payload};
 use crate::id::DriveId;
-use crate::values::Quantity;
 
 /// Data byte of Drive_Reset (1.6A section 6, #27).
 const DRIVE_RESET: u8 = 0xFE;

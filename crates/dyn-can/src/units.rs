@@ -3,9 +3,10 @@
 //! Floating point on purpose: with integer division 2601 / 16 would lose the half rpm that the manual's example
 //! shows. These are for set-up and display, not for the cycle. Nothing here needs libm.
 
+use dyn_values::{GearNumber, MaxAcceleration, MaxSpeed, OnPosRange, TorqueFilter};
+
 use crate::dialect::TorqueFullScale;
 use crate::reply::Torque;
-use crate::values::{GearNumber, MaxAcceleration, MaxSpeed, OnPosRange, TorqueFilter};
 
 /// Gear number of gear ratio 1.
 const GEAR_UNITY: f64 = 4096.0;

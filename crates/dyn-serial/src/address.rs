@@ -1,9 +1,7 @@
 //! Start byte: which drive a packet is for, or from (manual section 7.2.3).
 
 use core::fmt;
-
-use crate::error::RangeError;
-use crate::values::Quantity;
+use dyn_values::{Quantity, RangeError};
 
 /// The general id, which every drive hears.
 const ALL: u8 = 127;
@@ -27,7 +25,7 @@ impl DriveId {
     /// # Errors
     /// [`RangeError`] outside 0 ..= 63.
     pub const fn new(value: i32) -> Result<Self, RangeError> {
-        match Quantity::DriveId.check(value) {
+        match Quantity::SerialDriveId.check(value) {
             Ok(value) => Ok(Self(value as u8)),
             Err(error) => Err(error),
         }

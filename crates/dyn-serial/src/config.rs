@@ -1,75 +1,10 @@
 //! Configuration byte of Set_Drive_Config and Is_Config (manual section 7.3).
 
-use crate::error::RangeError;
-use crate::values::Quantity;
-
-/// Bits 1..0: command input mode.
-const COMMAND_MODE: u8 = 0b11;
-/// Bit 2: absolute mode.
-const ABSOLUTE: u8 = 1 << 2;
-/// Bits 4..3: servo mode.
-const SERVO_MODE_SHIFT: u8 = 3;
-/// Bit 5: servo free.
-const SERVO_FREE: u8 = 1 << 5;
-
-/// Where the drive takes motion commands from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum CommandMode {
-    /// 0: RS232, the only mode in which this port may move the motor (section 4.4).
-    Rs232 = 0,
-    /// 1: CW and CCW pulses.
-    CwCcw = 1,
-    /// 2: pulse and direction.
-    PulseDirection = 2,
-    /// 3: analog.
-    Analog = 3,
-}
-
-/// What the servo loop controls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ServoMode {
-    /// 0: position.
-    Position = 0,
-    /// 1: speed.
-    Speed = 1,
-    /// 2: torque.
-    Torque = 2,
-}
-
-/// A configuration that the manual defines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct DriveConfig {
-    /// Bits 1..0.
-    pub command_mode: CommandMode,
-    /// Bit 2: at power-up the motor moves to the stored zero.
-    pub absolute_mode: bool,
-    /// Bits 4..3.
-    pub servo_mode: ServoMode,
-    /// Bit 5: servo free. Serial has no other way to disable the servo, and each write wears the EEPROM.
-    pub servo_free: bool,
-}
-
-impl DriveConfig {
-    /// The byte, with the undefined bit 6 clear.
-    #[must_use]
-    pub const fn byte(self) -> ConfigByte {
-        let mut byte = self.command_mode as u8 | (self.servo_mode as u8) << SERVO_MODE_SHIFT;
-        if self.absolute_mode {
-            byte |= ABSOLUTE;
-        }
-        if self.servo_free {
-            byte |= SERVO_FREE;
-        }
-        ConfigByte(byte)
-    }
-}
+use dyn_values::{DriveConfig, Quantity, RangeError};
 
 /// The seven bits of the configuration byte, undefined ones included.
 ///
-/// Write a [`DriveConfig`] where you can: this type also holds what the manual leaves undefined.
+/// Make it from a [`DriveConfig`] where you can: this type also holds what the manual leaves undefined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ConfigByte(u8);
@@ -80,7 +15,7 @@ impl ConfigByte {
     /// # Errors
     /// [`RangeError`] outside 0 ..= 127.
     pub const fn new(value: i32) -> Result<Self, RangeError> {
-        match Quantity::ConfigByte.check(value) {
+        match Quantity::SerialConfigByte.check(value) {
             Ok(value) => Ok(Self(value as u8)),
             Err(error) => Err(error),
         }
@@ -97,34 +32,21 @@ impl ConfigByte {
     /// # Errors
     /// [`RangeError`] when the servo mode is 3, which is undefined.
     pub const fn config(self) -> Result<DriveConfig, RangeError> {
-        let servo_mode = match self.0 >> SERVO_MODE_SHIFT & 0b11 {
-            0 => ServoMode::Position,
-            1 => ServoMode::Speed,
-            2 => ServoMode::Torque,
-            code => {
-                return Err(RangeError {
-                    quantity: Quantity::ServoMode,
-                    actual: code as i32,
-                });
-            }
-        };
-        Ok(DriveConfig {
-            command_mode: match self.0 & COMMAND_MODE {
-                0 => CommandMode::Rs232,
-                1 => CommandMode::CwCcw,
-                2 => CommandMode::PulseDirection,
-                _ => CommandMode::Analog,
-            },
-            absolute_mode: self.0 & ABSOLUTE != 0,
-            servo_mode,
-            servo_free: self.0 & SERVO_FREE != 0,
-        })
+        dyn_values::ConfigByte::from_byte(self.0).config()
+    }
+}
+
+impl From<DriveConfig> for ConfigByte {
+    /// The byte, with the undefined bit 6 clear.
+    fn from(config: DriveConfig) -> Self {
+        Self(config.to_byte())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dyn_values::{CommandMode, ServoMode};
 
     #[test]
     fn bits_as_printed() {
@@ -134,8 +56,8 @@ mod tests {
             servo_mode: ServoMode::Torque,
             servo_free: true,
         };
-        assert_eq!(config.byte().get(), 0x36);
-        assert_eq!(config.byte().config(), Ok(config));
+        assert_eq!(ConfigByte::from(config).get(), 0x36);
+        assert_eq!(ConfigByte::from(config).config(), Ok(config));
     }
 
     #[test]

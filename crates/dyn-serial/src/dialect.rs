@@ -1,6 +1,6 @@
 //! The documented doubts, one small value.
 
-use crate::values::Dummy;
+use dyn_values::Dummy;
 
 /// How to read the manual where it leaves a choice.
 ///

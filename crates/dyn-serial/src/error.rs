@@ -4,31 +4,9 @@
 
 use core::fmt;
 
+use dyn_values::RangeError;
+
 use crate::function::{ReplyFunction, RequestFunction};
-use crate::values::Quantity;
-
-/// A number outside the range of its quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct RangeError {
-    /// The quantity, which knows its limits.
-    pub quantity: Quantity,
-    /// The number that was given or received.
-    pub actual: i32,
-}
-
-impl fmt::Display for RangeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (min, max) = self.quantity.limits();
-        write!(
-            f,
-            "{} must be {min}..={max}, got {}",
-            self.quantity, self.actual
-        )
-    }
-}
-
-impl core::error::Error for RangeError {}
 
 /// Bytes that are no packet (manual section 7.2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

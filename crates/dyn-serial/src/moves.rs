@@ -5,11 +5,12 @@
 //! Nothing acknowledges a word, so a lost packet leaves the drives waiting in the middle of a sequence. Use these builders
 //! on a bench, not on a machine.
 
+use dyn_values::{Counts28, FeedRate};
+
 use crate::address::Address;
 use crate::function::RequestFunction;
 use crate::groups::Groups;
 use crate::packet::Packet;
-use crate::values::{Counts28, FeedRate};
 
 /// A line of up to three axes: the distances of X, Y and Z, and the feed rate. All axes arrive together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

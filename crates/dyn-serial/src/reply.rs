@@ -1,16 +1,19 @@
 //! Replies: what a drive sends, and what a simulated drive encodes (manual section 7.2.4).
 
+use dyn_values::{
+    Counts28, DriveStatus, GearNumber, IntegrationGain, MainGain, MaxAcceleration, MaxSpeed,
+    OnPosRange, Quantity, SpeedGain, TorqueFilter,
+};
+
 use crate::address::{Address, DriveId};
 use crate::config::ConfigByte;
 use crate::error::DecodeError;
 use crate::function::ReplyFunction;
 use crate::groups::Groups;
 use crate::packet::Packet;
-use crate::status::DriveStatus;
-use crate::values::{
-    Counts28, GearNumber, IntegrationGain, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
-    Quantity, SpeedGain, TorqueFilter,
-};
+
+/// The bits of a byte that a packet carries.
+const SEVEN_BITS: u8 = 0x7F;
 
 /// A message from a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +37,7 @@ pub enum Reply {
     OnPosRange(OnPosRange),
     /// The gear number.
     GearNumber(GearNumber),
-    /// The status byte.
+    /// The status byte, of which the packet carries seven bits.
     Status(DriveStatus),
     /// The configuration byte.
     Config(ConfigByte),
@@ -84,7 +87,7 @@ impl Reply {
             // What a drive with the largest gear sends is not known; three bytes are the only form that holds it (M13).
             Self::GearNumber(GearNumber::MAX) => Groups::fixed(GearNumber::MAX.get() as i32, 3),
             Self::GearNumber(gear) => Groups::fixed(gear.get() as i32, 2),
-            Self::Status(status) => Groups::one(status.to_byte()),
+            Self::Status(status) => Groups::one(status.to_byte() & SEVEN_BITS),
             Self::Config(config) => Groups::one(config.get()),
             Self::Position(counts) => Groups::signed(counts.get()),
             Self::Torque(torque) => Groups::signed(torque as i32),
@@ -122,7 +125,7 @@ impl Reply {
             F::IsStatus => Self::Status(DriveStatus::from_byte(unsigned as u8)),
             F::IsConfig => Self::Config(ConfigByte::new(unsigned)?),
             F::IsAbsPos32 => Self::Position(Counts28::new(packet.signed())?),
-            F::IsTrqCurrent => Self::Torque(Quantity::Torque.check(packet.signed())? as i16),
+            F::IsTrqCurrent => Self::Torque(Quantity::SerialTorque.check(packet.signed())? as i16),
         })
     }
 }
@@ -148,7 +151,7 @@ fn expect_len(packet: &Packet, function: ReplyFunction) -> Result<(), DecodeErro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::RangeError;
+    use dyn_values::RangeError;
 
     fn decode(bytes: &[u8]) -> Result<(DriveId, Reply), DecodeError> {
         Reply::decode(&Packet::parse(bytes).unwrap())
@@ -177,7 +180,7 @@ mod tests {
             Err(DecodeError::UnknownReply { code: 0x0A })
         );
         let reserved = RangeError {
-            quantity: Quantity::DriveId,
+            quantity: Quantity::SerialDriveId,
             actual: 64,
         };
         assert_eq!(
@@ -188,6 +191,14 @@ mod tests {
             decode(&[0x7F, 0x99, 0x80, 0x98]),
             Err(DecodeError::ReplyFromAll)
         );
+    }
+
+    #[test]
+    fn a_status_is_sent_as_seven_bits() {
+        let from = DriveId::new(3).unwrap();
+        let packet = Reply::Status(DriveStatus::from_byte(0xA1)).encode(from);
+        let received = Reply::Status(DriveStatus::from_byte(0x21));
+        assert_eq!(Reply::decode(&packet), Ok((from, received)));
     }
 
     #[test]

@@ -2,17 +2,18 @@
 
 mod decode;
 
+use dyn_values::{
+    Amplitude, Counts28, FrequencyHz, GearNumber, IntegrationGain, MainGain, MaxAcceleration,
+    MaxSpeed, OnPosRange, Quantity, RangeError, SpeedGain, SpeedRpm, TorqueFilter,
+};
+
 use crate::address::{Address, DriveId};
 use crate::config::ConfigByte;
 use crate::dialect::{Dialect, GeneralId, ParameterForm};
-use crate::error::{EncodeError, RangeError};
+use crate::error::EncodeError;
 use crate::function::{ReplyFunction, RequestFunction};
 use crate::groups::Groups;
 use crate::packet::Packet;
-use crate::values::{
-    Amplitude, Counts28, FrequencyHz, GearNumber, IntegrationGain, MainGain, MaxAcceleration,
-    MaxSpeed, OnPosRange, Quantity, SpeedGain, SpeedRpm, TorqueFilter,
-};
 
 /// What General_Read reads; the selector is the function code of the reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -8,9 +8,8 @@
 use std::collections::VecDeque;
 
 use dyn_can::{
-    Amplitude, ConfigByte, Counts28, DriveConfig, FrequencyHz, GearNumber, IntegrationGain,
-    MainGain, MaxAcceleration, MaxSpeed, OnPosRange, RangeError, SetParamGroup1, SetParamGroup2,
-    SetParamGroup3, SpeedGain, SpeedRpm, StoredDriveId, TorqueFilter,
+    ConfigByte, DriveConfig, RangeError, SetParamGroup1, SetParamGroup2, SetParamGroup3,
+    StoredDriveId,
 };
 use dyn_serial::{
     Address, Decoder, Dialect, DriveId, Event, GeneralId, Packet, ReadSelector, Reply, Request,
@@ -126,47 +125,31 @@ impl DynDrive {
     }
 
     /// The state of the drive as a reply to a read; nothing for any other request.
-    fn serial_reply(
-        &self,
-        now_ns: u64,
-        request: Request,
-    ) -> Result<Option<Reply>, dyn_serial::RangeError> {
+    fn serial_reply(&self, now_ns: u64, request: Request) -> Result<Option<Reply>, RangeError> {
         let ram = &self.registers.ram;
         Ok(Some(match request {
             Request::ReadDriveId => Reply::DriveId(i32::from(ram.id.get()).try_into()?),
             Request::ReadDriveConfig => Reply::Config(config_of(ram.config)?),
-            Request::ReadDriveStatus => Reply::Status(dyn_serial::DriveStatus::from_byte(
-                self.status(now_ns).to_byte(),
-            )),
+            Request::ReadDriveStatus => Reply::Status(self.status(now_ns)),
             // Four data bytes hold 28 bits.
             Request::GeneralRead(ReadSelector::Position) => {
                 Reply::Position((self.read_back(now_ns) << 4 >> 4).try_into()?)
             }
             Request::GeneralRead(ReadSelector::Torque) => Reply::Torque(self.torque(now_ns).raw),
-            Request::ReadMainGain => Reply::MainGain(number(ram.group1.main_gain.get())?),
-            Request::ReadSpeedGain => Reply::SpeedGain(number(ram.group1.speed_gain.get())?),
-            Request::ReadIntGain => {
-                Reply::IntegrationGain(number(ram.group1.integration_gain.get())?)
-            }
-            Request::ReadTrqCons => Reply::TorqueFilter(number(ram.group1.torque_filter.get())?),
-            Request::ReadHighSpeed => Reply::MaxSpeed(number(ram.group2.max_speed.get())?),
-            Request::ReadHighAccel => {
-                Reply::MaxAcceleration(number(ram.group2.max_acceleration.get())?)
-            }
-            Request::ReadPosOnRange => Reply::OnPosRange(number(ram.group3.on_pos_range.get())?),
-            Request::ReadGearNumber => Reply::GearNumber(number(ram.group3.gear_number.get())?),
+            Request::ReadMainGain => Reply::MainGain(ram.group1.main_gain),
+            Request::ReadSpeedGain => Reply::SpeedGain(ram.group1.speed_gain),
+            Request::ReadIntGain => Reply::IntegrationGain(ram.group1.integration_gain),
+            Request::ReadTrqCons => Reply::TorqueFilter(ram.group1.torque_filter),
+            Request::ReadHighSpeed => Reply::MaxSpeed(ram.group2.max_speed),
+            Request::ReadHighAccel => Reply::MaxAcceleration(ram.group2.max_acceleration),
+            Request::ReadPosOnRange => Reply::OnPosRange(ram.group3.on_pos_range),
+            Request::ReadGearNumber => Reply::GearNumber(ram.group3.gear_number),
             _ => return Ok(None),
         }))
     }
 }
 
-fn number<T: TryFrom<i32, Error = dyn_serial::RangeError>>(
-    value: impl Into<i32>,
-) -> Result<T, dyn_serial::RangeError> {
-    T::try_from(value.into())
-}
-
-fn config_of(config: ConfigByte) -> Result<dyn_serial::ConfigByte, dyn_serial::RangeError> {
+fn config_of(config: ConfigByte) -> Result<dyn_serial::ConfigByte, RangeError> {
     dyn_serial::ConfigByte::new((config.to_byte() & STORED_CONFIG).into())
 }
 
@@ -175,65 +158,65 @@ fn command(request: Request) -> Result<Option<dyn_can::Request>, RangeError> {
     use dyn_can::Request as Can;
     Ok(Some(match request {
         Request::SetOrigin => Can::SetOrigin,
-        Request::GoAbsolutePos(counts) => Can::GoAbsolutePosPtp(Counts28::new(counts.get())?),
-        Request::MakeLinearLine(counts) => Can::MakeLinearLine(Counts28::new(counts.get())?),
-        Request::GoRelativePos(counts) => Can::GoRelativePosPtp(Counts28::new(counts.get())?),
-        Request::MakeCircularArc(counts) => Can::MakeCircularArc(Counts28::new(counts.get())?),
+        Request::GoAbsolutePos(counts) => Can::GoAbsolutePosPtp(counts),
+        Request::MakeLinearLine(counts) => Can::MakeLinearLine(counts),
+        Request::GoRelativePos(counts) => Can::GoRelativePosPtp(counts),
+        Request::MakeCircularArc(counts) => Can::MakeCircularArc(counts),
         Request::AssignDriveId(id) => Can::AssignDriveId(StoredDriveId::new(id.get().into())?),
         Request::SetDriveConfig(config) => {
             Can::SetDriveConfig(DriveConfig::from_byte(config.get() & STORED_CONFIG)?)
         }
-        Request::TurnConstSpeed(speed) => Can::TurnConstSpeed(SpeedRpm::new(speed.get().into())?),
-        Request::SquareWave(amplitude) => Can::SquareWave(Amplitude::new(amplitude.get().into())?),
-        Request::SinWave(amplitude) => Can::SinWave(Amplitude::new(amplitude.get().into())?),
-        Request::SsFrequency(hz) => Can::SsFrequency(FrequencyHz::new(hz.get().into())?),
-        other => return set_parameter(other),
+        Request::TurnConstSpeed(speed) => Can::TurnConstSpeed(speed),
+        Request::SquareWave(amplitude) => Can::SquareWave(amplitude),
+        Request::SinWave(amplitude) => Can::SinWave(amplitude),
+        Request::SsFrequency(hz) => Can::SsFrequency(hz),
+        other => return Ok(set_parameter(other)),
     }))
 }
 
 /// The group command that sets one parameter and keeps the others.
-fn set_parameter(request: Request) -> Result<Option<dyn_can::Request>, RangeError> {
+fn set_parameter(request: Request) -> Option<dyn_can::Request> {
     let (group1, group2, group3) = (
         SetParamGroup1::default(),
         SetParamGroup2::default(),
         SetParamGroup3::default(),
     );
-    let set_group1 = |group| Ok(Some(dyn_can::Request::SetParamGroup1(group)));
-    let set_group2 = |group| Ok(Some(dyn_can::Request::SetParamGroup2(group)));
-    let set_group3 = |group| Ok(Some(dyn_can::Request::SetParamGroup3(group)));
+    let set_group1 = |group| Some(dyn_can::Request::SetParamGroup1(group));
+    let set_group2 = |group| Some(dyn_can::Request::SetParamGroup2(group));
+    let set_group3 = |group| Some(dyn_can::Request::SetParamGroup3(group));
     match request {
         Request::SetMainGain(value) => set_group1(SetParamGroup1 {
-            main_gain: Some(MainGain::new(value.get().into())?),
+            main_gain: Some(value),
             ..group1
         }),
         Request::SetSpeedGain(value) => set_group1(SetParamGroup1 {
-            speed_gain: Some(SpeedGain::new(value.get().into())?),
+            speed_gain: Some(value),
             ..group1
         }),
         Request::SetIntGain(value) => set_group1(SetParamGroup1 {
-            integration_gain: Some(IntegrationGain::new(value.get().into())?),
+            integration_gain: Some(value),
             ..group1
         }),
         Request::SetTrqCons(value) => set_group1(SetParamGroup1 {
-            torque_filter: Some(TorqueFilter::new(value.get().into())?),
+            torque_filter: Some(value),
             ..group1
         }),
         Request::SetHighSpeed(value) => set_group2(SetParamGroup2 {
-            max_speed: Some(MaxSpeed::new(value.get().into())?),
+            max_speed: Some(value),
             ..group2
         }),
         Request::SetHighAccel(value) => set_group2(SetParamGroup2 {
-            max_acceleration: Some(MaxAcceleration::new(value.get().into())?),
+            max_acceleration: Some(value),
             ..group2
         }),
         Request::SetPosOnRange(value) => set_group3(SetParamGroup3 {
-            on_pos_range: Some(OnPosRange::new(value.get().into())?),
+            on_pos_range: Some(value),
             ..group3
         }),
         Request::SetGearNumber(value) => set_group3(SetParamGroup3 {
-            gear_number: Some(GearNumber::new(value.get().into())?),
+            gear_number: Some(value),
             ..group3
         }),
-        _ => Ok(None),
+        _ => None,
     }
 }

@@ -1,9 +1,10 @@
 use core::num::NonZeroU8;
 use std::vec::Vec;
 
+use dyn_values::{Counts28, SpeedRpm};
+
 use super::*;
 use crate::DriveId;
-use crate::values::{Counts28, SpeedRpm};
 use crate::{Quantity, RangeError};
 
 const START_US: u64 = 1_000_000;

@@ -1,5 +1,10 @@
 //! Reading a packet as a request, for simulated drives and line monitors.
 
+use dyn_values::{
+    Amplitude, Counts28, FrequencyHz, GearNumber, IntegrationGain, MainGain, MaxAcceleration,
+    MaxSpeed, OnPosRange, SpeedGain, SpeedRpm, TorqueFilter,
+};
+
 use super::{ReadSelector, Request};
 use crate::address::{Address, DriveId};
 use crate::config::ConfigByte;
@@ -7,10 +12,6 @@ use crate::dialect::{Dialect, ParameterForm};
 use crate::error::DecodeError;
 use crate::function::RequestFunction;
 use crate::packet::Packet;
-use crate::values::{
-    Amplitude, Counts28, FrequencyHz, GearNumber, IntegrationGain, MainGain, MaxAcceleration,
-    MaxSpeed, OnPosRange, SpeedGain, SpeedRpm, TorqueFilter,
-};
 
 impl Request {
     /// Reads a packet as a request.

@@ -5,6 +5,9 @@ Usage: socketcan.py MOTIONCTL
 Most build machines have no CAN in their kernel. User-mode Linux (Debian: user-mode-linux) is a kernel that runs as a program
 and has it; this file is also the first process of that kernel. In there, slcand of can-utils makes the network interface can0
 of the bench's terminal, through the kernel's own driver for Lawicel adapters.
+
+The kernel reads the files of its host, but its own /dev, /proc, /run and /sys hide the host's, and a path with a space is two
+words of its command line. Both programs are therefore copied to a folder that it finds, wherever the checkout is.
 """
 
 import contextlib
@@ -17,6 +20,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import traceback
 
@@ -24,6 +28,9 @@ PATIENCE_S = 60
 BOOT_AND_CHECKS_S = 400
 STARTED = "a kernel with CAN:"
 PASSED = "all checks passed:"
+
+# Where the host's files can be read inside: nothing is mounted over it.
+SEEN_INSIDE = "/var/tmp"
 
 MODULES = ["net/can/can", "net/can/can-raw", "drivers/net/can/dev/can-dev", "drivers/net/can/vcan", "drivers/net/can/slcan/slcan"]
 FINIT_MODULE = 313  # x86-64, the only machine that user-mode Linux has
@@ -41,10 +48,18 @@ def outside(motionctl):
     if missing:
         print(f"SKIPPED: there is no {', '.join(missing)} (Debian: user-mode-linux, can-utils, iproute2), so no CAN interface was tried")
         return
+    with tempfile.TemporaryDirectory(prefix="socketcan-", dir=SEEN_INSIDE) as folder:
+        report(start_kernel(shutil.copy(__file__, folder), shutil.copy(motionctl, folder)))
+
+
+def start_kernel(script, motionctl):
     command = ["linux.uml", "root=/dev/root", "rootfstype=hostfs", "rootflags=/", "ro", "mem=256M", "con=null", "con0=null,fd:1",
-               "quiet", f"init={os.path.realpath(sys.executable)}", "--", os.path.abspath(__file__), os.path.abspath(motionctl)]
-    kernel = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
-                            timeout=BOOT_AND_CHECKS_S, check=False)
+               "quiet", f"init={os.path.realpath(sys.executable)}", "--", script, motionctl]
+    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
+                          timeout=BOOT_AND_CHECKS_S, check=False)
+
+
+def report(kernel):
     said = kernel.stdout.replace("\r", "")
     if STARTED not in said:
         print(f"SKIPPED: user-mode Linux does not start here, so no CAN interface was tried: {said[-300:]}{kernel.stderr[-300:]}")
@@ -67,7 +82,8 @@ def contains(what, text, wanted):
 
 
 def mount():
-    for kind, place in [("proc", "/proc"), ("sysfs", "/sys"), ("devtmpfs", "/dev"), ("tmpfs", "/run"), ("tmpfs", "/tmp")]:
+    """The kernel's own file systems; the rest of the host's files can be read, not written."""
+    for kind, place in [("proc", "/proc"), ("sysfs", "/sys"), ("devtmpfs", "/dev"), ("tmpfs", "/run")]:
         if not os.path.ismount(place):
             subprocess.run(["mount", "-t", kind, kind, place], check=True)
     os.makedirs("/dev/pts", exist_ok=True)

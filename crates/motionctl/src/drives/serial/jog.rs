@@ -99,7 +99,7 @@ fn require_ready(line: &mut Line, drive: StoredDriveId) -> Result<(), DrivesErro
     if status.alarm() != Alarm::None {
         return fault(format!("{}: no move before it is cleared", status.alarm()));
     }
-    if status.is_free() {
+    if status.is_disabled() {
         return fault(
             "the servo is off, and the serial protocol can switch it on only in the stored configuration: enable it over CAN, or write config without bit 5".to_owned(),
         );

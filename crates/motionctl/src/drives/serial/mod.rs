@@ -33,7 +33,7 @@ impl SerialDrives {
         let status = self.line.status(drive)?;
         let alarm = status.alarm();
         Ok(DriveState {
-            enabled: Some(!status.is_free()),
+            enabled: Some(!status.is_disabled()),
             on_position: Some(status.on_position()),
             busy: Some(status.motion_busy()),
             alarm: (alarm != Alarm::None).then(|| alarm.to_string()),

@@ -1,7 +1,6 @@
-//! Configuration byte of Set_Drive_Config and Read_Drive_Config (1.6A section 6, #7 and #8).
+//! Configuration byte: Set_Drive_Config and Read_Drive_Config (1.6A section 6, #7 and #8), Is_Config (DYN2 manual A1.8 section 7.3).
 
-use crate::error::RangeError;
-use crate::values::Quantity;
+use crate::quantity::{Quantity, RangeError};
 
 /// Bits 1..0: command input mode.
 const COMMAND_MODE: u8 = 0b11;
@@ -16,7 +15,7 @@ const SERVO_FREE: u8 = 1 << 5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CommandMode {
-    /// 0: RS232, the mode for motion commands over a link.
+    /// 0: RS232, the only mode in which commands over a link move the motor (manual section 4.4).
     Rs232 = 0,
     /// 1: CW and CCW pulses.
     CwCcw = 1,
@@ -88,7 +87,7 @@ pub struct DriveConfig {
     pub absolute_mode: bool,
     /// Bits 4..3.
     pub servo_mode: ServoMode,
-    /// Bit 5: servo free. Use Servo_Disable instead, which does not wear the EEPROM.
+    /// Bit 5: servo free; each write wears the EEPROM. CAN has Servo_Disable instead, the serial line has no other way.
     pub servo_free: bool,
 }
 

@@ -1,0 +1,93 @@
+//! Programs of other people against ours.
+
+use std::path::PathBuf;
+
+use super::place::Place;
+use crate::error::Error;
+
+/// The independent implementations, pinned: a step must not change because one of them was released.
+const PYTHON_PACKAGES: [&str; 3] = ["python-can==4.6.1", "canopen==2.4.1", "pyserial==3.5"];
+
+/// A script against one of our programs.
+struct Script {
+    package: &'static str,
+    program: &'static str,
+    /// The script, from the root.
+    path: &'static str,
+    /// What it is given behind the program.
+    arguments: &'static [&'static str],
+}
+
+pub(super) fn python_can_logs(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "motionctl",
+        program: "motionctl",
+        path: "crates/motionctl/tests/interop/python_can_logs.py",
+        arguments: &[],
+    }
+    .run(place)
+}
+
+pub(super) fn python_can_bench(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "motionctl",
+        program: "motionctl",
+        path: "crates/motionctl/tests/interop/python_can_bench.py",
+        arguments: &["README.md"],
+    }
+    .run(place)
+}
+
+pub(super) fn pyserial_bench(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "motionctl",
+        program: "motionctl",
+        path: "crates/motionctl/tests/interop/pyserial_bench.py",
+        arguments: &["host-tests/vectors/dyn232m.json"],
+    }
+    .run(place)
+}
+
+pub(super) fn python_canopen(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "host-tests",
+        program: "canopen_bridge",
+        path: "host-tests/interop/python_canopen.py",
+        arguments: &[],
+    }
+    .run(place)
+}
+
+/// Needs no package of Python, and its kernel cannot see a virtual environment everywhere.
+pub(super) fn socketcan(place: &Place) -> Result<Vec<String>, Error> {
+    let motionctl = place.tool("motionctl", "motionctl")?;
+    let mut command = place.command("python3");
+    place.script(
+        command
+            .arg("crates/motionctl/tests/interop/socketcan.py")
+            .arg(motionctl),
+    )
+}
+
+impl Script {
+    fn run(&self, place: &Place) -> Result<Vec<String>, Error> {
+        let python = virtual_environment(place)?;
+        let program = place.tool(self.package, self.program)?;
+        let mut command = place.command(python);
+        place.script(command.arg(self.path).arg(program).args(self.arguments))
+    }
+}
+
+/// The Python that has the packages. pip is run as a module: its script does not start from a path with a space.
+fn virtual_environment(place: &Place) -> Result<PathBuf, Error> {
+    let folder = place.target().join("interop-python");
+    place.run(place.command("python3").args(["-m", "venv"]).arg(&folder))?;
+    let python = folder.join("bin/python");
+    place.run(
+        place
+            .command(&python)
+            .args(["-m", "pip", "-q", "--disable-pip-version-check", "install"])
+            .args(PYTHON_PACKAGES),
+    )?;
+    Ok(python)
+}

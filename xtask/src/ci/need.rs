@@ -1,0 +1,144 @@
+//! What a machine must have for a step, and how it gets it.
+
+use std::env;
+
+use crate::thumb::TARGET as BOARD_TARGET;
+use crate::toolchain::{Preference, Toolchain};
+
+/// Something that a machine may lack.
+pub(super) struct Need {
+    /// What tells it apart from the others.
+    pub(super) name: &'static str,
+    /// What is lacking now; nothing when it is there.
+    pub(super) lacking: fn() -> Option<String>,
+    /// The packages of Debian that bring it.
+    pub(super) packages: &'static [&'static str],
+    /// What to do where these packages are of no use.
+    pub(super) otherwise: Option<&'static str>,
+}
+
+/// Python with virtual environments.
+pub(super) const PYTHON: Need = Need {
+    name: "python",
+    lacking: || all_of(&["python3"]),
+    packages: &["python3", "python3-venv"],
+    otherwise: None,
+};
+
+/// Any toolchain for the boards.
+pub(super) const TARGET: Need = Need {
+    name: "target",
+    lacking: || {
+        let found = Toolchain::find(BOARD_TARGET, Preference::Auto);
+        found
+            .err()
+            .map(|_| format!("no toolchain for {BOARD_TARGET}"))
+    },
+    packages: &["rustc-web", "rust-web-src"],
+    otherwise: Some("rustup target add thumbv7em-none-eabihf"),
+};
+
+/// The usual toolchain with the target of the boards.
+pub(super) const TARGET_INSTALLED: Need = Need {
+    name: "installed target",
+    lacking: || {
+        let found = Toolchain::find(BOARD_TARGET, Preference::Installed);
+        found
+            .err()
+            .map(|_| format!("{BOARD_TARGET} is not installed"))
+    },
+    packages: &[],
+    otherwise: Some("rustup target add thumbv7em-none-eabihf"),
+};
+
+/// A kernel with CAN that runs as a program, and the tools for CAN interfaces.
+pub(super) const CAN_KERNEL: Need = Need {
+    name: "kernel with CAN",
+    lacking: || all_of(&["linux.uml", "slcand", "candump", "cansend", "ip"]),
+    packages: &["user-mode-linux", "can-utils", "iproute2"],
+    otherwise: None,
+};
+
+/// The names under which Chromium is installed.
+pub(super) const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+
+/// A browser that runs without a screen.
+pub(super) const CHROMIUM: Need = Need {
+    name: "browser",
+    lacking: || any_of(&BROWSERS),
+    packages: &["chromium"],
+    otherwise: None,
+};
+
+impl Need {
+    /// What a user can do about it.
+    pub(super) fn remedy(&self) -> String {
+        let packages = (!self.packages.is_empty()).then(|| {
+            format!(
+                "apt-get install {} (Debian, as root; `--install-packages` does it)",
+                self.packages.join(" ")
+            )
+        });
+        let ways: Vec<String> = packages
+            .into_iter()
+            .chain(self.otherwise.map(str::to_owned))
+            .collect();
+        ways.join(", or: ")
+    }
+}
+
+/// Whether a program is on the search path.
+pub(super) fn is_installed(program: &str) -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+fn all_of(programs: &[&str]) -> Option<String> {
+    let missing: Vec<&str> = programs
+        .iter()
+        .copied()
+        .filter(|program| !is_installed(program))
+        .collect();
+    (!missing.is_empty()).then(|| format!("there is no {}", missing.join(", ")))
+}
+
+fn any_of(programs: &[&str]) -> Option<String> {
+    let found = programs.iter().any(|program| is_installed(program));
+    (!found).then(|| format!("there is none of {}", programs.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_missing_program_is_named() {
+        assert_eq!(
+            all_of(&["no-such-program-1", "cargo", "no-such-program-2"]).as_deref(),
+            Some("there is no no-such-program-1, no-such-program-2")
+        );
+        assert_eq!(all_of(&["cargo"]), None);
+    }
+
+    #[test]
+    fn one_of_several_programs_is_enough() {
+        assert_eq!(any_of(&["no-such-program", "cargo"]), None);
+        assert_eq!(
+            any_of(&["no-such-program"]).as_deref(),
+            Some("there is none of no-such-program")
+        );
+    }
+
+    #[test]
+    fn a_remedy_names_the_packages_and_the_other_way() {
+        assert_eq!(
+            TARGET.remedy(),
+            "apt-get install rustc-web rust-web-src (Debian, as root; `--install-packages` does it), \
+             or: rustup target add thumbv7em-none-eabihf"
+        );
+        assert_eq!(
+            TARGET_INSTALLED.remedy(),
+            "rustup target add thumbv7em-none-eabihf"
+        );
+    }
+}

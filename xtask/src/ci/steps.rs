@@ -1,0 +1,177 @@
+//! The table of the checks, in the order in which they run: what fails soonest comes first.
+
+use super::interop;
+use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED};
+use super::report_page;
+use super::step::Step;
+
+/// Every step.
+pub(super) const STEPS: &[Step] = &[
+    Step::cargo(
+        "format",
+        "every file is as rustfmt writes it",
+        &[
+            "fmt --all --check",
+            "fmt --manifest-path firmware-tests/Cargo.toml --check",
+        ],
+    ),
+    Step::cargo(
+        "lint",
+        "clippy has nothing to say about the host's code",
+        &["clippy --workspace --all-targets -- -D warnings"],
+    ),
+    Step::cargo(
+        "module-cycles",
+        "no two files of a crate need each other",
+        &["xtask module-cycles"],
+    ),
+    // A missing `cfg` hides in the combinations nobody builds.
+    Step::cargo(
+        "features",
+        "each feature of the libraries builds alone, and all build together",
+        &[
+            "check -p dyn-can --no-default-features",
+            "check -p dyn-can --no-default-features --features embedded-can",
+            "check -p dyn-can --no-default-features --features defmt",
+            "check -p dyn-can --all-features",
+            "check -p dyn-values --no-default-features",
+            "check -p dyn-values --all-features",
+            "check -p dyn-serial --no-default-features",
+            "check -p dyn-serial --no-default-features --features embedded-io",
+            "check -p dyn-serial --no-default-features --features defmt",
+            "check -p dyn-serial --all-features",
+            "check -p zlac8030l --no-default-features",
+            "check -p zlac8030l --no-default-features --features embedded-can",
+            "check -p zlac8030l --no-default-features --features defmt",
+            "check -p zlac8030l --all-features",
+            "check -p can-motion --no-default-features",
+            "check -p can-motion --no-default-features --features zlac",
+            "check -p can-motion --all-features",
+        ],
+    ),
+    // The serial client's front end for UARTs is a feature that nothing else turns on.
+    Step::cargo(
+        "test",
+        "every test that runs on the host",
+        &["test", "test -p dyn-serial --all-features"],
+    ),
+    Step::cargo(
+        "docs",
+        "rustdoc has no warning",
+        &["doc --workspace --no-deps --config build.rustdocflags=[\"-D\",\"warnings\"]"],
+    ),
+    Step::for_boards(
+        "firmware",
+        "the image of each board builds",
+        &["fw --board stm32f405", "fw --board stm32g474"],
+    )
+    .needs(&[&TARGET]),
+    // The host's clippy does not see the code of the board, and only the toolchain of the target can lint it.
+    Step::cargo(
+        "firmware-lint",
+        "clippy has nothing to say about the boards' code",
+        &[
+            "clippy --release -p motion-board -p proofs --target thumbv7em-none-eabihf -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474 -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --features misbehave -- -D warnings",
+        ],
+    )
+    .needs(&[&TARGET_INSTALLED]),
+    Step::for_boards(
+        "proofs",
+        "the libraries contain no panic, and their size on the target",
+        &["proofs"],
+    )
+    .needs(&[&TARGET]),
+    Step::for_boards(
+        "firmware-tests",
+        "the real image on an emulated board; the first time this builds the emulator",
+        &["firmware-tests"],
+    )
+    .needs(&[&TARGET, &PYTHON]),
+    Step::cargo(
+        "sim",
+        "a motion of the servos and of the wheels on simulated drives",
+        &["sim", "sim -- --drives zlac"],
+    ),
+    Step::cargo(
+        "limits",
+        "the table of what a bus carries is measured",
+        &["run -q --profile tools -p motionctl -- limits"],
+    ),
+    Step::call(
+        "report-page",
+        "the script of the report runs in a browser without a network",
+        report_page::run,
+    )
+    .needs(&[&CHROMIUM]),
+    Step::cargo(
+        "serial-fuzz",
+        "ten million random bytes for the serial decoder",
+        &["run -q -p host-tests --bin serial-fuzz"],
+    ),
+    Step::call(
+        "python-can-logs",
+        "logs that python-can writes, read by `motionctl decode`",
+        interop::python_can_logs,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "python-can-bench",
+        "python-can at the adapter of the bench, the README's script, and a motion of `motionctl run` through it",
+        interop::python_can_bench,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "socketcan",
+        "a kernel with CAN, run as a program: SocketCAN, can-utils, and the bench behind a network interface",
+        interop::socketcan,
+    )
+    .needs(&[&PYTHON, &CAN_KERNEL]),
+    Step::call(
+        "pyserial-bench",
+        "pyserial at the serial port of the simulated drives, and python-can at the CAN bus of the same drives",
+        interop::pyserial_bench,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "python-canopen",
+        "python-canopen as the drive of our SDO client, and as the master of the simulated hub-motor drive",
+        interop::python_canopen,
+    )
+    .needs(&[&PYTHON]),
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::ci::step::Action;
+
+    #[test]
+    fn every_name_is_there_once() {
+        let names: BTreeSet<_> = STEPS.iter().map(|step| step.name).collect();
+        assert_eq!(names.len(), STEPS.len());
+    }
+
+    #[test]
+    fn every_step_does_something_and_says_what() {
+        for step in STEPS {
+            assert!(!step.purpose.is_empty(), "{}", step.name);
+            if let Action::Cargo(lines) | Action::ForBoards(lines) = &step.action {
+                assert!(!lines.is_empty(), "{}", step.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_step_that_builds_for_the_boards_looks_for_their_toolchain() {
+        for step in STEPS {
+            if matches!(step.action, Action::ForBoards(_)) {
+                let first = step.needs.first().map(|need| need.name);
+                assert_eq!(first, Some(TARGET.name), "{}", step.name);
+            }
+        }
+    }
+}
