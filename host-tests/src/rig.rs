@@ -1,21 +1,51 @@
 //! The unmodified master on the virtual bus with simulated drives, cycle by cycle.
 
-use can_motion::wheel::{WheelConfig, WheelMasterConfig, Zlac};
+use can_motion::facts::Knowledge;
+use can_motion::family::{CycleConfig, Family};
+use can_motion::wheel::{WheelConfig, WheelLimits, WheelMasterConfig, WheelMode, Zlac};
 use can_motion::{
-    AxisConfig, AxisState, CycleConfig, Dyn, Event, EventKind, Family, GroupId, Instant, Master,
-    MasterConfig,
+    AxisConfig, AxisSnapshot, AxisState, Dyn, Event, EventKind, GroupId, Instant, Limits, Master,
+    MasterConfig, StepChange, Travel,
 };
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, Device, DeviceId, DynDrive, DynDriveConfig, LogMode,
     NodeId, Record, ScriptedFaults, TxOrder, ZlacDrive, ZlacDriveConfig,
 };
-use dyn_can::DriveId;
+use dyn_can::{DriveId, GearNumber, StepLimit};
 
 /// Room for the axes of any test.
 pub const ROOM: usize = 16;
 
 /// The group of every axis unless a test says otherwise.
 pub const GROUP: GroupId = GroupId(0);
+
+/// Limits of an axis that may do all that the protocol can say, 64 counts of acceleration a cycle: a test that is about a limit sets it.
+pub const WIDEST: Limits = match StepChange::from_counts(64) {
+    Some(change) => Limits::new(StepLimit::MAX, change, Travel::WHOLE),
+    None => panic!("64 counts are a change of step"),
+};
+
+/// An axis with the gear number of a drive as it leaves the factory.
+///
+/// # Panics
+/// Never: 4096 is a gear number.
+#[must_use]
+pub fn axis_config(drive: DriveId) -> AxisConfig {
+    let gear = GearNumber::new(4_096).expect("a gear number");
+    AxisConfig::new(drive, gear, WIDEST)
+}
+
+/// Whether the position of an axis is known.
+#[must_use]
+pub fn is_anchored(axis: &AxisSnapshot) -> bool {
+    axis.facts.knowledge == Knowledge::Anchored
+}
+
+/// A wheel that follows speeds of the whole range, changing by 10 r/min in a cycle.
+#[must_use]
+pub fn wheel_config(node: zlac8030l::NodeId) -> WheelConfig {
+    WheelConfig::new(node, WheelMode::Velocity, WheelLimits::speed(1_000, 10))
+}
 
 /// A master, a bus, and drives.
 pub struct Rig<D: Device = DynDrive, F: Family = Dyn> {
@@ -121,12 +151,48 @@ impl<D: Device, F: Family> Rig<D, F> {
         panic!("the axes do not become {state}; the last events, newest first: {last:#?}");
     }
 
+    /// Cycles until every axis is checked and at rest, whether its drive has power or not.
+    ///
+    /// # Panics
+    /// As [`Self::run_until`].
+    pub fn run_until_checked(&mut self) {
+        use AxisState::{FoundOn, Holding, Ready};
+        for _ in 0..5_000_000 / self.cycle_us {
+            let mut states = (0..self.drives.len()).map(|axis| self.state(axis));
+            if states.all(|state| matches!(state, FoundOn | Holding | Ready)) {
+                return;
+            }
+            drop(states);
+            self.cycle();
+        }
+        self.run_until(Ready);
+    }
+
+    /// The state of an axis.
+    ///
+    /// # Panics
+    /// When it has none of the states.
+    pub fn state(&self, axis: usize) -> AxisState {
+        self.master.state(axis).expect("an axis of the rig")
+    }
+
+    /// From power-on to drives without power: those that came up with their servo on are disabled.
+    ///
+    /// # Panics
+    /// When the axes do not get there.
+    pub fn ready(&mut self) {
+        self.run_until_checked();
+        let now = self.now();
+        self.master.disable(now, GROUP);
+        self.run_until(AxisState::Ready);
+    }
+
     /// From power-on to streaming.
     ///
     /// # Panics
     /// When the axes do not get there.
     pub fn stream(&mut self) {
-        self.run_until(AxisState::Ready);
+        self.ready();
         let now = self.now();
         self.master
             .enable(now, GROUP)
@@ -163,7 +229,7 @@ impl Rig {
     pub fn with_axes(axes: usize) -> Self {
         let drives: Vec<DynDriveConfig> =
             DriveId::all().take(axes).map(DynDriveConfig::new).collect();
-        let configs: Vec<AxisConfig> = DriveId::all().take(axes).map(AxisConfig::new).collect();
+        let configs: Vec<AxisConfig> = DriveId::all().take(axes).map(axis_config).collect();
         Self::new(MasterConfig::DEFAULT, &configs, drives, TxOrder::Fifo)
     }
 
@@ -227,7 +293,7 @@ impl WheelRig {
         wheels: &[WheelConfig],
         drives: Vec<ZlacDriveConfig>,
     ) -> Self {
-        let master = Master::wheels(config, wheels).expect("a configuration that works");
+        let master = Master::new(config, wheels).expect("a configuration that works");
         let drives = drives.into_iter().map(ZlacDrive::new);
         Self::connect(BitRate::Kbit500, TxOrder::Fifo, drives, master, &config)
     }

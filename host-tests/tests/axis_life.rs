@@ -4,7 +4,7 @@ use core::num::NonZeroU64;
 
 use can_motion::{
     AxisConfig, AxisState, CommandError, EventKind, Fault, GroupId, MasterConfig, Reaction,
-    Reactions, TargetError,
+    Reactions, StepChange, TargetError, Travel,
 };
 use drive_sim::{DynDriveConfig, FrameMatch, TxOrder};
 use dyn_can::{Alarm, ConfigByte, DriveId, FunctionCode, Revision, StepLimit};
@@ -22,8 +22,8 @@ fn set_points_of(rig: &Rig, drive: u16) -> usize {
 #[test]
 fn from_power_on_to_streaming_every_step_is_told() {
     use AxisState::{
-        Anchoring, AwaitingStandstill, CheckingConfig, CheckingStatus, ConfirmingEnable, Enabling,
-        Identifying, Probing, Ready, Reanchoring, Streaming,
+        Anchoring, AwaitingStandstill, CheckingConfig, CheckingStatus, Disabling, Enabling,
+        FoundOn, Holding, Identifying, Locating, Probing, Ready, Streaming,
     };
     let mut rig = Rig::with_axes(1);
     rig.stream();
@@ -34,12 +34,14 @@ fn from_power_on_to_streaming_every_step_is_told() {
             Identifying,
             CheckingConfig,
             CheckingStatus,
-            Anchoring,
+            Locating,
+            FoundOn,
+            Disabling,
             Ready,
             AwaitingStandstill,
-            Reanchoring,
+            Anchoring,
             Enabling,
-            ConfirmingEnable,
+            Holding,
             Streaming
         ]
     );
@@ -54,9 +56,9 @@ fn the_revision_is_recognised_by_itself() {
     let drives = [(1, Revision::V1_2A), (2, Revision::V1_6A)].map(|(id, revision)| {
         DynDriveConfig::new(DriveId::new(id).unwrap()).with_revision(revision)
     });
-    let axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
+    let axes = [1, 2].map(|id| host_tests::rig::axis_config(DriveId::new(id).unwrap()));
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
-    rig.run_until(AxisState::Ready);
+    rig.run_until(AxisState::FoundOn);
     let revisions = [0, 1].map(|axis| rig.axis(axis).feedback.revision);
     assert_eq!(revisions, [Some(Revision::V1_2A), Some(Revision::V1_6A)]);
 }
@@ -67,7 +69,7 @@ fn enabling_is_bumpless_wherever_the_axis_stands() {
         start_position_counts: -54_321,
         ..DynDriveConfig::new(DriveId::MIN)
     };
-    let axes = [AxisConfig::new(DriveId::MIN)];
+    let axes = [host_tests::rig::axis_config(DriveId::MIN)];
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![drive], TxOrder::Fifo);
     rig.stream();
     rig.cycles(100);
@@ -80,7 +82,7 @@ fn enabling_is_bumpless_wherever_the_axis_stands() {
 fn a_wrong_configuration_never_streams() {
     let mut drive = DynDriveConfig::new(DriveId::MIN);
     drive.config_byte = ConfigByte::from_byte(0x08);
-    let axes = [AxisConfig::new(DriveId::MIN)];
+    let axes = [host_tests::rig::axis_config(DriveId::MIN)];
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![drive], TxOrder::Fifo);
     rig.cycles(400);
     let fault = Fault::Config(ConfigByte::from_byte(0x08));
@@ -145,21 +147,26 @@ fn after_a_group_fault_nothing_moves_until_clear_and_resume() {
     rig.cycles(200);
     assert_eq!(
         (rig.axis(0).state, rig.axis(1).state),
-        (AxisState::Ready, AxisState::Holding)
+        (AxisState::FoundOn, AxisState::Holding)
     );
     assert_eq!(set_points_of(&rig, 2), frames);
 }
 
 /// Two drives, each the only one of its group, and both streaming.
 fn two_groups() -> Rig {
-    let mut axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
+    let mut axes = [1, 2].map(|id| host_tests::rig::axis_config(DriveId::new(id).unwrap()));
     axes[1].group = GroupId(1);
     let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
     rig.cycles(300);
     for group in [GROUP, GroupId(1)] {
         let now = rig.now();
-        rig.master.enable(now, group).unwrap();
+        rig.master.adopt(now, group).unwrap();
+    }
+    rig.cycles(200);
+    for group in [GROUP, GroupId(1)] {
+        let now = rig.now();
+        rig.master.resume(now, group).unwrap();
     }
     rig.cycles(400);
     rig
@@ -199,8 +206,9 @@ fn a_drive_that_alarms_for_ever_does_not_hide_that_another_is_lost() {
 
 #[test]
 fn a_group_ramps_down_in_proportion_and_within_its_limit() {
-    let mut axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
-    axes.iter_mut().for_each(|axis| axis.limits.ramp_change = 4);
+    let mut axes = [1, 2].map(|id| host_tests::rig::axis_config(DriveId::new(id).unwrap()));
+    axes.iter_mut()
+        .for_each(|axis| axis.limits.max_step_change = StepChange::from_counts(4).unwrap());
     let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
     rig.stream();
@@ -268,7 +276,7 @@ fn each_fault_does_what_its_reaction_says() {
     };
     let axes = [1, 2].map(|id| AxisConfig {
         reactions,
-        ..AxisConfig::new(DriveId::new(id).unwrap())
+        ..host_tests::rig::axis_config(DriveId::new(id).unwrap())
     });
     let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
@@ -286,12 +294,14 @@ fn each_fault_does_what_its_reaction_says() {
 
 #[test]
 fn a_target_that_runs_away_is_a_fault_before_it_is_a_motion() {
-    let mut axis = AxisConfig::new(DriveId::MIN);
+    let mut axis = host_tests::rig::axis_config(DriveId::MIN);
     axis.limits.max_step = StepLimit::new(100).unwrap();
-    axis.limits.backlog = 1_000;
+    axis.limits.backlog_counts = 1_000;
     let drive = DynDriveConfig::new(DriveId::MIN);
     let mut rig = Rig::new(MasterConfig::DEFAULT, &[axis], vec![drive], TxOrder::Fifo);
     rig.stream();
+    rig.cycle();
+    // Between two cycles, when the set-point of one is through: the worst moment.
     rig.master.set_target(0, 1_001).unwrap();
     rig.cycles(5);
     assert_eq!(rig.axis(0).fault, Some(Fault::Backlog { counts: 1_001 }));
@@ -343,7 +353,7 @@ fn a_set_point_that_the_drive_missed_is_reported_as_one_lost_step() {
 
 #[test]
 fn a_restarted_drive_is_noticed_by_its_counter() {
-    let mut axis = AxisConfig::new(DriveId::MIN);
+    let mut axis = host_tests::rig::axis_config(DriveId::MIN);
     axis.polls.counter_us = Some(20_000);
     let mut drive = DynDriveConfig::new(DriveId::MIN);
     drive.power_on_delay_ns = 0;
@@ -367,6 +377,7 @@ fn skipped_cycles_merge_into_the_next_frames() {
     rig.master.set_target(0, target).unwrap();
     rig.cycle();
     assert_eq!(rig.drive(0).books().pd_frames, before + 1);
+    // 64 counts are the acceleration of an axis that stood for five cycles.
     assert_eq!(rig.axis(0).sent_counts, target);
     assert!(rig.saw(|kind| *kind == EventKind::CyclesMissed(5)));
     assert_eq!(rig.master.cycle_counters().missed, 5);
@@ -374,8 +385,11 @@ fn skipped_cycles_merge_into_the_next_frames() {
 
 #[test]
 fn an_axis_outside_its_travel_is_not_anchored_and_a_target_outside_is_refused() {
-    let mut axis = AxisConfig::new(DriveId::MIN);
-    (axis.limits.travel_min, axis.limits.travel_max) = (-1_000, 1_000);
+    let mut axis = host_tests::rig::axis_config(DriveId::MIN);
+    axis.limits.travel = Travel {
+        min_counts: -1_000,
+        max_counts: 1_000,
+    };
     let drive_at = |start_position_counts| {
         vec![DynDriveConfig {
             start_position_counts,

@@ -27,11 +27,11 @@ impl Case {
         let axis = |&drive: &DriveId| AxisConfig {
             polls: self.polls,
             limits: Limits {
-                following_error: u32::MAX,
-                drift_tolerance: u32::MAX,
-                ..Limits::WIDEST
+                following_error_counts: u32::MAX,
+                drift_tolerance_counts: u32::MAX,
+                ..host_tests::rig::WIDEST
             },
-            ..AxisConfig::new(drive)
+            ..host_tests::rig::axis_config(drive)
         };
         self.drives.iter().map(axis).collect()
     }

@@ -32,6 +32,10 @@ fn run(rig: &mut Rig, procedure: Procedure, confirmation: Confirmation) -> Proce
         rig.cycle();
         for event in &rig.events[told..] {
             if let EventKind::Procedure(end) = event.kind {
+                // What was written is checked.
+                if rig.state(0) == AxisState::Probing {
+                    rig.run_until(AxisState::Ready);
+                }
                 return end;
             }
         }
@@ -41,7 +45,7 @@ fn run(rig: &mut Rig, procedure: Procedure, confirmation: Confirmation) -> Proce
 
 fn ready() -> Rig {
     let mut rig = Rig::with_axes(1);
-    rig.run_until(AxisState::Ready);
+    rig.ready();
     rig
 }
 
@@ -67,11 +71,11 @@ fn a_write_wears_the_drive_only_when_it_changes_something() {
 
 #[test]
 fn writes_keep_their_distance_and_their_budget() {
-    let mut axis = AxisConfig::new(DriveId::MIN);
+    let mut axis = host_tests::rig::axis_config(DriveId::MIN);
     axis.wear.budget = 2;
     let drive = DynDriveConfig::new(DriveId::MIN);
     let mut rig = Rig::new(MasterConfig::DEFAULT, &[axis], vec![drive], TxOrder::Fifo);
-    rig.run_until(AxisState::Ready);
+    rig.ready();
     assert_eq!(
         run(&mut rig, max_speed(17), Confirmation::None),
         ProcedureEnd::Written
@@ -109,23 +113,24 @@ fn what_is_hard_to_undo_needs_a_confirmation() {
 }
 
 #[test]
-fn a_new_origin_makes_the_axis_anchor_anew() {
+fn after_a_new_origin_the_drive_is_checked_and_anchored_anew() {
     let start_position_counts = 5_000;
     let drive = DynDriveConfig {
         start_position_counts,
         ..DynDriveConfig::new(DriveId::MIN)
     };
-    let axes = [AxisConfig::new(DriveId::MIN)];
+    let axes = [host_tests::rig::axis_config(DriveId::MIN)];
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![drive], TxOrder::Fifo);
-    rig.run_until(AxisState::Ready);
-    assert_eq!(rig.axis(0).sent_counts, 5_000);
+    rig.ready();
+    assert_eq!(rig.axis(0).feedback.position.unwrap().value, 5_000);
     assert_eq!(
         run(&mut rig, Procedure::SetOrigin, Confirmation::Given),
         ProcedureEnd::Sent
     );
-    assert!(!rig.axis(0).referenced);
     rig.run_until(AxisState::Ready);
-    assert_eq!((rig.axis(0).sent_counts, rig.axis(0).referenced), (0, true));
+    assert_eq!(rig.axis(0).feedback.position.unwrap().value, 0);
+    rig.stream();
+    assert_eq!(rig.axis(0).sent_counts, 0);
 }
 
 #[test]
@@ -147,11 +152,15 @@ fn writing_is_refused_while_the_axis_is_enabled_and_reading_is_not() {
 
 #[test]
 fn writing_beside_a_streaming_axis_costs_it_nothing() {
-    let mut axes = [1, 2].map(|id| AxisConfig::new(DriveId::new(id).unwrap()));
+    let mut axes = [1, 2].map(|id| host_tests::rig::axis_config(DriveId::new(id).unwrap()));
     axes[1].group = GroupId(1);
     let drives = [1, 2].map(|id| DynDriveConfig::new(DriveId::new(id).unwrap()));
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives.to_vec(), TxOrder::Fifo);
     rig.cycles(300);
+    let now = rig.now();
+    rig.master.disable(now, GROUP);
+    rig.master.disable(now, GroupId(1));
+    rig.cycles(100);
     let now = rig.now();
     rig.master.enable(now, GroupId(1)).unwrap();
     rig.cycles(400);
@@ -180,12 +189,13 @@ fn a_reset_brings_an_alarmed_drive_back_in_1_6a_and_is_refused_in_1_2a() {
     assert_eq!(rig.drive(0).alarm(), Alarm::None);
     let now = rig.now();
     rig.master.clear(now, GROUP).unwrap();
-    rig.run_until(AxisState::Ready);
+    // A drive comes out of its reset with the servo on.
+    rig.run_until(AxisState::FoundOn);
 
     let old = DynDriveConfig::new(DriveId::MIN).with_revision(Revision::V1_2A);
-    let axes = [AxisConfig::new(DriveId::MIN)];
+    let axes = [host_tests::rig::axis_config(DriveId::MIN)];
     let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, vec![old], TxOrder::Fifo);
-    rig.run_until(AxisState::Ready);
+    rig.ready();
     let now = rig.now();
     let refused = rig
         .master

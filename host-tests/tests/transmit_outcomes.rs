@@ -8,7 +8,7 @@ use drive_sim::{Frame, TxOrder};
 use dyn_can::{DriveId, FunctionCode};
 use embedded_can::nb::Can;
 use embedded_can::{Frame as _, Id};
-use host_tests::rig::Rig;
+use host_tests::rig::{Rig, is_anchored};
 use proptest::prelude::*;
 
 /// What the driver does with the next set-point.
@@ -168,7 +168,7 @@ fn a_set_point_of_unknown_fate_makes_the_axis_unreferenced() {
     let _ = service(&mut rig.master, &mut driver, now);
     let axis = rig.axis(0);
     assert_eq!(
-        (axis.state, axis.fault, axis.referenced),
+        (axis.state, axis.fault, is_anchored(&axis)),
         (AxisState::Faulted, Some(Fault::Bus), false)
     );
     assert_eq!(rig.axis(1).fault, Some(Fault::Group));
@@ -183,7 +183,7 @@ fn both_orders_of_a_real_controller_deliver_exactly_the_target() {
             .collect();
         let axes: Vec<_> = DriveId::all()
             .take(8)
-            .map(can_motion::AxisConfig::new)
+            .map(host_tests::rig::axis_config)
             .collect();
         let mut rig = Rig::new(can_motion::MasterConfig::DEFAULT, &axes, drives, order);
         rig.stream();
@@ -217,7 +217,7 @@ fn bus_off_stops_everything_and_the_way_back_needs_the_application() {
     assert!(rig.drive(0).books().pd_frames <= frames + 1);
     for axis in 0..2 {
         assert_eq!(
-            (rig.axis(axis).fault, rig.axis(axis).referenced),
+            (rig.axis(axis).fault, is_anchored(&rig.axis(axis))),
             (Some(Fault::Bus), false)
         );
     }
@@ -225,7 +225,7 @@ fn bus_off_stops_everything_and_the_way_back_needs_the_application() {
     let now = rig.now();
     rig.master.clear(now, host_tests::rig::GROUP).unwrap();
     rig.stream();
-    assert!(rig.axis(0).referenced);
+    assert!(is_anchored(&rig.axis(0)));
     assert_eq!(
         i64::from(rig.axis(0).sent_counts),
         rig.drive(0).position_counts(rig.bench.now_ns())

@@ -27,7 +27,7 @@ fn pair(wheel: WheelConfig, change: impl Fn(&mut ZlacDriveConfig)) -> WheelRig {
 }
 
 fn velocity() -> WheelConfig {
-    WheelConfig::new(NodeId::MIN)
+    host_tests::rig::wheel_config(NodeId::MIN)
 }
 
 fn position() -> WheelConfig {
@@ -38,7 +38,7 @@ fn position() -> WheelConfig {
         // Two cycles to take a target, and the way to get to speed.
         limits: WheelLimits {
             following_error: 4_096,
-            ..WheelLimits::POSITION
+            ..WheelLimits::position(-0x3FFF_FFFF, 0x3FFF_FFFF, 400, 20)
         },
         ..velocity()
     }

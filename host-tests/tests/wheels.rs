@@ -4,7 +4,7 @@ use can_motion::wheel::{
     FeedbackTiming, TransferError, WheelConfig, WheelEventKind, WheelFault, WheelLimits,
     WheelMasterConfig, WheelMode,
 };
-use can_motion::{AxisState, CommandError, Reaction, TargetError};
+use can_motion::{AxisState, CommandError, Confirmation, Reaction, TargetError};
 use drive_sim::ZlacDriveConfig;
 use embedded_can::Frame as _;
 use host_tests::rig::{GROUP, WheelRig};
@@ -27,7 +27,11 @@ fn rig(config: WheelMasterConfig, wheel: WheelConfig, count: i32) -> WheelRig {
 }
 
 fn two_wheels() -> WheelRig {
-    rig(WheelMasterConfig::DEFAULT, WheelConfig::new(node(1)), 2)
+    rig(
+        WheelMasterConfig::DEFAULT,
+        host_tests::rig::wheel_config(node(1)),
+        2,
+    )
 }
 
 fn set_all(rig: &mut WheelRig, targets: [i32; 2]) {
@@ -76,7 +80,10 @@ fn from_power_on_to_speed_and_back() {
         "{left} {right}"
     );
     assert_eq!(
-        rig.axis(0).feedback.speed_decirpm.map(|speed| speed / 10),
+        rig.axis(0)
+            .feedback
+            .speed_decirpm
+            .map(|speed| speed.value / 10),
         Some(120)
     );
     let now = rig.now();
@@ -270,7 +277,7 @@ fn halt_brakes_and_resume_starts_from_standstill() {
 #[test]
 fn a_reaction_can_be_a_ramp_or_no_power() {
     for (reaction, energised) in [(Reaction::RampDown, true), (Reaction::Disable, false)] {
-        let mut wheel = WheelConfig::new(node(1));
+        let mut wheel = host_tests::rig::wheel_config(node(1));
         wheel.reactions.drive = reaction;
         let mut rig = rig(WheelMasterConfig::DEFAULT, wheel, 2);
         rig.stream();
@@ -286,6 +293,10 @@ fn a_reaction_can_be_a_ramp_or_no_power() {
     }
 }
 
+fn positions(max_step: u32) -> WheelLimits {
+    WheelLimits::position(-0x3FFF_FFFF, 0x3FFF_FFFF, max_step, 20)
+}
+
 #[test]
 fn positions_are_followed_with_sync_and_end_where_they_should() {
     let config = WheelMasterConfig {
@@ -296,11 +307,8 @@ fn positions_are_followed_with_sync_and_end_where_they_should() {
         mode: WheelMode::Position {
             profile_speed_rpm: 300,
         },
-        limits: WheelLimits {
-            max_step: 100,
-            ..WheelLimits::POSITION
-        },
-        ..WheelConfig::new(node(1))
+        limits: positions(100),
+        ..host_tests::rig::wheel_config(node(1))
     };
     let mut rig = rig(config, wheel, 2);
     rig.stream();
@@ -321,11 +329,8 @@ fn a_blocked_position_is_a_following_error() {
             // Slower than the targets move.
             profile_speed_rpm: 1,
         },
-        limits: WheelLimits {
-            max_step: 400,
-            ..WheelLimits::POSITION
-        },
-        ..WheelConfig::new(node(1))
+        limits: positions(400),
+        ..host_tests::rig::wheel_config(node(1))
     };
     let mut rig = rig(WheelMasterConfig::DEFAULT, wheel, 2);
     rig.stream();
@@ -341,7 +346,7 @@ fn a_blocked_position_is_a_following_error() {
 fn a_wrong_speed_resolution_never_moves() {
     let wheel = WheelConfig {
         speed_resolution: 10,
-        ..WheelConfig::new(node(1))
+        ..host_tests::rig::wheel_config(node(1))
     };
     let mut rig = rig(WheelMasterConfig::DEFAULT, wheel, 1);
     rig.cycles(200);
@@ -363,14 +368,21 @@ fn a_wrong_speed_resolution_never_moves() {
 #[test]
 fn transfers_run_beside_the_cycle_and_the_masters_objects_are_its_own() {
     let mut rig = two_wheels();
+    let start = |rig: &mut WheelRig, request, confirmation| {
+        let now = rig.now();
+        rig.master.start(now, 0, request, confirmation)
+    };
     assert!(matches!(
-        rig.master.transfer(0, objects::BUS_VOLTAGE.read()),
+        start(&mut rig, objects::BUS_VOLTAGE.read(), Confirmation::None),
         Err(TransferError::State { .. })
     ));
     rig.stream();
-    rig.master
-        .transfer(0, objects::MOTOR_TEMPERATURE.read())
-        .unwrap();
+    start(
+        &mut rig,
+        objects::MOTOR_TEMPERATURE.read(),
+        Confirmation::None,
+    )
+    .unwrap();
     rig.cycles(3);
     assert!(rig.saw(|event| matches!(
         event,
@@ -382,14 +394,20 @@ fn transfers_run_beside_the_cycle_and_the_masters_objects_are_its_own() {
         SdoRequest::Write(objects::EEPROM_UPDATE.address(), zlac_word(0)),
     ] {
         assert!(matches!(
-            rig.master.transfer(0, request),
+            start(&mut rig, request, Confirmation::Given),
             Err(TransferError::Owned { .. })
         ));
     }
+    let store = objects::STORE.write(objects::STORE_SAVE_ALL);
     assert_eq!(
-        rig.master
-            .transfer(0, objects::STORE.write(objects::STORE_SAVE_ALL)),
-        Err(TransferError::Enabled)
+        start(&mut rig, store, Confirmation::None),
+        Err(TransferError::Unconfirmed)
+    );
+    assert_eq!(
+        start(&mut rig, store, Confirmation::Given),
+        Err(TransferError::State {
+            actual: AxisState::Streaming
+        })
     );
     assert_eq!(rig.master.cycle_counters().late, 0);
 }

@@ -1,6 +1,6 @@
 //! A simple application: enables what is ready, follows its paths, gives some commands, and recovers after faults.
 
-use can_motion::{AxisSnapshot, AxisState, GroupId, Instant, Master};
+use can_motion::{AxisSnapshot, AxisState, GroupId, Instant, ServoMaster};
 
 use super::generate::MOST_AXES;
 use super::scenario::{Command, Scenario};
@@ -46,7 +46,7 @@ impl Application {
     pub(super) fn act(
         &mut self,
         scenario: &Scenario,
-        master: &mut Master<MOST_AXES>,
+        master: &mut ServoMaster<MOST_AXES>,
         now: Instant,
         mut repair: impl FnMut(usize),
         permissions: &mut Vec<Permission>,
@@ -72,7 +72,12 @@ impl Application {
         self.set_targets(scenario, master, now);
     }
 
-    fn give_orders(&mut self, scenario: &Scenario, master: &mut Master<MOST_AXES>, now: Instant) {
+    fn give_orders(
+        &mut self,
+        scenario: &Scenario,
+        master: &mut ServoMaster<MOST_AXES>,
+        now: Instant,
+    ) {
         while let Some(order) = scenario
             .orders
             .get(self.next_order)
@@ -104,7 +109,7 @@ impl Application {
         true
     }
 
-    fn recover(&mut self, master: &mut Master<MOST_AXES>, group: GroupId, now: Instant) {
+    fn recover(&mut self, master: &mut ServoMaster<MOST_AXES>, group: GroupId, now: Instant) {
         let plan = &mut self.groups[usize::from(group.0)];
         if plan.clear_at_us.is_some_and(|at_us| at_us <= now.as_us())
             && master.clear(now, group).is_ok()
@@ -115,7 +120,7 @@ impl Application {
 
     fn set_going(
         &mut self,
-        master: &mut Master<MOST_AXES>,
+        master: &mut ServoMaster<MOST_AXES>,
         group: GroupId,
         axes: &[&AxisSnapshot],
         now: Instant,
@@ -124,23 +129,34 @@ impl Application {
         if now.as_us() < self.groups[usize::from(group.0)].rest_until_us {
             return;
         }
-        let all = |state| axes.iter().all(|axis| axis.state == state);
-        if all(AxisState::Ready) {
-            let enabled = master.enable(now, group).is_ok();
-            permissions.extend(enabled.then_some(Permission::Enable(group)));
-        } else if all(AxisState::Holding) {
+        let is_in = |states: &[AxisState]| axes.iter().all(|axis| states.contains(&axis.state));
+        if is_in(&[AxisState::Holding]) {
             let resumed = master.resume(now, group).is_ok();
             permissions.extend(resumed.then_some(Permission::Resume(group)));
-        } else if axes
-            .iter()
-            .all(|axis| matches!(axis.state, AxisState::Ready | AxisState::Holding))
-        {
-            // Those that lost their position were anchored anew, the others hold: start again together.
+        } else if is_in(&[AxisState::Ready, AxisState::Holding]) {
+            let enabled = master.enable(now, group).is_ok();
+            permissions.extend(enabled.then_some(Permission::Enable(group)));
+        } else if is_in(&[AxisState::Ready, AxisState::Holding, AxisState::FoundOn]) {
+            self.take_found(master, group, now);
+        }
+    }
+
+    /// Drives that came up with their servo on are taken over by one half of the groups and switched off by the other.
+    fn take_found(&self, master: &mut ServoMaster<MOST_AXES>, group: GroupId, now: Instant) {
+        if group.0.is_multiple_of(2) {
+            // The next cycle tries again.
+            let _ = master.adopt(now, group);
+        } else {
             master.disable(now, group);
         }
     }
 
-    fn set_targets(&mut self, scenario: &Scenario, master: &mut Master<MOST_AXES>, now: Instant) {
+    fn set_targets(
+        &mut self,
+        scenario: &Scenario,
+        master: &mut ServoMaster<MOST_AXES>,
+        now: Instant,
+    ) {
         for (index, plan) in scenario.axes.iter().enumerate() {
             let Some(axis) = master
                 .snapshot(index)

@@ -2,10 +2,11 @@
 
 use core::num::NonZeroU64;
 
+use crate::rig::axis_config;
 use can_motion::plan::{self, BusPlan, BusSetup, ResponseWindow};
 use can_motion::{
     AxisConfig, GroupId, Limits, MasterConfig, PollPeriods, Reaction, Reactions, ReadBackScale,
-    Timeouts,
+    StepChange, Timeouts, Travel,
 };
 use drive_sim::{ResponseDelay, TxOrder};
 use dyn_can::{DriveId, FunctionCode, Revision, StepLimit};
@@ -163,21 +164,24 @@ fn draw_axis(
             group,
             limits: Limits {
                 max_step: StepLimit::new(max_step).expect("a step of at most 242 counts"),
-                ramp_change: draw.between(1, 20) as u16,
-                travel_min: -(1 << 24),
-                travel_max: 1 << 24,
-                backlog: draw.between_u32(300, 5_000),
-                following_error: draw.between_u32(1_500, 8_000),
-                drift_tolerance: draw.between_u32(0, 16),
+                max_step_change: StepChange::from_counts(draw.between_u32(1, 20))
+                    .expect("at most 20 counts"),
+                travel: Travel {
+                    min_counts: -(1 << 24),
+                    max_counts: 1 << 24,
+                },
+                backlog_counts: draw.between_u32(300, 5_000),
+                following_error_counts: draw.between_u32(1_500, 8_000),
+                drift_tolerance_counts: draw.between_u32(0, 16),
             },
             polls: draw_polls(draw),
             read_back: if fine_read_back {
-                ReadBackScale::ENCODER_COUNTS
+                ReadBackScale::movement_positions(axis_config(drive).gear)
             } else {
                 ReadBackScale::COMMAND_COUNTS
             },
             reactions,
-            ..AxisConfig::new(drive)
+            ..axis_config(drive)
         },
         revision,
         fine_read_back,

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use can_motion::{BusErrorKind, BusUser, GroupId, Instant, Master};
+use can_motion::{BusErrorKind, BusUser, GroupId, Instant, Outcome, Progress, ServoMaster, Sink};
 use drive_sim::Frame;
 use dyn_can::{DataFrame, FrameError, FunctionCode};
 use embedded_can::nb::Can;
@@ -52,25 +52,10 @@ pub(super) struct Memory {
 
 /// A master under a mutation.
 pub(super) struct Mutant<'a> {
-    pub(super) master: &'a mut Master<MOST_AXES>,
+    pub(super) master: &'a mut ServoMaster<MOST_AXES>,
     pub(super) mutation: Mutation,
     pub(super) memory: &'a mut Memory,
     pub(super) reply_us: u64,
-}
-
-/// A frame of the master, or one that only the mutant wants.
-pub(super) enum Wanted {
-    Real(can_motion::Outgoing),
-    Extra(DataFrame),
-}
-
-impl AsRef<DataFrame> for Wanted {
-    fn as_ref(&self) -> &DataFrame {
-        match self {
-            Self::Real(outgoing) => outgoing.as_ref(),
-            Self::Extra(frame) => frame,
-        }
-    }
 }
 
 impl Mutant<'_> {
@@ -79,13 +64,55 @@ impl Mutant<'_> {
         if self.mutation != Mutation::ReplaysQueue {
             return;
         }
-        while let Some(outgoing) = self.master.next_frame() {
-            if outgoing.as_ref().function() != FunctionCode::GoRelativePosPd {
-                break;
+        let queue = &mut self.memory.extra;
+        let mut sink = |frame: &DataFrame| {
+            if frame.function() != FunctionCode::GoRelativePosPd {
+                return Outcome::Full;
             }
-            self.memory.extra.push_back(*outgoing.as_ref());
-            self.master.on_accepted(now, &outgoing);
+            queue.push_back(*frame);
+            Outcome::Accepted
+        };
+        let _ = self.master.send(now, &mut sink);
+    }
+
+    /// What the mutation makes of a frame that the controller has just accepted; a late reply that it now believes.
+    fn accepted(
+        mutation: Mutation,
+        memory: &mut Memory,
+        now: Instant,
+        frame: &DataFrame,
+    ) -> Option<DataFrame> {
+        if frame.function() != FunctionCode::GeneralRead {
+            return None;
         }
+        match mutation {
+            Mutation::AsksTogether if frame.data() == [0x1B] => {
+                let torque = DataFrame::new(frame.id(), &[0x1E]).expect("the same identifier");
+                memory.extra.push_back(torque);
+                None
+            }
+            Mutation::BelievesLateReply => {
+                memory.asked_us.retain(|(id, _)| *id != frame.id());
+                memory.asked_us.push((frame.id(), now.as_us()));
+                let mut late = memory.late.iter();
+                let place = late.position(|late| late.id() == frame.id())?;
+                Some(memory.late.remove(place))
+            }
+            _ => None,
+        }
+    }
+
+    /// Offers what only the mutant wants.
+    fn send_extra<S: Sink<DataFrame>>(&mut self, now: Instant, sink: &mut S) -> Progress {
+        while let Some(frame) = self.memory.extra.front() {
+            match sink.offer(frame) {
+                Outcome::Full => return Progress::Blocked,
+                Outcome::Displaced(displaced) => self.on_displaced(now, &displaced),
+                Outcome::Accepted | Outcome::Failed(_) => {}
+            }
+            self.memory.extra.pop_front();
+        }
+        Progress::Idle
     }
 
     /// The controller takes part in the bus again.
@@ -107,55 +134,45 @@ impl Mutant<'_> {
 }
 
 impl BusUser for Mutant<'_> {
-    type Outgoing = Wanted;
     type Frame = DataFrame;
 
-    fn next_frame(&self) -> Option<Wanted> {
-        let extra = self.memory.extra.front().copied().map(Wanted::Extra);
-        extra.or_else(|| self.master.next_frame().map(Wanted::Real))
-    }
-
-    fn on_accepted(&mut self, now: Instant, outgoing: &Wanted) {
-        let Wanted::Real(outgoing) = outgoing else {
-            self.memory.extra.pop_front();
-            return;
-        };
-        self.master.on_accepted(now, outgoing);
-        let frame = outgoing.as_ref();
-        if frame.function() != FunctionCode::GeneralRead {
-            return;
-        }
-        match self.mutation {
-            Mutation::AsksTogether if frame.data() == [0x1B] => {
-                let torque = DataFrame::new(frame.id(), &[0x1E]).expect("the same identifier");
-                self.memory.extra.push_back(torque);
+    fn send<S: Sink<DataFrame>>(&mut self, now: Instant, sink: &mut S) -> Progress {
+        loop {
+            if self.send_extra(now, sink) == Progress::Blocked {
+                return Progress::Blocked;
             }
-            Mutation::BelievesLateReply => {
-                self.memory.asked_us.retain(|(id, _)| *id != frame.id());
-                self.memory.asked_us.push((frame.id(), now.as_us()));
-                if let Some(place) = self
-                    .memory
-                    .late
-                    .iter()
-                    .position(|late| late.id() == frame.id())
-                {
-                    let late = self.memory.late.remove(place);
-                    self.master.on_frame(now, &late);
+            // One frame of the master at a time, because a mutation may have something to say behind each.
+            let (mutation, memory) = (self.mutation, &mut *self.memory);
+            let (mut offered, mut believed) = (false, None);
+            let mut one = |frame: &DataFrame| {
+                if offered {
+                    return Outcome::Full;
                 }
+                let outcome = sink.offer(frame);
+                if matches!(outcome, Outcome::Accepted | Outcome::Displaced(_)) {
+                    offered = true;
+                    believed = Self::accepted(mutation, memory, now, frame);
+                }
+                match outcome {
+                    Outcome::Displaced(_) if mutation == Mutation::DropsDisplaced => {
+                        Outcome::Accepted
+                    }
+                    other => other,
+                }
+            };
+            let progress = self.master.send(now, &mut one);
+            if let Some(late) = believed {
+                self.master.on_frame(now, &late);
             }
-            _ => {}
+            if !offered {
+                return progress;
+            }
         }
     }
 
     fn on_displaced(&mut self, now: Instant, frame: &DataFrame) {
         if self.mutation != Mutation::DropsDisplaced {
             self.master.on_displaced(now, frame);
-        }
-    }
-
-    fn on_transmit_error(&mut self, now: Instant, outgoing: &Wanted, kind: BusErrorKind) {
-        if let Wanted::Real(outgoing) = outgoing {
-            self.master.on_transmit_error(now, outgoing, kind);
         }
     }
 

@@ -1,5 +1,6 @@
 //! The observer: what passes between master and controller, against the drives' books and the master's own words.
 
+use can_motion::facts::Knowledge;
 use can_motion::{AxisSnapshot, AxisState, Event, EventKind, Fault, GroupId, Instant};
 use drive_sim::{Frame, Record};
 use dyn_can::{DriveId, FunctionCode};
@@ -363,7 +364,7 @@ impl Observer {
         }
     }
 
-    pub(super) fn event(&mut self, event: &Event) {
+    pub(super) fn event(&mut self, event: &Event<EventKind>) {
         let (EventKind::Fault(fault), Some(axis)) = (event.kind, event.axis) else {
             return;
         };
@@ -393,8 +394,9 @@ impl Observer {
                 );
                 return broken(Promise::TrueReplies, now, what);
             }
+            let is_anchored = snapshot.facts.knowledge == Knowledge::Anchored;
             let own_fault = snapshot.fault.is_some_and(|fault| fault != Fault::Group);
-            if !snapshot.state.is_enabled() || !snapshot.referenced || own_fault {
+            if !snapshot.state.is_enabled() || !is_anchored || own_fault {
                 axis.base = None;
                 continue;
             }
@@ -439,7 +441,7 @@ impl Observer {
             let off = seen.commanded_counts + axis.pending.iter().sum::<i64>()
                 - base.commanded_counts
                 - handed;
-            let tolerance = i64::from(scenario.axes[index].config.limits.drift_tolerance);
+            let tolerance = i64::from(scenario.axes[index].config.limits.drift_tolerance_counts);
             if off.abs() > tolerance {
                 let what = format!(
                     "axis {index} is {off} counts off and not flagged, tolerance {tolerance}"

@@ -1,6 +1,6 @@
 //! Plays one scenario in virtual time.
 
-use can_motion::{Instant, Master, service};
+use can_motion::{Instant, ServoMaster, service};
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, ControllerState, DeviceId, DynDrive, DynDriveConfig,
     ErrorState, Frame, LogMode, NodeId, ReadBackScale, ScriptedFaults,
@@ -27,7 +27,7 @@ struct Run<'a> {
     bench: Bench<DynDrive, ScriptedFaults>,
     node: NodeId,
     devices: Vec<DeviceId>,
-    master: Master<MOST_AXES>,
+    master: ServoMaster<MOST_AXES>,
     application: Application,
     observer: Observer,
     next_injection: usize,
@@ -78,7 +78,7 @@ impl<'a> Run<'a> {
         };
         let devices = scenario.axes.iter().map(connect).collect();
         let axes: Vec<_> = scenario.axes.iter().map(|axis| axis.config).collect();
-        let master = Master::new(scenario.master, &axes)
+        let master = ServoMaster::new(scenario.master, &axes)
             .expect("the generator draws configurations that work");
         Self {
             scenario,

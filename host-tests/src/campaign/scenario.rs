@@ -133,7 +133,7 @@ fn write_axis(f: &mut fmt::Formatter<'_>, index: usize, axis: &AxisPlan) -> fmt:
     let polls = &config.polls;
     writeln!(
         f,
-        "  axis {index}: drive {}, group {}, {:?}, start {}, replies {}..={} us, step <= {}, ramp {}, backlog {}, following {}, drift {}, fine read-back {}, polls {:?}/{:?}/{:?}/{:?}/{:?}, {:?}",
+        "  axis {index}: drive {}, group {}, {:?}, start {}, replies {}..={} us, step <= {}, change {}/256, backlog {}, following {}, drift {}, fine read-back {}, polls {:?}/{:?}/{:?}/{:?}/{:?}, {:?}",
         config.drive,
         config.group.0,
         axis.revision,
@@ -141,10 +141,10 @@ fn write_axis(f: &mut fmt::Formatter<'_>, index: usize, axis: &AxisPlan) -> fmt:
         axis.response_delay.min_ns() / 1_000,
         axis.response_delay.max_ns() / 1_000,
         limits.max_step.get(),
-        limits.ramp_change,
-        limits.backlog,
-        limits.following_error,
-        limits.drift_tolerance,
+        limits.max_step_change.per_256_cycles(),
+        limits.backlog_counts,
+        limits.following_error_counts,
+        limits.drift_tolerance_counts,
         axis.fine_read_back,
         polls.status_us,
         polls.position_us,

@@ -337,6 +337,12 @@ impl<const N: usize, F: Family> Master<N, F> {
         states.peek().is_some() && states.all(|actual| actual == state)
     }
 
+    /// The state of an axis; `None` when there is no such axis.
+    #[must_use]
+    pub fn state(&self, axis: usize) -> Option<AxisState> {
+        self.axes.get(axis).map(crate::core::axis::Axis::state)
+    }
+
     /// One axis at this moment; `None` when there is no such axis.
     #[must_use]
     pub fn snapshot(&self, axis: usize) -> Option<F::Snapshot> {

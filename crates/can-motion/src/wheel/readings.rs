@@ -438,7 +438,8 @@ fn stamped<T>(value: T, at: Instant) -> Option<Stamped<T>> {
     Some(Stamped { value, at })
 }
 
-/// Whether the motor has power; `None` in a state that no document describes, and while a quick stop is being released.
+/// Whether the motor has power; `None` in a state that no document describes, and while a quick stop is being released. In the fault state
+/// of CiA 402, bit 3, the power stage is off; the guide does not describe it, so it only counts as a report and never as a permission.
 fn power_of(status: StatusWord, view: &View) -> Option<bool> {
     match status.state() {
         State::OperationEnabled => {
@@ -446,7 +447,7 @@ fn power_of(status: StatusWord, view: &View) -> Option<bool> {
             (!is_early).then_some(true)
         }
         State::NotEnabled | State::ReadyToSwitchOn | State::SwitchedOn => Some(false),
-        State::Undocumented => None,
+        State::Undocumented => status.fault_bit().then_some(false),
     }
 }
 
