@@ -61,7 +61,7 @@ fn every_broken_master_is_caught() {
         }
         Mutation::BelievesLateReply => Some(Promise::TrueReplies),
         Mutation::AsksTogether => Some(Promise::OneRequest),
-        Mutation::ResumesAfterBusOff => Some(Promise::Commands),
+        Mutation::ResumesAfterBusOff => Some(Promise::FaultStops),
     };
     for mutation in Mutation::BROKEN {
         let caught = first_violation(0..SEEDS, mutation);

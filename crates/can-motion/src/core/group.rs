@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use crate::core::axis::{Axis, Change};
 use crate::core::command::CommandError;
-use crate::core::event::{EventLog, Events};
+use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
 use crate::core::family::{Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction};
 use crate::core::state::AxisState;
@@ -16,6 +16,14 @@ const NO_AXIS: u8 = u8::MAX;
 
 /// The most axes that a master can have: one bit each.
 pub(crate) const MOST_AXES: usize = 64;
+
+/// Whether the input ends every motion at once.
+const fn ends_at_once(input: Input) -> bool {
+    matches!(
+        input,
+        Input::Halt | Input::GroupFault { ramp: false } | Input::Fault { ramp: false, .. }
+    )
+}
 
 /// The axes, in the order of the configuration.
 #[derive(Debug)]
@@ -106,6 +114,10 @@ impl<const N: usize, F: Family> Axes<N, F> {
         };
         let (before, after) = (axis.facts, step(axis.facts, change.input));
         let is_fault = matches!(change.input, Input::Fault { .. });
+        if ends_at_once(change.input) && !before.moves() && before.power.may_be_on() {
+            // What moves by itself, on its way to the latest set-point, is stopped too.
+            axis.drive.end_motion(false);
+        }
         if after == before || (is_fault && axis.has_lost_already(&after)) {
             return;
         }
@@ -193,10 +205,15 @@ impl<const N: usize, F: Family> Axes<N, F> {
             fault: Some(fault),
             ramp_cycles: ramp.unwrap_or(0),
         };
+        let before = axis.facts;
         self.apply(now, index, change);
         if fault == F::Fault::LOST
-            && let Some((axis, _)) = self.with_log(now, index)
+            && let Some((axis, mut log)) = self.with_log(now, index)
         {
+            // A fault that was there before does not hide that the drive does not answer any more.
+            if axis.facts == before {
+                log.push(CommonEvent::Fault(fault));
+            }
             axis.set_lost(true);
         }
     }

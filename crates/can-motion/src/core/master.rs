@@ -28,6 +28,8 @@ pub struct Master<const N: usize, F: Family> {
     pub(crate) cycle_started: Option<Instant>,
     pub(crate) cycle: CycleCounters,
     pub(crate) bus_off: bool,
+    /// Since when the controller has no room.
+    pub(crate) full_since: Option<Instant>,
 }
 
 impl<const N: usize, F: Family> Master<N, F> {
@@ -60,6 +62,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             cycle_started: None,
             cycle: CycleCounters::default(),
             bus_off: false,
+            full_since: None,
         };
         for warning in plan.warnings() {
             master.axes.events.push(Instant::default(), None, warning);
@@ -75,6 +78,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     pub fn begin_cycle(&mut self, now: Instant) {
         let is_on_time = self.count_cycle(now);
         self.merge_leftovers(now, is_on_time);
+        self.watch_bus(now);
         for index in 0..self.axes.len() {
             self.tick(now, index);
         }
@@ -126,6 +130,23 @@ impl<const N: usize, F: Family> Master<N, F> {
                 if is_due {
                     log.push(CommonEvent::SetPointMerged);
                 }
+            }
+        }
+    }
+
+    /// A controller that has had no room for too long stops every group that has or wants power: nobody is on the bus, or it is blocked.
+    fn watch_bus(&mut self, now: Instant) {
+        let stuck_us = u64::from(self.config.stuck_us());
+        let is_stuck = self
+            .full_since
+            .is_some_and(|since| now.us_since(since) >= stuck_us);
+        if !is_stuck {
+            return;
+        }
+        for index in 0..self.axes.len() {
+            let is_wanted = |axis: &crate::core::axis::Axis<F>| axis.facts.goal != Goal::Off;
+            if self.axes.get(index).is_some_and(is_wanted) {
+                self.axes.raise(now, index, F::Fault::BUS);
             }
         }
     }

@@ -196,14 +196,14 @@ fn command(facts: &mut Facts, input: Input) {
         Input::Enable => {
             facts.goal = Goal::Stream;
             if facts.power == Power::Off {
-                // The shaft must be seen to stand, and the position read, after the word was given.
-                lose(facts, Knowledge::Checked);
+                // What the drive is and how it is configured, that its shaft stands and where, is read after the word was given.
+                lose(facts, Knowledge::Unknown);
             }
         }
         Input::Adopt => {
             facts.goal = Goal::Hold;
             facts.power = Power::On;
-            lose(facts, Knowledge::Checked);
+            lose(facts, Knowledge::Unknown);
         }
         Input::Resume => facts.goal = Goal::Stream,
         Input::Rearm => {

@@ -54,7 +54,10 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
                     self.accepted(now, &offer);
                     self.on_displaced(now, &displaced);
                 }
-                Outcome::Full => return Progress::Blocked,
+                Outcome::Full => {
+                    self.full_since.get_or_insert(now);
+                    return Progress::Blocked;
+                }
                 Outcome::Failed(kind) => {
                     self.failed(now, &offer, kind);
                     return Progress::Idle;
@@ -225,6 +228,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     fn accepted(&mut self, now: Instant, offer: &Offer<F>) {
+        self.full_since = None;
         let Some(index) = offer.axis else {
             self.frame_of_bus_due = false;
             return;

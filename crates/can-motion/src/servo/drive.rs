@@ -84,6 +84,12 @@ impl Servo {
             has_alarmed: false,
         }
     }
+
+    fn backlog_fault(&self) -> Option<Fault> {
+        let counts = self.ledger.backlog_counts();
+        let is_far = counts.unsigned_abs() > self.config.limits.backlog_counts;
+        is_far.then_some(Fault::Backlog { counts })
+    }
 }
 
 impl Drive for Servo {
@@ -160,9 +166,8 @@ impl Drive for Servo {
     }
 
     fn cycle_frame(&mut self, _: &View) -> Result<DataFrame, Fault> {
-        let counts = self.ledger.backlog_counts();
-        if counts.unsigned_abs() > self.config.limits.backlog_counts {
-            return Err(Fault::Backlog { counts });
+        if let Some(fault) = self.backlog_fault() {
+            return Err(fault);
         }
         let step = self.ledger.offer(&self.config.limits);
         let order = self.dialect.number_order;
@@ -242,6 +247,9 @@ impl Drive for Servo {
         let started = context.log.now.us_since(view.since) >= u64::from(self.power_on_us);
         if view.stage == Stage::PowerOn && started {
             meaning.stage = Some(Stage::Probing);
+        }
+        if view.facts.moves() {
+            meaning.fault = meaning.fault.or_else(|| self.backlog_fault());
         }
         if self.tick_procedure(&mut context.log) {
             meaning.work_ended = true;
