@@ -2,7 +2,7 @@
 
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::facts::{Facts, Knowledge, Motion, Power, Work};
-use crate::core::family::{Context, Drive, Family, FaultKind, View};
+use crate::core::family::{CommonFault, Context, Drive, Family, View};
 use crate::core::state::{AxisState, Reason, Stage};
 use crate::core::step::Input;
 use crate::core::time::Instant;
@@ -30,9 +30,9 @@ impl<F: Family> Change<F> {
     /// The fault that this change shows when it latches one.
     fn cause(&self) -> F::Fault {
         self.fault.unwrap_or(match self.input {
-            Input::SaysOff => F::Fault::SWITCHED_OFF,
-            Input::SaysOn => F::Fault::SWITCHED_ON,
-            _ => F::Fault::NOT_CONFIRMED,
+            Input::SaysOff => CommonFault::SwitchedOff.into(),
+            Input::SaysOn => CommonFault::SwitchedOn.into(),
+            _ => CommonFault::NotConfirmed.into(),
         })
     }
 }
@@ -81,7 +81,7 @@ impl<F: Family> Axis<F> {
         use crate::core::facts::Latch;
         match self.facts.latch {
             Latch::None => None,
-            Latch::Group => Some(F::Fault::GROUP),
+            Latch::Group => Some(CommonFault::Group.into()),
             Latch::Own => self.cause,
         }
     }
@@ -191,7 +191,7 @@ impl<F: Family> Axis<F> {
         } else if matches!(change.input, Input::GroupFault { .. })
             && self.facts.latch == Latch::Group
         {
-            log.push(CommonEvent::Fault(F::Fault::GROUP));
+            log.push(CommonEvent::Fault(F::Fault::from(CommonFault::Group)));
         }
     }
 

@@ -9,7 +9,7 @@ use core::fmt::Debug;
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
-use crate::core::placement::RequestPlacement;
+use crate::core::placement::{BehindFrames, RequestPlacement};
 use crate::core::procedure::Confirmation;
 use crate::core::sink::BusFrame;
 use crate::core::state::{AxisState, Stage};
@@ -73,24 +73,39 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
     fn address(frame: &Self::Frame) -> Option<u8>;
 
     /// The event of a frame of a drive without an axis.
-    fn foreign(frame: &Self::Frame) -> Self::EventKind;
+    fn foreign(frame: &Self::Frame) -> Option<Self::EventKind> {
+        let _ = frame;
+        None
+    }
 
     /// The event of a frame that this protocol does not have.
-    fn not_ours(error: <Self::Frame as BusFrame>::Error) -> Self::EventKind;
+    fn not_ours(error: <Self::Frame as BusFrame>::Error) -> Option<Self::EventKind> {
+        let _ = error;
+        None
+    }
 }
 
 /// The settings that the core needs, whatever the family.
 pub trait CycleConfig {
     /// Period of the cycle in microseconds.
     fn cycle_us(&self) -> u32;
-    /// Requests that may go out in one cycle.
-    fn requests_per_cycle(&self) -> u8;
-    /// For so long no set-point of an axis may get out before its group stops with a fault.
-    fn stuck_us(&self) -> u32;
-    /// How long a drive may take to confirm a switch; a disable command is repeated after it.
-    fn confirm_us(&self) -> u32;
-    /// How long to wait for a shaft that stands still.
-    fn standstill_limit_us(&self) -> u32;
+    /// Requests that may go out in one cycle; 1 by default.
+    fn requests_per_cycle(&self) -> u8 {
+        1
+    }
+    /// For so long no set-point of an axis may get out before its group stops with a fault: the longer of 20 ms and five cycles by
+    /// default.
+    fn stuck_us(&self) -> u32 {
+        self.cycle_us().saturating_mul(5).max(20_000)
+    }
+    /// How long a drive may take to confirm a switch; a disable command is repeated after it. 200 ms by default.
+    fn confirm_us(&self) -> u32 {
+        200_000
+    }
+    /// How long to wait for a shaft that stands still; 5 s by default.
+    fn standstill_limit_us(&self) -> u32 {
+        5_000_000
+    }
 }
 
 /// The proof that the bus carries its axes, with the settings that it was made for.
@@ -110,6 +125,43 @@ pub trait Plan<F: Family> {
     fn warnings(&self) -> impl Iterator<Item = F::EventKind>;
 }
 
+/// The plan of a family that counts no frames: nothing is proved, and the settings are checked elsewhere.
+#[derive(Debug, Clone, Copy)]
+pub struct Unplanned<'a, F: Family> {
+    /// The settings of the bus.
+    pub config: F::Config,
+    /// The settings of the axes.
+    pub axes: &'a [F::AxisConfig],
+    /// What the check of the settings said.
+    pub checked: Result<(), F::ConfigError>,
+}
+
+impl<F: Family<Placement = BehindFrames>> Plan<F> for Unplanned<'_, F>
+where
+    F::ConfigError: Clone,
+{
+    fn config(&self) -> &F::Config {
+        &self.config
+    }
+
+    fn axes(&self) -> &[F::AxisConfig] {
+        self.axes
+    }
+
+    /// Axes beyond the room of the master are left out by it: check their number.
+    fn admit(&self, _: usize) -> Result<(), F::ConfigError> {
+        self.checked.clone()
+    }
+
+    fn placement(&self) -> BehindFrames {
+        BehindFrames
+    }
+
+    fn warnings(&self) -> impl Iterator<Item = F::EventKind> {
+        core::iter::empty()
+    }
+}
+
 /// What a fault does to its group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -122,21 +174,38 @@ pub enum Reaction {
     Disable,
 }
 
-/// What the core must know of a fault.
-pub trait FaultKind: Clone + Copy + PartialEq + Eq {
+/// What can go wrong with every axis, whatever the family. Each family has faults of its own besides, and one type for both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CommonFault {
     /// Another axis of the group has a fault.
-    const GROUP: Self;
+    Group,
     /// The bus failed.
-    const BUS: Self;
+    Bus,
     /// The drive does not answer.
-    const LOST: Self;
+    Lost,
     /// The shaft did not stand still, or the drive did not confirm, in time.
-    const NOT_CONFIRMED: Self;
+    NotConfirmed,
     /// The drive has no power although it should.
-    const SWITCHED_OFF: Self;
+    SwitchedOff,
     /// The drive has power although it should not.
-    const SWITCHED_ON: Self;
+    SwitchedOn,
+}
 
+impl CommonFault {
+    /// What it takes from its axis.
+    #[must_use]
+    pub const fn loss(self) -> Loss {
+        match self {
+            Self::Group => Loss::Nothing,
+            Self::Bus | Self::Lost => Loss::Contact,
+            Self::NotConfirmed | Self::SwitchedOff | Self::SwitchedOn => Loss::Anchor,
+        }
+    }
+}
+
+/// What the core must know of a fault.
+pub trait FaultKind: Clone + Copy + PartialEq + Eq + From<CommonFault> {
     /// What it takes from its axis.
     fn loss(self) -> Loss;
 }
@@ -295,10 +364,15 @@ pub trait Drive {
     /// Its family.
     type Family: Family;
 
-    /// The group that it stops with.
-    fn group(&self) -> GroupId;
-    /// What a fault does to its group.
-    fn reaction_to(&self, fault: FaultOf<Self>) -> Reaction;
+    /// The group that it stops with; group 0 by default.
+    fn group(&self) -> GroupId {
+        GroupId(0)
+    }
+    /// What a fault does to its group: [`Reaction::Halt`] by default.
+    fn reaction_to(&self, fault: FaultOf<Self>) -> Reaction {
+        let _ = fault;
+        Reaction::Halt
+    }
     /// The brake that this master operates, before anything is known of it.
     fn brake(&self) -> Brake {
         Brake::Absent
@@ -324,7 +398,7 @@ pub trait Drive {
     /// A fault when the position is outside the travel.
     fn anchor(&mut self, now: Instant) -> Result<(), FaultOf<Self>>;
     /// Set-points of the application begin.
-    fn begin_motion(&mut self);
+    fn begin_motion(&mut self) {}
     /// A ramp begins that takes so many cycles.
     fn begin_ramp(&mut self, cycles: u32);
     /// Cycles that the axis needs to stop within its own limit.
@@ -340,7 +414,7 @@ pub trait Drive {
         false
     }
     /// The set-point of the cycle before was not accepted.
-    fn merged(&mut self);
+    fn merged(&mut self) {}
 
     // Frames on their way out. The ledger changes only when the controller has accepted a frame.
 
@@ -400,13 +474,18 @@ pub trait Drive {
         context: &mut Context<'_, Self::Family>,
     ) -> Meaning<FaultOf<Self>>;
     /// A cycle begins.
-    fn tick(&mut self, context: &mut Context<'_, Self::Family>) -> Meaning<FaultOf<Self>>;
+    fn tick(&mut self, context: &mut Context<'_, Self::Family>) -> Meaning<FaultOf<Self>> {
+        let _ = context;
+        Meaning::NONE
+    }
     /// The bus failed: a reply that is still awaited may come late, or never.
-    fn abandon_request(&mut self, context: &mut Context<'_, Self::Family>);
+    fn abandon_request(&mut self, context: &mut Context<'_, Self::Family>) {
+        let _ = context;
+    }
 
     // Procedures.
 
-    /// Whether the drive can run a procedure, and what kind of work it is.
+    /// Whether the drive can run a procedure, and what kind of work it is; none by default.
     ///
     /// # Errors
     /// The reason why not.
@@ -416,11 +495,19 @@ pub trait Drive {
         confirmation: Confirmation,
         view: &View,
         now: Instant,
-    ) -> Result<Work, <Self::Family as Family>::ProcedureError>;
+    ) -> Result<Work, <Self::Family as Family>::ProcedureError> {
+        let _ = (procedure, confirmation, now);
+        let actual = AxisState::of(&view.facts, view.stage);
+        Err(ProcedureRefusal::State { actual }.into())
+    }
     /// Starts a procedure that was admitted.
-    fn begin_work(&mut self, procedure: <Self::Family as Family>::Procedure);
+    fn begin_work(&mut self, procedure: <Self::Family as Family>::Procedure) {
+        let _ = procedure;
+    }
     /// A fault ended the procedure.
-    fn abort_work(&mut self, log: &mut EventLog<'_, <Self::Family as Family>::EventKind>);
+    fn abort_work(&mut self, log: &mut EventLog<'_, <Self::Family as Family>::EventKind>) {
+        let _ = log;
+    }
 }
 
 /// Faults of a drive.

@@ -6,7 +6,7 @@ use crate::core::axis::{Axis, Change};
 use crate::core::command::CommandError;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
-use crate::core::family::{Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction};
+use crate::core::family::{CommonFault, Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction};
 use crate::core::state::AxisState;
 use crate::core::step::{Input, accepts, step};
 use crate::core::time::Instant;
@@ -207,7 +207,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         };
         let before = axis.facts;
         self.apply(now, index, change);
-        if fault == F::Fault::LOST
+        if fault == F::Fault::from(CommonFault::Lost)
             && let Some((axis, mut log)) = self.with_log(now, index)
         {
             // A fault that was there before does not hide that the drive does not answer any more.

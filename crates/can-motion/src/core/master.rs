@@ -5,7 +5,7 @@ use crate::core::command::{CommandError, TargetError};
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Goal, Motion, Power};
-use crate::core::family::{CycleConfig, Drive, Family, FaultKind, GroupId, Plan, ProcedureRefusal};
+use crate::core::family::{CommonFault, CycleConfig, Drive, Family, GroupId, Plan, ProcedureRefusal};
 use crate::core::group::Axes;
 use crate::core::procedure::Confirmation;
 use crate::core::schedule::Schedule;
@@ -146,7 +146,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         for index in 0..self.axes.len() {
             let is_wanted = |axis: &crate::core::axis::Axis<F>| axis.facts.goal != Goal::Off;
             if self.axes.get(index).is_some_and(is_wanted) {
-                self.axes.raise(now, index, F::Fault::BUS);
+                self.axes.raise(now, index, CommonFault::Bus.into());
             }
         }
     }
@@ -177,7 +177,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             self.axes
                 .apply(now, index, Change::of(Input::ConfirmTimeout));
         } else if awaits_shaft && over(axis.since, self.config.standstill_limit_us()) {
-            self.axes.raise(now, index, F::Fault::NOT_CONFIRMED);
+            self.axes.raise(now, index, CommonFault::NotConfirmed.into());
         }
     }
 
@@ -189,7 +189,7 @@ impl<const N: usize, F: Family> Master<N, F> {
                 axis.drive.group() == group && is_meant
             });
             if is_concerned {
-                self.axes.raise(now, index, F::Fault::BUS);
+                self.axes.raise(now, index, CommonFault::Bus.into());
             }
         }
     }
@@ -326,7 +326,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             self.axes.with_drive(at, index, |drive, context| {
                 drive.abandon_request(context);
             });
-            self.axes.raise(now, index, F::Fault::BUS);
+            self.axes.raise(now, index, CommonFault::Bus.into());
         }
     }
 

@@ -17,5 +17,6 @@ pub(crate) mod sink;
 pub(crate) mod snapshot;
 pub(crate) mod state;
 pub(crate) mod step;
+pub(crate) mod targets;
 pub(crate) mod time;
 mod traffic;

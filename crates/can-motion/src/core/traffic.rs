@@ -4,7 +4,7 @@ use crate::core::axis::Change;
 use crate::core::event::{BusErrorKind, CommonEvent};
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::Work;
-use crate::core::family::{CycleConfig, Drive, Family, FaultKind, Returned};
+use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Returned};
 use crate::core::master::Master;
 use crate::core::placement::RequestPlacement;
 use crate::core::sink::{BusFrame, BusUser, Outcome, Progress, Sink};
@@ -73,7 +73,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             return;
         }
         let Some(index) = self.axes.index_of(frame) else {
-            self.axes.events.push(now, None, F::foreign(frame));
+            self.foreign(now, F::foreign(frame));
             return;
         };
         let at = (now, self.cycle.cycles, &self.config);
@@ -106,7 +106,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
 
     fn on_frame(&mut self, now: Instant, frame: &F::Frame) {
         let Some(index) = self.axes.index_of(frame) else {
-            self.axes.events.push(now, None, F::foreign(frame));
+            self.foreign(now, F::foreign(frame));
             return;
         };
         let at = (now, self.cycle.cycles, &self.config);
@@ -123,12 +123,19 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     }
 
     fn on_foreign_frame(&mut self, now: Instant, error: <F::Frame as BusFrame>::Error) {
-        self.axes.events.push(now, None, F::not_ours(error));
+        self.foreign(now, F::not_ours(error));
     }
 }
 
 /// What is offered next. A frame of an axis is made here and nowhere else, after the exit was asked.
 impl<const N: usize, F: Family> Master<N, F> {
+    /// A frame that no axis has anything to do with.
+    fn foreign(&mut self, now: Instant, event: Option<F::EventKind>) {
+        if let Some(event) = event {
+            self.axes.events.push(now, None, event);
+        }
+    }
+
     fn next_offer(&mut self, now: Instant) -> Option<Offer<F>> {
         if let Some(offer) = self.switch(Class::SwitchOff) {
             return Some(offer);
@@ -274,7 +281,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         let event = CommonEvent::BusError(kind);
         self.axes.events.push(now, axis, event);
         match (offer.class, offer.axis) {
-            (Class::SetPoint, Some(index)) => self.axes.raise(now, index, F::Fault::BUS),
+            (Class::SetPoint, Some(index)) => self.axes.raise(now, index, CommonFault::Bus.into()),
             // Keeps its place: it is the same in the next try.
             (Class::StopFrame, _) => {}
             // What may be under way counts as sent: a request is not asked again before its timeout, a switch not taken for undone.

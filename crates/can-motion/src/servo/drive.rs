@@ -136,8 +136,6 @@ impl Drive for Servo {
         Ok(())
     }
 
-    fn begin_motion(&mut self) {}
-
     fn begin_ramp(&mut self, cycles: u32) {
         self.ledger.begin_ramp(cycles);
     }

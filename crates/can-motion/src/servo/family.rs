@@ -67,12 +67,12 @@ impl Family for Dyn {
         frame.address().drive().map(dyn_can::DriveId::get)
     }
 
-    fn foreign(frame: &DataFrame) -> EventKind {
-        EventKind::ForeignFrame { id: frame.id() }
+    fn foreign(frame: &DataFrame) -> Option<EventKind> {
+        Some(EventKind::ForeignFrame { id: frame.id() })
     }
 
-    fn not_ours(error: FrameError) -> EventKind {
-        EventKind::NotOurs(error)
+    fn not_ours(error: FrameError) -> Option<EventKind> {
+        Some(EventKind::NotOurs(error))
     }
 }
 

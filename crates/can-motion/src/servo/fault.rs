@@ -4,7 +4,7 @@ use core::fmt;
 
 use dyn_can::{Alarm, ConfigByte};
 
-use crate::core::family::{FaultKind, Reaction};
+use crate::core::family::{CommonFault, FaultKind, Reaction};
 use crate::core::step::Loss;
 
 /// Why an axis stopped. A fault is latched and leaves only by an explicit `clear`.
@@ -83,14 +83,20 @@ pub enum Fault {
     Group,
 }
 
-impl FaultKind for Fault {
-    const GROUP: Self = Self::Group;
-    const BUS: Self = Self::Bus;
-    const LOST: Self = Self::Lost;
-    const NOT_CONFIRMED: Self = Self::ConfirmTimeout;
-    const SWITCHED_OFF: Self = Self::SwitchedOff;
-    const SWITCHED_ON: Self = Self::SwitchedOn;
+impl From<CommonFault> for Fault {
+    fn from(fault: CommonFault) -> Self {
+        match fault {
+            CommonFault::Group => Self::Group,
+            CommonFault::Bus => Self::Bus,
+            CommonFault::Lost => Self::Lost,
+            CommonFault::NotConfirmed => Self::ConfirmTimeout,
+            CommonFault::SwitchedOff => Self::SwitchedOff,
+            CommonFault::SwitchedOn => Self::SwitchedOn,
+        }
+    }
+}
 
+impl FaultKind for Fault {
     fn loss(self) -> Loss {
         match self {
             // An alarm frees the shaft (DYN2 manual A1.8, alarm table), and a drive that started again comes up with its servo on.

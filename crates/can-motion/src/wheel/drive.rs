@@ -22,7 +22,7 @@ use crate::wheel::family::{TransferError, Zlac, is_owned};
 use crate::wheel::fault::WheelFault;
 use crate::wheel::feedback::{WheelFeedback, WheelSnapshot};
 use crate::wheel::frames::{Purpose, WheelRequest};
-use crate::wheel::ledger::Ledger;
+use crate::core::targets::{AbsoluteLedger, ValueKind};
 use crate::wheel::process_data;
 use crate::wheel::set_up;
 
@@ -34,7 +34,7 @@ pub(super) type Log<'a> = EventLog<'a, WheelEventKind>;
 pub struct Wheel {
     pub(super) config: WheelConfig,
     master: WheelMasterConfig,
-    pub(super) ledger: Ledger,
+    pub(super) ledger: AbsoluteLedger,
     pub(super) feedback: WheelFeedback,
     pub(super) counters: Counters,
     pub(super) sdo: SdoClient,
@@ -84,7 +84,10 @@ impl Wheel {
         Self {
             config,
             master: *master,
-            ledger: Ledger::default(),
+            ledger: AbsoluteLedger::new(match config.mode {
+                WheelMode::Velocity => ValueKind::Speed,
+                WheelMode::Position { .. } => ValueKind::Position,
+            }),
             feedback: WheelFeedback::default(),
             counters: Counters::default(),
             sdo: SdoClient::new(config.node, timeouts.sdo).with_quirks(config.quirks),
@@ -211,12 +214,10 @@ impl Drive for Wheel {
     }
 
     fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel> {
-        let (min, max) = (self.config.limits.min, self.config.limits.max);
-        if target < min || target > max {
-            return Err(OutOfTravel { min, max });
-        }
-        self.ledger.set_target(target);
-        Ok(())
+        let values = self.config.limits.values;
+        let (min, max) = (values.min, values.max);
+        let is_inside = self.ledger.accept_target(target, &values);
+        is_inside.then_some(()).ok_or(OutOfTravel { min, max })
     }
 
     /// The value at which the wheel stays: no speed, or where it is.
@@ -238,16 +239,15 @@ impl Drive for Wheel {
     }
 
     fn begin_ramp(&mut self, cycles: u32) {
-        self.ledger.begin_ramp(self.config.mode, cycles);
+        self.ledger.begin_ramp(cycles);
     }
 
     fn cycles_to_stop(&self) -> u32 {
-        self.ledger.cycles_to_stop(&self.config)
+        self.ledger.cycles_to_stop(&self.config.limits.values)
     }
 
     fn can_stop_in(&self, cycles: u32) -> bool {
-        let end = self.ledger.end_of_ramp(self.config.mode, cycles);
-        !self.is_position() || (self.config.limits.min..=self.config.limits.max).contains(&end)
+        self.ledger.can_stop_in(cycles, &self.config.limits.values)
     }
 
     fn has_stopped(&self) -> bool {
@@ -281,7 +281,7 @@ impl Drive for Wheel {
     fn cycle_frame(&mut self, view: &View) -> Result<DataFrame, WheelFault> {
         let class = Class::of_cycle(&view.facts);
         let word = self.control_word(class, view.facts.power);
-        let value = self.ledger.offer(self.config.limits.max_step);
+        let value = self.ledger.offer(&self.config.limits.values);
         let (node, mode) = (self.config.node, self.config.mode);
         Ok(process_data::command(node, mode, word, value))
     }

@@ -85,12 +85,12 @@ impl Family for Zlac {
         Some(node.get())
     }
 
-    fn foreign(frame: &DataFrame) -> WheelEventKind {
-        WheelEventKind::ForeignFrame { id: frame.id() }
+    fn foreign(frame: &DataFrame) -> Option<WheelEventKind> {
+        Some(WheelEventKind::ForeignFrame { id: frame.id() })
     }
 
-    fn not_ours(error: FrameError) -> WheelEventKind {
-        WheelEventKind::NotOurs(error)
+    fn not_ours(error: FrameError) -> Option<WheelEventKind> {
+        Some(WheelEventKind::NotOurs(error))
     }
 }
 

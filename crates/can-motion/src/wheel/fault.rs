@@ -4,7 +4,7 @@ use core::fmt;
 
 use zlac8030l::{Emcy, FaultCode, NmtState, SdoEnd, SetUpError};
 
-use crate::core::family::{FaultKind, Reaction};
+use crate::core::family::{CommonFault, FaultKind, Reaction};
 use crate::core::step::Loss;
 
 /// Why a wheel stopped. A fault is latched and leaves only by an explicit `clear`.
@@ -64,14 +64,20 @@ pub enum WheelFault {
     Group,
 }
 
-impl FaultKind for WheelFault {
-    const GROUP: Self = Self::Group;
-    const BUS: Self = Self::Bus;
-    const LOST: Self = Self::Lost;
-    const NOT_CONFIRMED: Self = Self::ConfirmTimeout;
-    const SWITCHED_OFF: Self = Self::NotEnabled;
-    const SWITCHED_ON: Self = Self::SwitchedOn;
+impl From<CommonFault> for WheelFault {
+    fn from(fault: CommonFault) -> Self {
+        match fault {
+            CommonFault::Group => Self::Group,
+            CommonFault::Bus => Self::Bus,
+            CommonFault::Lost => Self::Lost,
+            CommonFault::NotConfirmed => Self::ConfirmTimeout,
+            CommonFault::SwitchedOff => Self::NotEnabled,
+            CommonFault::SwitchedOn => Self::SwitchedOn,
+        }
+    }
+}
 
+impl FaultKind for WheelFault {
     fn loss(self) -> Loss {
         match self {
             // What was set up and told is gone.

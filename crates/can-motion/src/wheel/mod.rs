@@ -21,7 +21,6 @@ mod family;
 mod fault;
 mod feedback;
 mod frames;
-mod ledger;
 mod plan;
 mod process_data;
 mod readings;

@@ -156,8 +156,8 @@ impl Wheel {
     /// The position that was read last, in counts.
     pub(super) fn located(&self) -> Result<i32, WheelFault> {
         let actual = self.feedback.position_counts.map_or(0, |read| read.value);
-        let limits = &self.config.limits;
-        if self.is_position() && !(limits.min..=limits.max).contains(&actual) {
+        let values = &self.config.limits.values;
+        if self.is_position() && !(values.min..=values.max).contains(&actual) {
             return Err(WheelFault::PositionRange { actual });
         }
         Ok(actual)

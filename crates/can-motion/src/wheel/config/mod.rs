@@ -8,6 +8,7 @@ use zlac8030l::{Firmware, NodeId, SdoQuirks, SdoTimeouts};
 pub use error::WheelConfigError;
 
 use crate::core::family::{CycleConfig, GroupId};
+use crate::core::targets::ValueLimits;
 use crate::plan::BitRate;
 use crate::wheel::fault::WheelReactions;
 
@@ -153,15 +154,9 @@ pub enum WheelMode {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct WheelLimits {
-    /// Smallest target.
-    pub min: i32,
-    /// Largest target.
-    pub max: i32,
-    /// Largest change of the value sent from one cycle to the next, at least 1: the acceleration limit of a speed, the
-    /// velocity limit of a position.
-    pub max_step: u32,
-    /// Largest change of that change while ramping a position down, at least 1. Not used for speeds.
-    pub max_step_change: u32,
+    /// Range of the targets, and how fast they may change: the acceleration limit of a speed, the velocity limit of a position and, while
+    /// ramping down, its acceleration limit.
+    pub values: ValueLimits,
     /// Distance in counts between the position sent and the position read beyond which a wheel in position mode faults.
     pub following_error: u32,
     /// Difference between the speed sent and the speed read, in 0.1 r/min, beyond which a wheel in velocity mode faults ...
@@ -178,10 +173,12 @@ impl WheelLimits {
     #[must_use]
     pub const fn speed(max: u16, change: u32) -> Self {
         Self {
-            min: -(max as i32),
-            max: max as i32,
-            max_step: change,
-            max_step_change: 1,
+            values: ValueLimits {
+                min: -(max as i32),
+                max: max as i32,
+                max_step: change,
+                max_step_change: 1,
+            },
             following_error: u32::MAX,
             following_speed: 300,
             following_speed_us: 500_000,
@@ -194,10 +191,12 @@ impl WheelLimits {
     #[must_use]
     pub const fn position(min: i32, max: i32, max_step: u32, max_step_change: u32) -> Self {
         Self {
-            min,
-            max,
-            max_step,
-            max_step_change,
+            values: ValueLimits {
+                min,
+                max,
+                max_step,
+                max_step_change,
+            },
             following_error: 2_048,
             following_speed: u16::MAX,
             following_speed_us: u32::MAX,

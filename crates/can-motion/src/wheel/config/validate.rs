@@ -2,9 +2,8 @@
 
 use zlac8030l::NodeId;
 
-use super::{
-    WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig, WheelMode, WheelTimeouts,
-};
+use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode, WheelTimeouts};
+use crate::core::targets::ValueLimits;
 use crate::core::group::MOST_AXES;
 use crate::plan::wire;
 use crate::wheel::config::FeedbackTiming;
@@ -147,7 +146,7 @@ impl WheelConfig {
 
     fn validate(&self) -> Result<(), WheelConfigError> {
         let node = self.node;
-        let WheelLimits { min, max, .. } = self.limits;
+        let ValueLimits { min, max, .. } = self.limits.values;
         let mut speeds = [(10, self.speed_resolution); 2];
         if let ([_, profile], WheelMode::Position { profile_speed_rpm }) = (&mut speeds, self.mode)
         {
@@ -167,7 +166,10 @@ impl WheelConfig {
                 max,
             });
         }
-        let steps = [self.limits.max_step, self.limits.max_step_change];
+        let steps = [
+            self.limits.values.max_step,
+            self.limits.values.max_step_change,
+        ];
         if steps.iter().any(|step| !STEPS.contains(step)) {
             return Err(WheelConfigError::Step { node });
         }
@@ -200,6 +202,7 @@ impl WheelConfig {
 mod tests {
     use super::*;
     use crate::plan::BitRate;
+    use crate::wheel::config::WheelLimits;
 
     fn wheel(node: i32) -> WheelConfig {
         let limits = WheelLimits::speed(1_000, 10);
@@ -301,7 +304,7 @@ mod tests {
     fn targets_stay_within_their_object() {
         let node = NodeId::new(1).unwrap();
         let mut fast = wheel(1);
-        fast.limits.max = 1_001;
+        fast.limits.values.max = 1_001;
         assert_eq!(
             refused(fast),
             WheelConfigError::Range {

@@ -1,0 +1,233 @@
+//! The ledger of a drive that takes absolute values: its target, the value of the latest frame, and the way down to a stop.
+
+use crate::core::ramp::{Ramp, cycles_to_stop};
+
+/// What the values mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ValueKind {
+    /// Positions: a stop lets their change fall to 0.
+    #[default]
+    Position,
+    /// Speeds: a stop lets themselves fall to 0.
+    Speed,
+}
+
+/// Limits of the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ValueLimits {
+    /// Smallest value.
+    pub min: i32,
+    /// Largest value.
+    pub max: i32,
+    /// Largest change from one cycle to the next, 1 ..= 1,000,000.
+    pub max_step: u32,
+    /// Largest change of that change while a position slows down, 1 ..= 1,000,000.
+    pub max_step_change: u32,
+}
+
+/// Target and value sent. Values are absolute: a lost frame costs a cycle and no position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct AbsoluteLedger {
+    kind: ValueKind,
+    target: i32,
+    sent: i32,
+    /// Change of the value from the frame before to the latest.
+    last_step: i32,
+    /// The value of the frame that is being offered.
+    offered: i32,
+    ramp: Option<ValueRamp>,
+}
+
+impl AbsoluteLedger {
+    /// A ledger whose values are all 0.
+    #[must_use]
+    pub fn new(kind: ValueKind) -> Self {
+        Self {
+            kind,
+            ..Self::default()
+        }
+    }
+
+    /// Nothing is owed and nothing changes.
+    pub fn anchor(&mut self, value: i32) {
+        *self = Self {
+            target: value,
+            sent: value,
+            ..Self::new(self.kind)
+        };
+    }
+
+    /// Set-points end: the value stays, and what is owed is forgotten.
+    pub fn end_motion(&mut self) {
+        self.anchor(self.sent);
+    }
+
+    /// The target.
+    #[must_use]
+    pub const fn target(&self) -> i32 {
+        self.target
+    }
+
+    /// The value of the latest accepted frame.
+    #[must_use]
+    pub const fn sent(&self) -> i32 {
+        self.sent
+    }
+
+    /// Sets the target; false, and no change, when it is outside the limits.
+    #[must_use]
+    pub fn accept_target(&mut self, target: i32, limits: &ValueLimits) -> bool {
+        let is_inside = target >= limits.min && target <= limits.max;
+        self.target = if is_inside { target } else { self.target };
+        is_inside
+    }
+
+    /// The value of the next frame: towards the target by one step at most.
+    pub fn offer(&mut self, limits: &ValueLimits) -> i32 {
+        let most = i64::from(limits.max_step);
+        let step = i64::from(self.target) - i64::from(self.sent);
+        // Between two values of 32 bits.
+        self.offered = (i64::from(self.sent) + step.max(-most).min(most)) as i32;
+        self.offered
+    }
+
+    /// The controller accepted the frame that was offered.
+    pub fn accepted(&mut self) {
+        self.last_step = self.offered.wrapping_sub(self.sent);
+        self.sent = self.offered;
+    }
+
+    /// Slows down from the present value in so many cycles.
+    pub fn begin_ramp(&mut self, cycles: u32) {
+        let ramp = match self.kind {
+            ValueKind::Speed => ValueRamp::Speed {
+                start: self.sent,
+                cycles,
+                elapsed: 0,
+            },
+            ValueKind::Position => {
+                ValueRamp::Position(Ramp::new(self.sent, self.last_step, cycles))
+            }
+        };
+        self.target = self.sent;
+        self.ramp = Some(ramp);
+    }
+
+    /// A cycle begins: a ramp goes on.
+    pub fn begin_cycle(&mut self) {
+        if let Some(ramp) = &mut self.ramp {
+            self.target = ramp.next_target();
+        }
+    }
+
+    /// Cycles that the axis needs to stop within its limits.
+    #[must_use]
+    pub fn cycles_to_stop(&self, limits: &ValueLimits) -> u32 {
+        match self.kind {
+            ValueKind::Speed => cycles_to_stop(self.sent, limits.max_step),
+            ValueKind::Position => cycles_to_stop(self.last_step, limits.max_step_change),
+        }
+    }
+
+    /// Whether a position stays within the limits when it stops in so many cycles; a speed always ends at 0.
+    #[must_use]
+    pub const fn can_stop_in(&self, cycles: u32, limits: &ValueLimits) -> bool {
+        match self.kind {
+            ValueKind::Speed => true,
+            ValueKind::Position => {
+                let end = Ramp::new(self.sent, self.last_step, cycles).end();
+                end >= limits.min && end <= limits.max
+            }
+        }
+    }
+
+    /// The ramp is through and nothing is owed.
+    #[must_use]
+    pub fn has_stopped(&self) -> bool {
+        self.ramp.is_none_or(|ramp| ramp.is_done()) && self.target == self.sent
+    }
+}
+
+/// An axis on its way to a stop, in step with its group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ValueRamp {
+    /// A speed that falls to 0.
+    Speed {
+        start: i32,
+        cycles: u32,
+        elapsed: u32,
+    },
+    /// A position whose velocity falls to 0.
+    Position(Ramp),
+}
+
+impl ValueRamp {
+    fn next_target(&mut self) -> i32 {
+        match self {
+            Self::Position(ramp) => ramp.next_target(),
+            Self::Speed {
+                start,
+                cycles,
+                elapsed,
+            } => {
+                *elapsed = elapsed.saturating_add(1).min(*cycles);
+                let left = i64::from(cycles.saturating_sub(*elapsed));
+                // At most the start in size; no cycles are no speed.
+                (i64::from(*start) * left)
+                    .checked_div(i64::from(*cycles))
+                    .unwrap_or(0) as i32
+            }
+        }
+    }
+
+    const fn is_done(&self) -> bool {
+        match self {
+            Self::Position(ramp) => ramp.is_done(),
+            Self::Speed {
+                cycles, elapsed, ..
+            } => *elapsed >= *cycles,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn speeds_fall_in_proportion() {
+        let ramp = |start| {
+            let mut ledger = AbsoluteLedger::new(ValueKind::Speed);
+            ledger.anchor(start);
+            ledger.begin_ramp(4);
+            [(); 5].map(|()| {
+                ledger.begin_cycle();
+                ledger.target()
+            })
+        };
+        assert_eq!(ramp(100), [75, 50, 25, 0, 0]);
+        assert_eq!(ramp(-40), [-30, -20, -10, 0, 0]);
+    }
+
+    proptest! {
+        #[test]
+        fn no_frame_changes_more_than_a_step(from in any::<i32>(), target in any::<i32>(), step in 1..=u32::MAX) {
+            let mut ledger = AbsoluteLedger::new(ValueKind::Speed);
+            ledger.anchor(from);
+            let limits = ValueLimits {
+                min: i32::MIN,
+                max: i32::MAX,
+                max_step: step,
+                max_step_change: 1,
+            };
+            prop_assert!(ledger.accept_target(target, &limits));
+            let next = ledger.offer(&limits);
+            prop_assert!(next.abs_diff(from) <= step);
+            prop_assert!(next.abs_diff(target) <= from.abs_diff(target));
+            prop_assert!(next == target || next.abs_diff(from) == step);
+        }
+    }
+}
