@@ -7,59 +7,38 @@
 //! | 0x300 + n | none | asks for the state |
 //! | 0x380 + n | flags, i32 | bit 0 power, bit 1 alarm, bit 2 the shaft stands; position in counts |
 //!
-//! The drive itself is simulated in `toy_drive.rs`. `cargo run -p can-motion --example third_family` moves one, stops it and switches it
-//! off.
+//! `cargo run -p can-motion --example third_family` lets a simulated one follow a line, stop, and switch off.
 
-use can_frame::{DataFrame, FrameError};
-use can_motion::facts::{Class, Facts, Loss, Work};
+use can_frame::DataFrame;
+use can_motion::facts::{Class, Facts, Loss};
 use can_motion::family::{
-    BehindFrames, Context, CycleConfig, Drive, Family, FaultKind, Meaning, OutOfTravel, Plan,
-    PowerReport, ProcedureRefusal, Returned, View, Wanted,
+    AbsoluteLedger, BehindFrames, CommonFault, Context, CycleUs, Drive, Family, FaultKind, Meaning,
+    OutOfTravel, PowerReport, ProcedureRefusal, Returned, Unplanned, ValueKind, ValueLimits, View,
+    Wanted,
 };
-use can_motion::{AxisState, CommonEvent, Confirmation, GroupId, Instant, Reaction, Stage};
-
-/// Unanswered questions in a row after which a drive is lost.
-const LOST_AFTER: u8 = 3;
+use can_motion::{AxisState, BusUser, CommonEvent, GroupId, Instant, Master, Outcome, Stage};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ToyFault {
+    Common(CommonFault),
     Alarm,
-    Lost,
-    Bus,
-    NotConfirmed,
-    SwitchedOff,
-    SwitchedOn,
     OutsideTravel,
-    Group,
 }
 
-impl FaultKind for ToyFault {
-    const GROUP: Self = Self::Group;
-    const BUS: Self = Self::Bus;
-    const LOST: Self = Self::Lost;
-    const NOT_CONFIRMED: Self = Self::NotConfirmed;
-    const SWITCHED_OFF: Self = Self::SwitchedOff;
-    const SWITCHED_ON: Self = Self::SwitchedOn;
-
-    fn loss(self) -> Loss {
-        match self {
-            Self::Alarm => Loss::Drive,
-            Self::Lost | Self::Bus => Loss::Contact,
-            Self::OutsideTravel => Loss::Knowledge,
-            _ => Loss::Anchor,
-        }
+impl From<CommonFault> for ToyFault {
+    fn from(fault: CommonFault) -> Self {
+        Self::Common(fault)
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ToyEvent {
-    Common(CommonEvent<ToyFault>),
-    Foreign,
-}
-
-impl From<CommonEvent<ToyFault>> for ToyEvent {
-    fn from(event: CommonEvent<ToyFault>) -> Self {
-        Self::Common(event)
+impl FaultKind for ToyFault {
+    fn loss(self) -> Loss {
+        match self {
+            Self::Common(fault) => fault.loss(),
+            // The drive lets go of its motor.
+            Self::Alarm => Loss::Drive,
+            Self::OutsideTravel => Loss::Knowledge,
+        }
     }
 }
 
@@ -67,55 +46,7 @@ impl From<CommonEvent<ToyFault>> for ToyEvent {
 #[derive(Debug, Clone, Copy)]
 pub struct ToyAxis {
     pub drive: u8,
-    pub travel: (i32, i32),
-    /// Counts in one cycle at most.
-    pub max_step: i32,
-}
-
-/// The settings of the bus: a cycle of 1 ms.
-#[derive(Debug, Clone, Copy)]
-pub struct ToyBus;
-
-impl CycleConfig for ToyBus {
-    fn cycle_us(&self) -> u32 {
-        1_000
-    }
-    fn requests_per_cycle(&self) -> u8 {
-        1
-    }
-    fn stuck_us(&self) -> u32 {
-        20_000
-    }
-    fn confirm_us(&self) -> u32 {
-        50_000
-    }
-    fn standstill_limit_us(&self) -> u32 {
-        1_000_000
-    }
-}
-
-/// Nothing is proved about this bus; a family that is meant counts its frames here.
-pub struct ToyPlan<'a>(&'a [ToyAxis]);
-
-impl Plan<Toy> for ToyPlan<'_> {
-    fn config(&self) -> &ToyBus {
-        &ToyBus
-    }
-    fn axes(&self) -> &[ToyAxis] {
-        self.0
-    }
-    fn admit(&self, room: usize) -> Result<(), &'static str> {
-        let is_sorted = self.0.windows(2).all(|pair| pair[0].drive < pair[1].drive);
-        let fits = !self.0.is_empty() && self.0.len() <= room;
-        let works = is_sorted && fits && self.0.iter().all(|axis| axis.max_step > 0);
-        works.then_some(()).ok_or("check the axes")
-    }
-    fn placement(&self) -> BehindFrames {
-        BehindFrames
-    }
-    fn warnings(&self) -> impl Iterator<Item = ToyEvent> {
-        core::iter::empty()
-    }
+    pub limits: ValueLimits,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,35 +54,40 @@ pub struct Toy;
 
 impl Family for Toy {
     type Frame = DataFrame;
-    type Config = ToyBus;
+    type Config = CycleUs;
     type AxisConfig = ToyAxis;
     type ConfigError = &'static str;
-    type Plan<'a> = ToyPlan<'a>;
+    type Plan<'a> = Unplanned<'a, Self>;
     type Placement = BehindFrames;
     type Drive = ToyDrive;
     type Request = ();
     type Procedure = ();
     type ProcedureError = ProcedureRefusal;
     type Fault = ToyFault;
-    type EventKind = ToyEvent;
+    type EventKind = CommonEvent<ToyFault>;
     type Snapshot = (AxisState, Option<ToyFault>, i32);
 
     const HAS_CYCLE_FRAMES: bool = false;
 
-    fn plan<'a>(_: &ToyBus, axes: &'a [ToyAxis]) -> ToyPlan<'a> {
-        ToyPlan(axes)
+    fn plan<'a>(config: &CycleUs, axes: &'a [ToyAxis]) -> Unplanned<'a, Self> {
+        let is_sorted = axes.windows(2).all(|pair| pair[0].drive < pair[1].drive);
+        let moves = axes.iter().all(|axis| axis.limits.max_step > 0);
+        let checked = (is_sorted && moves && axes.len() <= 8).then_some(());
+        Unplanned {
+            config: *config,
+            axes,
+            checked: checked
+                .ok_or("give 1 to 8 axes in ascending order of drive, each with a step"),
+        }
     }
     fn address_of(axis: &ToyAxis) -> u8 {
         axis.drive
     }
-    fn drive(_: &ToyBus, axis: &ToyAxis, _: u32) -> ToyDrive {
+    fn drive(_: &CycleUs, axis: &ToyAxis, _: u32) -> ToyDrive {
         ToyDrive {
             config: *axis,
-            target: 0,
-            sent: 0,
-            step: 0,
+            ledger: AbsoluteLedger::new(ValueKind::Position),
             position: 0,
-            ramp_step: None,
             asked_at: None,
             missed: 0,
         }
@@ -159,24 +95,14 @@ impl Family for Toy {
     fn address(frame: &DataFrame) -> Option<u8> {
         Some((frame.id() & 0x7F) as u8)
     }
-    fn foreign(_: &DataFrame) -> ToyEvent {
-        ToyEvent::Foreign
-    }
-    fn not_ours(_: FrameError) -> ToyEvent {
-        ToyEvent::Foreign
-    }
 }
 
 /// One drive: its ledger, and the question that it owes an answer to.
 #[derive(Debug)]
 pub struct ToyDrive {
     config: ToyAxis,
-    target: i32,
-    sent: i32,
-    step: i32,
+    ledger: AbsoluteLedger,
     position: i32,
-    /// Change of the step from cycle to cycle while slowing down.
-    ramp_step: Option<i32>,
     asked_at: Option<Instant>,
     missed: u8,
 }
@@ -185,72 +111,60 @@ impl ToyDrive {
     fn frame(&self, kind: u16, data: &[u8]) -> Option<DataFrame> {
         DataFrame::new(kind | u16::from(self.config.drive), data).ok()
     }
-    fn reaches(&self, counts: i32) -> bool {
-        (self.config.travel.0..=self.config.travel.1).contains(&counts)
-    }
 }
 
 impl Drive for ToyDrive {
     type Family = Toy;
 
-    fn group(&self) -> GroupId {
-        GroupId(0)
-    }
-    fn reaction_to(&self, _: ToyFault) -> Reaction {
-        Reaction::Halt
-    }
     fn snapshot(
         &self,
         state: AxisState,
         _: &Facts,
         fault: Option<ToyFault>,
     ) -> (AxisState, Option<ToyFault>, i32) {
-        (state, fault, self.sent)
+        (state, fault, self.ledger.sent())
     }
     fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel> {
-        let (min, max) = self.config.travel;
-        self.target = if self.reaches(target) { target } else { return Err(OutOfTravel { min, max }) };
-        Ok(())
+        let ValueLimits { min, max, .. } = self.config.limits;
+        let is_inside = self.ledger.accept_target(target, &self.config.limits);
+        is_inside.then_some(()).ok_or(OutOfTravel { min, max })
     }
     fn anchor(&mut self, _: Instant) -> Result<(), ToyFault> {
-        (self.target, self.sent, self.step) = (self.position, self.position, 0);
-        self.reaches(self.position).then_some(()).ok_or(ToyFault::OutsideTravel)
+        self.ledger.anchor(self.position);
+        let ValueLimits { min, max, .. } = self.config.limits;
+        let is_inside = (min..=max).contains(&self.position);
+        is_inside.then_some(()).ok_or(ToyFault::OutsideTravel)
     }
     fn begin_ramp(&mut self, cycles: u32) {
-        self.ramp_step = Some(self.step / cycles.max(1) as i32);
+        self.ledger.begin_ramp(cycles);
     }
     fn cycles_to_stop(&self) -> u32 {
-        self.step.unsigned_abs().min(100)
+        self.ledger.cycles_to_stop(&self.config.limits)
     }
     fn can_stop_in(&self, cycles: u32) -> bool {
-        self.reaches(self.sent.saturating_add(self.step.saturating_mul(cycles as i32)))
+        self.ledger.can_stop_in(cycles, &self.config.limits)
     }
     fn has_stopped(&self) -> bool {
-        self.step == 0
+        self.ledger.has_stopped()
     }
     fn end_motion(&mut self, _: bool) {
-        (self.target, self.step, self.ramp_step) = (self.sent, 0, None);
+        self.ledger.end_motion();
     }
     fn cycle_frame(&mut self, _: &View) -> Result<DataFrame, ToyFault> {
-        let most = self.config.max_step;
-        self.step = match self.ramp_step {
-            Some(change) if self.step.abs() > change.abs().max(1) => self.step - change,
-            Some(_) => 0,
-            None => self.target.saturating_sub(self.sent).max(-most).min(most),
-        };
-        let next = self.sent + self.step;
-        self.frame(0x100, &next.to_le_bytes()).ok_or(ToyFault::Bus)
+        let value = self.ledger.offer(&self.config.limits);
+        let frame = self.frame(0x100, &value.to_le_bytes());
+        frame.ok_or(ToyFault::Common(CommonFault::Bus))
     }
     fn cycle_frame_accepted(&mut self, _: Instant) {
-        self.sent += self.step;
+        self.ledger.accepted();
     }
     fn switch(&self, on: bool) -> Option<DataFrame> {
         self.frame(0x200, &[u8::from(on)])
     }
     fn wanted(&self, view: &View, now: Instant, _: u32) -> Option<Wanted<()>> {
         let pause_us = if view.is_lost { 50_000 } else { 5_000 };
-        let is_time = self.asked_at.is_none_or(|at| now.us_since(at) >= pause_us);
-        is_time.then(|| Wanted::urgent(Class::Reading, ()))
+        let asks = self.asked_at.is_none_or(|at| now.us_since(at) >= pause_us);
+        asks.then(|| Wanted::urgent(Class::Reading, ()))
     }
     fn request_frame(&self, (): ()) -> Option<DataFrame> {
         self.frame(0x300, &[])
@@ -263,16 +177,16 @@ impl Drive for ToyDrive {
     ) -> Meaning<ToyFault> {
         self.asked_at = Some(context.log.now);
         self.missed = self.missed.saturating_add(1);
-        let is_lost = self.missed > LOST_AFTER && !context.view.is_lost;
+        let is_lost = self.missed > 3 && !context.view.is_lost;
         Meaning {
-            fault: is_lost.then_some(ToyFault::Lost),
+            fault: is_lost.then_some(CommonFault::Lost.into()),
             ..Meaning::NONE
         }
     }
     fn returned(&mut self, frame: &DataFrame, _: &mut Context<'_, Toy>) -> Returned {
         match (frame.id() & 0x780, frame.data()) {
             (0x100, _) => {
-                self.sent -= self.step;
+                self.ledger.returned();
                 Returned::OfCycle
             }
             (0x200, [0]) => Returned::Switch(Class::SwitchOff),
@@ -285,34 +199,99 @@ impl Drive for ToyDrive {
         Stage::Probing
     }
     fn receive(&mut self, frame: &DataFrame, _: &mut Context<'_, Toy>) -> Meaning<ToyFault> {
-        let (0x380, &[flags, a, b, c, d]) = (frame.id() & 0x780, frame.data()) else {
+        // One answer to one question.
+        let asked_at = self.asked_at.filter(|_| self.missed > 0);
+        let parts = (frame.id() & 0x780, frame.data(), asked_at);
+        let (0x380, &[flags, a, b, c, d], Some(asked_at)) = parts else {
             return Meaning::NONE;
         };
-        let Some(asked_at) = self.asked_at.filter(|_| self.missed > 0) else {
-            return Meaning::NONE;
-        };
-        self.position = i32::from_le_bytes([a, b, c, d]);
-        self.missed = 0;
+        (self.position, self.missed) = (i32::from_le_bytes([a, b, c, d]), 0);
         Meaning {
             fault: (flags & 2 != 0).then_some(ToyFault::Alarm),
-            power: Some(PowerReport { is_on: flags & 1 != 0, asked_at }),
+            power: Some(PowerReport {
+                is_on: flags & 1 != 0,
+                asked_at,
+            }),
             is_checked: true,
             stands: Some(flags & 4 != 0),
             is_located: true,
             ..Meaning::NONE
         }
     }
-    fn tick(&mut self, _: &mut Context<'_, Toy>) -> Meaning<ToyFault> {
-        Meaning::NONE
+}
+
+/// The drive itself, simulated: it goes where it is told while it has power.
+#[derive(Debug, Default)]
+pub struct SimulatedToy {
+    pub is_on: bool,
+    pub has_alarm: bool,
+    pub position: i32,
+}
+
+impl SimulatedToy {
+    /// What the drive does with a frame of its master, and what it answers.
+    pub fn take(&mut self, frame: &DataFrame) -> Option<DataFrame> {
+        match (frame.id() & 0x780, frame.data()) {
+            (0x100, &[a, b, c, d]) if self.is_on => {
+                self.position = i32::from_le_bytes([a, b, c, d])
+            }
+            (0x200, [on]) => self.is_on = *on == 1 && !self.has_alarm,
+            (0x300, []) => {
+                let flags = u8::from(self.is_on) | u8::from(self.has_alarm) << 1 | 4;
+                let [a, b, c, d] = self.position.to_le_bytes();
+                return DataFrame::new(frame.id() | 0x80, &[flags, a, b, c, d]).ok();
+            }
+            _ => {}
+        }
+        None
     }
-    fn admit(
-        &self,
-        (): (),
-        _: Confirmation,
-        view: &View,
-        _: Instant,
-    ) -> Result<Work, ProcedureRefusal> {
-        let actual = AxisState::of(&view.facts, view.stage);
-        Err(ProcedureRefusal::State { actual })
+}
+
+/// One cycle of the master with its drives, 1 and up.
+pub fn cycle<const N: usize>(
+    master: &mut Master<N, Toy>,
+    drives: &mut [SimulatedToy],
+    now: Instant,
+) {
+    let mut answers = Vec::new();
+    master.begin_cycle(now);
+    let mut sink = |frame: &DataFrame| {
+        let drive = usize::from(frame.id() & 0x7F).checked_sub(1);
+        answers.extend(drive.and_then(|drive| drives.get_mut(drive)?.take(frame)));
+        Outcome::Accepted
+    };
+    let _ = master.send(now, &mut sink);
+    for answer in answers {
+        master.on_frame(now, &answer);
     }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let limits = ValueLimits {
+        min: 0,
+        max: 10_000,
+        max_step: 20,
+        max_step_change: 1,
+    };
+    let axes = [1, 2].map(|drive| ToyAxis { drive, limits });
+    let mut drives = [SimulatedToy::default(), SimulatedToy::default()];
+    let mut master = Master::<2, Toy>::new(CycleUs(1_000), &axes)?;
+    let group = GroupId(0);
+    for ms in 0..1_000 {
+        let now = Instant::from_us(ms * 1_000);
+        match ms {
+            50 => master.enable(now, group)?,
+            200..=599 => master.set_target(0, ms as i32 * 10 - 2_000)?,
+            600 => master.stop(now, group),
+            800 => master.disable(now, group),
+            _ => {}
+        }
+        cycle(&mut master, &mut drives, now);
+        while let Some(event) = master.next_event() {
+            println!("{} s, axis {:?}: {:?}", event.at, event.axis, event.kind);
+        }
+    }
+    println!("in the end: {drives:?}");
+    assert!(drives[0].position > 3_900 && !drives[0].is_on);
+    Ok(())
 }

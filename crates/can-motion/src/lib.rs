@@ -40,7 +40,7 @@ pub mod facts {
 /// What a family of drives implements: `examples/third_family.rs` is one.
 pub mod family {
     pub use crate::core::family::{
-        CommonFault, Context, CycleConfig, Drive, Family, FaultKind, FaultOf, FrameOf, Meaning,
+        CommonFault, Context, CycleConfig, CycleUs, Drive, Family, FaultKind, FaultOf, FrameOf, Meaning,
         OutOfTravel, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned, Unplanned, View,
         Wanted,
     };

@@ -108,6 +108,17 @@ pub trait CycleConfig {
     }
 }
 
+/// Settings with a cycle in microseconds and the defaults for everything else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CycleUs(pub u32);
+
+impl CycleConfig for CycleUs {
+    fn cycle_us(&self) -> u32 {
+        self.0
+    }
+}
+
 /// The proof that the bus carries its axes, with the settings that it was made for.
 pub trait Plan<F: Family> {
     /// The settings of the bus.

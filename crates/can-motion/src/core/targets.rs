@@ -99,6 +99,12 @@ impl AbsoluteLedger {
         self.sent = self.offered;
     }
 
+    /// The controller gave the latest frame back unsent: the drive stays at the value before it.
+    pub fn returned(&mut self) {
+        self.sent = self.sent.wrapping_sub(self.last_step);
+        self.last_step = 0;
+    }
+
     /// Slows down from the present value in so many cycles.
     pub fn begin_ramp(&mut self, cycles: u32) {
         let ramp = match self.kind {
@@ -210,6 +216,24 @@ mod tests {
         };
         assert_eq!(ramp(100), [75, 50, 25, 0, 0]);
         assert_eq!(ramp(-40), [-30, -20, -10, 0, 0]);
+    }
+
+    #[test]
+    fn a_returned_frame_does_not_let_the_next_one_carry_two_steps() {
+        let limits = ValueLimits {
+            min: 0,
+            max: 1_000,
+            max_step: 10,
+            max_step_change: 1,
+        };
+        let mut ledger = AbsoluteLedger::new(ValueKind::Position);
+        assert!(ledger.accept_target(500, &limits));
+        assert_eq!(ledger.offer(&limits), 10);
+        ledger.accepted();
+        ledger.returned();
+        assert_eq!(ledger.offer(&limits), 10);
+        assert!(!ledger.accept_target(1_001, &limits) && !ledger.accept_target(-1, &limits));
+        assert_eq!(ledger.target(), 500);
     }
 
     proptest! {

@@ -176,6 +176,7 @@ impl Wheel {
         self.counters.displaced = self.counters.displaced.wrapping_add(1);
         match frame.service() {
             Ok(Service::Rpdo(..)) => {
+                self.ledger.returned();
                 context.log.push(WheelEventKind::TargetDisplaced);
                 return Returned::OfCycle;
             }
