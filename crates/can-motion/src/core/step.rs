@@ -361,7 +361,8 @@ fn says_on(facts: &mut Facts) {
 
 fn says_off(facts: &mut Facts) {
     match facts.power {
-        Power::OnSent | Power::OnWanted => return,
+        // From before the command that is due: an enable command may be under way, so a disable command is sent first.
+        Power::OnSent | Power::OnWanted | Power::OffWanted => return,
         Power::On => {
             fail(facts, Loss::Anchor, false);
             facts.goal = Goal::Off;
