@@ -286,8 +286,12 @@ fn lose(facts: &mut Facts, to: Knowledge) {
     facts.knowledge = facts.knowledge.min(to);
 }
 
+/// Nothing that the drive was told holds; a drive that is to be off is told again.
 fn lose_power(facts: &mut Facts) {
-    facts.power = Power::Unclear;
+    facts.power = match facts.power {
+        Power::OffWanted | Power::OffSent => Power::OffWanted,
+        _ => Power::Unclear,
+    };
     if facts.brake != Brake::Absent {
         facts.brake = Brake::Unclear;
     }
@@ -314,6 +318,8 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
     }
     facts.work = Work::None;
     hold_or_off(facts);
+    // What was to be off when the fault came stays so, whatever is lost with it.
+    settle(facts);
     match loss {
         Loss::Nothing => {}
         Loss::Anchor => lose(facts, Knowledge::Checked),
