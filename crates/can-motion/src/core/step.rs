@@ -241,8 +241,9 @@ fn command(facts: &mut Facts, input: Input) {
 fn learn(facts: &mut Facts, input: Input) {
     facts.knowledge = match (input, facts.knowledge) {
         (Input::Checked, Knowledge::Unknown) => Knowledge::Checked,
-        (Input::Stands, Knowledge::Checked) => Knowledge::Standing,
-        (Input::Anchored, Knowledge::Standing) => Knowledge::Anchored,
+        // Not while the power changes: the shaft may move as the drive lets go or takes hold.
+        (Input::Stands, Knowledge::Checked) if facts.awaits_standstill() => Knowledge::Standing,
+        (Input::Anchored, Knowledge::Standing) if facts.awaits_anchor() => Knowledge::Anchored,
         (Input::Turns, known) if facts.motion == Motion::Rest => known.min(Knowledge::Checked),
         (_, known) => known,
     };
