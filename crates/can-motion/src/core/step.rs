@@ -277,7 +277,9 @@ fn settle(facts: &mut Facts) {
         && facts.knowledge == Knowledge::Anchored;
     facts.power = match (facts.goal, facts.power) {
         (Goal::Hold | Goal::Stream, Power::Off) if may_come_on => Power::OnWanted,
+        // The command did not go out. Without its anchor the axis waits for a new one.
         (Goal::Off, Power::OnWanted) => Power::Off,
+        (_, Power::OnWanted) if !may_come_on => Power::Off,
         (Goal::Off, Power::On | Power::OnSent) if facts.motion == Motion::Rest => Power::OffWanted,
         (_, power) => power,
     };
