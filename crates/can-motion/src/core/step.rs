@@ -172,7 +172,13 @@ pub fn transition(facts: Facts, input: Input) -> Facts {
         Input::SaysOn => says_on(&mut next),
         Input::SaysOff => says_off(&mut next),
         Input::BrakeOpened if next.brake != Brake::Absent => next.brake = Brake::Open,
-        Input::BrakeClosed if next.brake != Brake::Absent => next.brake = Brake::Closed,
+        Input::BrakeClosed if next.brake != Brake::Absent => {
+            next.brake = Brake::Closed;
+            if next.moves() {
+                // Nobody asked for it: without its set-points the motion must not go on when the brake opens.
+                fail(&mut next, Loss::Anchor, false);
+            }
+        }
         Input::Accepted(class) => accepted(&mut next, class),
         Input::Displaced(class) => displaced(&mut next, class),
         Input::ConfirmTimeout => match next.power {
