@@ -1,0 +1,73 @@
+//! Every combination of facts that one axis and a group of two can reach, against every promise of the master that facts can express.
+//!
+//! `cargo test -p can-motion --test every_fact -- --nocapture` prints how many there are. A broken promise is shown with the shortest
+//! path to it.
+
+mod changes;
+mod drive;
+mod ends;
+mod exits;
+mod promises;
+mod readings;
+mod rules;
+mod walk;
+
+use changes::every_promise;
+use rules::{BRAKES, RULES, Rules, every_combination};
+use walk::Broken;
+
+/// Every promise about one axis, on every step; the number of combinations.
+fn one_axis(rules: &Rules) -> Result<Vec<usize>, Broken> {
+    let check = |before, input, after| every_promise(rules, before, input, after);
+    let counts = BRAKES.map(|brake| rules.walk_one(brake, check).map(|seen| seen.len()));
+    counts.into_iter().collect()
+}
+
+/// What the exit keeps back in every combination that the types allow, whether it can be reached or not.
+fn exit_in_every_combination(rules: &Rules) -> Result<usize, Broken> {
+    let all = every_combination();
+    for facts in &all {
+        exits::keeps_back(rules, facts).map_err(|promise| Broken {
+            promise,
+            path: format!("no path needed: {facts:?}"),
+        })?;
+    }
+    Ok(all.len())
+}
+
+fn kept<T>(result: Result<T, Broken>) -> T {
+    match result {
+        Ok(value) => value,
+        Err(Broken { promise, path }) => panic!("{promise}\n   by {path}"),
+    }
+}
+
+#[test]
+fn one_axis_keeps_every_promise() {
+    let counts = kept(one_axis(&RULES));
+    println!(
+        "one axis: {} combinations, with a brake {}: every promise kept",
+        counts[0], counts[1]
+    );
+}
+
+#[test]
+fn the_exit_keeps_back_whatever_the_facts_are() {
+    let count = kept(exit_in_every_combination(&RULES));
+    println!("exit: {count} combinations of values, every promise kept");
+}
+
+#[test]
+fn nothing_is_a_dead_end() {
+    let count = kept(ends::nothing_is_a_dead_end(&RULES));
+    println!("from {count} combinations: off, repaired, cleared, written to, and back to streaming");
+}
+
+#[test]
+fn what_the_master_believes_of_a_drive_is_true() {
+    let counts = kept(drive::beliefs_are_true(&RULES));
+    println!(
+        "facts, drive and frames under way: {} combinations, with a brake {}",
+        counts[0], counts[1]
+    );
+}
