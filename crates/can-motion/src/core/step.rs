@@ -339,6 +339,10 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
         }
     }
     if loss == Loss::Drive {
+        if facts.brake != Brake::Absent && facts.goal != Goal::Off {
+            // The load hung on this drive: its brake closes at once, before any reading.
+            facts.power = Power::OffWanted;
+        }
         facts.goal = Goal::Off;
     }
 }
