@@ -1,6 +1,6 @@
 //! What every single change promises. Stated as what is true before and after an input, never by asking `step` what is right.
 
-use can_motion::facts::{Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work};
+use can_motion::facts::{Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work};
 
 use crate::promises::{is_off_due, moves, of_facts};
 use crate::readings;
@@ -21,12 +21,30 @@ pub(crate) fn every_promise(rules: &Rules, before: Facts, input: Input, after: F
         of_work(before, input, after)?;
         of_faults(before, input, after)?;
     }
+    load_is_caught(rules, before, input, after)?;
     never_refused(is_taken, input)?;
     nothing_resumes(before, input, after, is_taken)?;
     power_is_meant(before, input, after, is_taken)?;
     readings::of_knowledge(before, input, after)?;
     readings::of_power(before, input, after)?;
     readings::of_brake(before, input, after)
+}
+
+/// Promise 9: a load that can fall does not wait for a reading when its drive lets go.
+fn load_is_caught(rules: &Rules, before: Facts, input: Input, after: Facts) -> Held {
+    let lets_go = matches!(
+        input,
+        Input::Fault {
+            loss: Loss::Drive,
+            ..
+        }
+    );
+    let is_hanging = before.brake != Brake::Absent && before.goal != Goal::Off && lets_go;
+    let was_on = matches!(before.power, Power::On | Power::Unclear);
+    hold(
+        !is_hanging || !was_on || (rules.may_leave)(Class::BrakeClose, &after),
+        "the brake catches a load whose drive let go",
+    )
 }
 
 fn never_refused(is_taken: bool, input: Input) -> Held {
@@ -93,13 +111,25 @@ fn nothing_resumes(before: Facts, input: Input, after: Facts, is_taken: bool) ->
 fn power_is_meant(before: Facts, input: Input, after: Facts, is_taken: bool) -> Held {
     let is_held = before.power == Power::On && before.goal != Goal::Off;
     let is_asked = matches!(input, Input::Disable | Input::Rearm) && is_taken;
+    let is_caught = before.brake != Brake::Absent
+        && matches!(
+            input,
+            Input::Fault {
+                loss: Loss::Drive,
+                ..
+            }
+        );
     hold(
-        !is_held || is_asked || !is_off_due(&after),
+        !is_held || is_asked || is_caught || !is_off_due(&after),
         "what holds is not switched off without a command",
     )?;
     let is_untouched = matches!(before.power, Power::Unclear | Power::Off | Power::FoundOn);
+    let was_held = before.goal != Goal::Off;
     hold(
-        !is_untouched || input == Input::Disable || !is_off_due(&after),
+        !is_untouched
+            || input == Input::Disable
+            || (is_caught && was_held)
+            || !is_off_due(&after),
         "what this master did not enable is not switched off without a command",
     )?;
     hold(
@@ -174,7 +204,7 @@ fn of_commands(before: Facts, input: Input, after: Facts) -> Held {
                 "what was not checked is not enabled",
             )?;
             hold(
-                before.brake == can_motion::facts::Brake::Absent,
+                before.brake == Brake::Absent,
                 "a load that can fall is not let go in passing",
             )?;
             hold(
@@ -372,7 +402,10 @@ fn of_own_fault(before: Facts, (loss, ramp): (Loss, bool), after: Facts) -> Held
         "a fault takes the knowledge that it says, and no more",
     )?;
     let keeps_power = matches!(loss, Loss::Nothing | Loss::Anchor | Loss::Knowledge);
-    let is_off_meant = is_off_due(&before) || before.power == Power::OnSent || moves(&before);
+    let is_off_meant = is_off_due(&before)
+        || before.power == Power::OnSent
+        || moves(&before)
+        || (loss == Loss::Drive && before.brake != Brake::Absent && before.goal != Goal::Off);
     hold(
         keeps_power || after.power == Power::Unclear || (is_off_meant && is_off_due(&after)),
         "without contact nothing is known of the power",

@@ -3,7 +3,7 @@
 //! The drive obeys the frames that reach it, in the order in which the controller took them. A frame may be lost on the way or given
 //! back. The drive may let go or start anew by itself, with its motor on or off; the master then receives a fault.
 
-use can_motion::facts::{Brake, Class, Facts, Goal, Input, Loss, Motion, Power};
+use can_motion::facts::{Brake, Class, Facts, Input, Loss, Motion, Power};
 
 use crate::rules::{BRAKES, Rules, inputs};
 use crate::walk::{Broken, Held, hold, walk};
@@ -16,6 +16,8 @@ struct Pair {
     facts: Facts,
     is_on: bool,
     is_braked: bool,
+    /// It did so by itself at least once; a frame that was under way may then reach a drive that let go.
+    has_started_anew: bool,
     under_way: [Option<Class>; DEPTH],
 }
 
@@ -36,6 +38,7 @@ impl Pair {
             facts: Facts::start(brake),
             is_on,
             is_braked: false,
+            has_started_anew: false,
             under_way: [None; DEPTH],
         }
     }
@@ -67,6 +70,7 @@ impl Pair {
                 Some(Self {
                     facts,
                     is_on,
+                    has_started_anew: true,
                     ..self
                 })
             }
@@ -135,12 +139,9 @@ fn check(before: Pair, event: Event, after: Pair) -> Held {
         !arrives(Class::BrakeClose) || facts.motion == Motion::Rest,
         "the brake closes at rest",
     )?;
-    let is_left_on = after.is_on && facts.power == Power::FoundOn;
-    let was_switched_on = matches!(before.facts.power, Power::OnSent | Power::OnWanted)
-        && before.facts.goal == Goal::Off;
     hold(
-        !is_left_on || !was_switched_on,
-        "what this master switched on is not taken for somebody else's",
+        !arrives(Class::BrakeOpen) || after.is_on || after.has_started_anew,
+        "the brake opens when the drive holds",
     )
 }
 
