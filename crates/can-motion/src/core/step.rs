@@ -348,7 +348,7 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
 }
 
 fn group_fault(facts: &mut Facts, ramp: bool) {
-    if facts.goal == Goal::Off && !facts.moves() {
+    if !facts.is_in_use() {
         return;
     }
     if facts.latch == Latch::None {
