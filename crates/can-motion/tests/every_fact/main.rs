@@ -7,12 +7,15 @@ mod changes;
 mod drive;
 mod ends;
 mod exits;
+mod group;
 mod promises;
 mod readings;
 mod rules;
 mod walk;
 
 use changes::every_promise;
+use can_motion::facts::Brake;
+use group::{POLICIES, Policy, group_of_two};
 use rules::{BRAKES, RULES, Rules, every_combination};
 use walk::Broken;
 
@@ -70,4 +73,19 @@ fn what_the_master_believes_of_a_drive_is_true() {
         "facts, drive and frames under way: {} combinations, with a brake {}",
         counts[0], counts[1]
     );
+}
+
+#[test]
+fn a_group_of_two_keeps_every_promise() {
+    for policy in POLICIES {
+        let count = kept(group_of_two(&RULES, policy, [Brake::Absent; 2]));
+        println!("group of two, {policy:?}: {count} combinations, every promise kept");
+    }
+}
+
+#[test]
+fn a_group_of_an_axis_with_a_brake_and_one_without_keeps_every_promise() {
+    let brakes = [Brake::Unclear, Brake::Absent];
+    let count = kept(group_of_two(&RULES, Policy::RampDown, brakes));
+    println!("group of two, one with a brake: {count} combinations, every promise kept");
 }
