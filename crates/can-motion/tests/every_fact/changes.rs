@@ -2,6 +2,7 @@
 
 use can_motion::facts::{Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work};
 
+use crate::needs;
 use crate::promises::{is_off_due, moves, of_facts};
 use crate::readings;
 use crate::rules::Rules;
@@ -16,6 +17,7 @@ pub(crate) fn every_promise(rules: &Rules, before: Facts, input: Input, after: F
         is_taken || before == after,
         "what is refused changes nothing",
     )?;
+    needs::is_fit_for(rules, &before, input)?;
     if is_taken {
         of_commands(before, input, after)?;
         of_work(before, input, after)?;
@@ -88,10 +90,6 @@ fn nothing_resumes(before: Facts, input: Input, after: Facts, is_taken: bool) ->
         after.goal != Goal::Stream || before.goal == Goal::Stream || asks_to_stream,
         "only enable and resume lead to streaming",
     )?;
-    hold(
-        !asks_to_stream || !moves(&before),
-        "enable and resume wait until the axis is at rest",
-    )?;
     let asks_to_hold = input == Input::Adopt && is_taken;
     hold(
         before.goal != Goal::Off || after.goal == Goal::Off || asks_to_stream || asks_to_hold,
@@ -163,65 +161,34 @@ fn power_is_meant(before: Facts, input: Input, after: Facts, is_taken: bool) -> 
 }
 
 fn of_commands(before: Facts, input: Input, after: Facts) -> Held {
-    let is_on = before.power == Power::On;
     match input {
         Input::Enable => {
-            hold(
-                before.knowledge >= Knowledge::Checked,
-                "what was not checked is not enabled",
-            )?;
-            hold(
-                before.latch == Latch::None,
-                "no enable before a fault is cleared",
-            )?;
-            hold(
-                matches!(before.power, Power::Off | Power::On),
-                "no enable while the power is not known",
-            )?;
             hold(after.goal == Goal::Stream, "enable leads to streaming")?;
-            let kept = after.knowledge == before.knowledge;
+            let expected = if before.power == Power::On {
+                before.knowledge
+            } else {
+                Knowledge::Checked
+            };
             hold(
-                if is_on { kept } else { after.knowledge == Knowledge::Checked },
-                "an axis that is off stands still and is anchored anew; one that holds keeps its anchor",
+                after.knowledge == expected,
+                "an axis that is off is anchored anew; one that holds keeps its anchor",
             )
         }
         Input::Resume => hold(
-            is_on
-                && before.goal == Goal::Hold
-                && before.knowledge == Knowledge::Anchored
-                && before.latch == Latch::None
-                && after.goal == Goal::Stream
-                && after.power == Power::On,
+            after.goal == Goal::Stream && after.power == Power::On,
             "resume leads from holding to streaming",
         ),
-        Input::Rearm => {
-            hold(
-                is_on && before.goal == Goal::Hold && before.latch == Latch::None,
-                "only what holds is switched off and on",
-            )?;
-            hold(
-                before.knowledge >= Knowledge::Checked,
-                "what was not checked is not enabled",
-            )?;
-            hold(
-                before.brake == Brake::Absent,
-                "a load that can fall is not let go in passing",
-            )?;
-            hold(
-                after.power == Power::OffWanted
-                    && after.knowledge == Knowledge::Checked
-                    && after.goal == Goal::Stream,
-                "switched off and on, an axis is anchored anew",
-            )
-        }
+        Input::Rearm => hold(
+            after.power == Power::OffWanted
+                && after.knowledge == Knowledge::Checked
+                && after.goal == Goal::Stream,
+            "switched off and on, an axis is anchored anew",
+        ),
         Input::Adopt => hold(
-            before.power == Power::FoundOn
-                && before.knowledge >= Knowledge::Checked
-                && before.latch == Latch::None
-                && after.power == Power::On
+            after.power == Power::On
                 && after.goal == Goal::Hold
                 && after.knowledge == Knowledge::Checked,
-            "adopt takes over a checked drive without switching it, and anchors it anew",
+            "adopt takes over without switching, and anchors anew",
         ),
         Input::Start => hold(
             after.motion == Motion::Stream,
@@ -234,14 +201,6 @@ fn of_commands(before: Facts, input: Input, after: Facts) -> Held {
 }
 
 fn of_clear(before: Facts, after: Facts) -> Held {
-    hold(
-        !moves(&before) && !before.work.needs_off(),
-        "no clear while an axis slows down or is repaired",
-    )?;
-    hold(
-        before.power != Power::Unclear || before.goal == Goal::Off,
-        "no clear while it is unclear whether a held axis still holds",
-    )?;
     hold(after.latch == Latch::None, "clear clears")?;
     let same = (before.power, before.goal, before.motion, before.brake);
     hold(
@@ -297,20 +256,6 @@ fn of_stops(before: Facts, input: Input, after: Facts) -> Held {
 
 fn of_work(before: Facts, input: Input, after: Facts) -> Held {
     if let Input::StartWork(work) = input {
-        hold(
-            before.work == Work::None && work != Work::None,
-            "one piece of work at a time",
-        )?;
-        let is_off = before.power == Power::Off && before.goal == Goal::Off;
-        hold(
-            !work.needs_off() || is_off,
-            "no write and no repair of a drive that may be on",
-        )?;
-        let is_fit = before.knowledge >= Knowledge::Checked && before.latch == Latch::None;
-        hold(
-            work != Work::Write || is_fit,
-            "no write to a drive that was not checked or has a fault",
-        )?;
         return hold(after.work == work, "work that is accepted begins");
     }
     if input == Input::WorkEnded {

@@ -8,6 +8,7 @@ mod drive;
 mod ends;
 mod exits;
 mod group;
+mod needs;
 mod promises;
 mod readings;
 mod rules;
@@ -16,7 +17,7 @@ mod walk;
 use changes::every_promise;
 use can_motion::facts::Brake;
 use group::{POLICIES, Policy, group_of_two};
-use rules::{BRAKES, RULES, Rules, every_combination};
+use rules::{BRAKES, RULES, Rules, every_combination, inputs};
 use walk::Broken;
 
 /// Every promise about one axis, on every step; the number of combinations.
@@ -26,14 +27,18 @@ fn one_axis(rules: &Rules) -> Result<Vec<usize>, Broken> {
     counts.into_iter().collect()
 }
 
-/// What the exit keeps back in every combination that the types allow, whether it can be reached or not.
-fn exit_in_every_combination(rules: &Rules) -> Result<usize, Broken> {
+/// What the exit keeps back, and what a command needs, in every combination that the types allow, whether it can be reached or not.
+fn every_combination_is_guarded(rules: &Rules) -> Result<usize, Broken> {
     let all = every_combination();
     for facts in &all {
-        exits::keeps_back(rules, facts).map_err(|promise| Broken {
+        let with_path = |promise| Broken {
             promise,
-            path: format!("no path needed: {facts:?}"),
-        })?;
+            path: format!("no input: it cannot be reached today, {facts:?}"),
+        };
+        exits::keeps_back(rules, facts).map_err(with_path)?;
+        for input in inputs() {
+            needs::is_fit_for(rules, facts, input).map_err(with_path)?;
+        }
     }
     Ok(all.len())
 }
@@ -55,9 +60,9 @@ fn one_axis_keeps_every_promise() {
 }
 
 #[test]
-fn the_exit_keeps_back_whatever_the_facts_are() {
-    let count = kept(exit_in_every_combination(&RULES));
-    println!("exit: {count} combinations of values, every promise kept");
+fn exit_and_commands_are_guarded_whatever_the_facts_are() {
+    let count = kept(every_combination_is_guarded(&RULES));
+    println!("exit and commands: {count} combinations of values, every promise kept");
 }
 
 #[test]
