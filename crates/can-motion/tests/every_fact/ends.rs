@@ -133,6 +133,11 @@ fn check(rules: &Rules, facts: Facts) -> Held {
     )?;
     let held = on.by(Input::Stop);
     hold(is_holding(&held.facts), "what streams can be stopped")?;
+    let enabled = Course::from(rules, held.facts).by(Input::Enable);
+    hold(
+        enabled.facts.motion == Motion::Stream,
+        "what holds can be enabled with its group",
+    )?;
     let back = held.by(Input::Resume);
     hold(
         back.facts.motion == Motion::Stream,

@@ -8,6 +8,7 @@ mod drive;
 mod ends;
 mod exits;
 mod group;
+mod mistakes;
 mod needs;
 mod promises;
 mod readings;
@@ -93,4 +94,32 @@ fn a_group_of_an_axis_with_a_brake_and_one_without_keeps_every_promise() {
     let brakes = [Brake::Unclear, Brake::Absent];
     let count = kept(group_of_two(&RULES, Policy::RampDown, brakes));
     println!("group of two, one with a brake: {count} combinations, every promise kept");
+}
+
+/// The first promise that these functions break, by everything above.
+fn first_broken(rules: &Rules) -> Option<Broken> {
+    let group = |policy| group_of_two(rules, policy, [Brake::Absent; 2]).err();
+    one_axis(rules)
+        .err()
+        .or_else(|| every_combination_is_guarded(rules).err())
+        .or_else(|| ends::nothing_is_a_dead_end(rules).err())
+        .or_else(|| drive::beliefs_are_true(rules).err())
+        .or_else(|| POLICIES.into_iter().find_map(group))
+}
+
+#[test]
+fn every_seeded_mistake_is_found() {
+    let mistakes = mistakes::all();
+    let mut missed = Vec::new();
+    for (number, mistake) in mistakes.iter().enumerate() {
+        let name = mistake.name;
+        match first_broken(&mistake.rules) {
+            Some(Broken { promise, path }) => {
+                println!("{}. {name}\n   breaks: {promise}\n   by {path}", number + 1);
+            }
+            None => missed.push(name),
+        }
+    }
+    assert!(missed.is_empty(), "not found: {missed:#?}");
+    println!("{} seeded mistakes, every one found", mistakes.len());
 }
