@@ -13,6 +13,7 @@ mod needs;
 mod promises;
 mod readings;
 mod rules;
+mod table;
 mod walk;
 
 use changes::every_promise;
