@@ -1,6 +1,8 @@
 //! What every single change promises. Stated as what is true before and after an input, never by asking `step` what is right.
 
-use can_motion::facts::{Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work};
+use can_motion::facts::{
+    Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work,
+};
 
 use crate::needs;
 use crate::promises::{is_off_due, moves, of_facts};
@@ -124,10 +126,7 @@ fn power_is_meant(before: Facts, input: Input, after: Facts, is_taken: bool) -> 
     let is_untouched = matches!(before.power, Power::Unclear | Power::Off | Power::FoundOn);
     let was_held = before.goal != Goal::Off;
     hold(
-        !is_untouched
-            || input == Input::Disable
-            || (is_caught && was_held)
-            || !is_off_due(&after),
+        !is_untouched || input == Input::Disable || (is_caught && was_held) || !is_off_due(&after),
         "what this master did not enable is not switched off without a command",
     )?;
     hold(

@@ -29,7 +29,9 @@ enum Event {
     /// The oldest frame is lost.
     Vanishes,
     /// The drive lets go or starts anew; its motor is then on or off.
-    StartsAnew { is_on: bool },
+    StartsAnew {
+        is_on: bool,
+    },
 }
 
 impl Pair {
@@ -44,7 +46,10 @@ impl Pair {
     }
 
     fn has_under_way(&self, classes: &[Class]) -> bool {
-        self.under_way.iter().flatten().any(|class| classes.contains(class))
+        self.under_way
+            .iter()
+            .flatten()
+            .any(|class| classes.contains(class))
     }
 
     fn next(self, rules: &Rules, event: Event) -> Option<Self> {
@@ -156,7 +161,12 @@ pub(crate) fn beliefs_are_true(rules: &Rules) -> Result<Vec<usize>, Broken> {
     ]);
     let walk_from = |brake| {
         let starts = [true, false].map(|is_on| Pair::start(brake, is_on));
-        walk(&starts, &events, |pair, event| pair.next(rules, event), check)
+        walk(
+            &starts,
+            &events,
+            |pair, event| pair.next(rules, event),
+            check,
+        )
     };
     let counts = BRAKES.map(|brake| walk_from(brake).map(|seen| seen.len()));
     counts.into_iter().collect()

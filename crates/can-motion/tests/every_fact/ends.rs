@@ -85,7 +85,10 @@ impl<'a> Course<'a> {
 
 fn is_off(facts: &Facts) -> bool {
     let is_braked = matches!(facts.brake, Brake::Absent | Brake::Closed);
-    facts.power == Power::Off && facts.goal == Goal::Off && facts.motion == Motion::Rest && is_braked
+    facts.power == Power::Off
+        && facts.goal == Goal::Off
+        && facts.motion == Motion::Rest
+        && is_braked
 }
 
 fn is_holding(facts: &Facts) -> bool {

@@ -137,7 +137,8 @@ pub(crate) fn lets_out(rules: &Rules, facts: &Facts) -> Held {
         "an axis in motion gets its set-points",
     )?;
     let may_be_ours = !matches!(facts.power, Power::FoundOn | Power::Unclear)
-        || (facts.power == Power::Unclear && (facts.goal != Goal::Off || facts.latch == Latch::Own));
+        || (facts.power == Power::Unclear
+            && (facts.goal != Goal::Off || facts.latch == Latch::Own));
     hold(
         !is_at_rest || !may_be_ours || leaves(Class::StopFrame),
         "an axis at rest gets the frame that keeps it there",
@@ -167,8 +168,7 @@ pub(crate) fn lets_out(rules: &Rules, facts: &Facts) -> Held {
         "the brake of an axis that is to move may be opened",
     )?;
     let is_off_for_good = facts.power == Power::Off && facts.goal == Goal::Off;
-    let is_write_due =
-        is_off_for_good && facts.work == Work::Write && facts.latch == Latch::None;
+    let is_write_due = is_off_for_good && facts.work == Work::Write && facts.latch == Latch::None;
     hold(
         !is_write_due || leaves(Class::Write),
         "a write that was accepted may leave",

@@ -93,7 +93,9 @@ impl Group<'_> {
             .filter(|&index| input != Input::Adopt || self.axes[index].power == Power::FoundOn)
             .map(|index| (index, self.input_for(index, input)))
             .collect();
-        let are_willing = concerned.iter().all(|&(index, input)| self.accepts(index, input));
+        let are_willing = concerned
+            .iter()
+            .all(|&(index, input)| self.accepts(index, input));
         if concerned.is_empty() || !are_willing {
             return false;
         }
@@ -186,7 +188,12 @@ fn check(rules: &Rules, policy: Policy, before: Pair, event: Event, after: Pair)
         if let Event::Axis(index, input) = event
             && index == one
         {
-            of_the_other(policy, (before[one], after[one]), before[other], after[other])?;
+            of_the_other(
+                policy,
+                (before[one], after[one]),
+                before[other],
+                after[other],
+            )?;
             a_drive_that_starts_anew_may_be_on(input, after[one])?;
             let is_asleep = !is_in_use(&before[one]) && !is_off_due(&before[one]);
             hold(
@@ -209,9 +216,7 @@ fn of_the_other(policy: Policy, one: (Facts, Facts), before: Facts, after: Facts
         )?;
         let is_let_go = is_off_due(&after) || after.power == Power::Off;
         hold(
-            policy != Policy::Disable
-                || is_let_go
-                || (moves(&after) && after.goal == Goal::Off),
+            policy != Policy::Disable || is_let_go || (moves(&after) && after.goal == Goal::Off),
             "a fault that disables the group disables the other",
         )?;
     }

@@ -16,8 +16,8 @@ mod rules;
 mod table;
 mod walk;
 
-use changes::every_promise;
 use can_motion::facts::Brake;
+use changes::every_promise;
 use group::{POLICIES, Policy, group_of_two};
 use rules::{BRAKES, RULES, Rules, every_combination, inputs};
 use walk::Broken;
@@ -70,7 +70,9 @@ fn exit_and_commands_are_guarded_whatever_the_facts_are() {
 #[test]
 fn nothing_is_a_dead_end() {
     let count = kept(ends::nothing_is_a_dead_end(&RULES));
-    println!("from {count} combinations: off, repaired, cleared, written to, and back to streaming");
+    println!(
+        "from {count} combinations: off, repaired, cleared, written to, and back to streaming"
+    );
 }
 
 #[test]

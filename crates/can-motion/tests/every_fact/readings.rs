@@ -92,8 +92,7 @@ fn switches(before: Facts, input: Input, after: Facts) -> Held {
             // Its anchor may be lost meanwhile: then it waits for a new one.
             return hold(
                 matches!(after.power, Power::OnWanted | Power::Off)
-                    && (after.power == Power::OnWanted
-                        || before.knowledge < Knowledge::Anchored),
+                    && (after.power == Power::OnWanted || before.knowledge < Knowledge::Anchored),
                 "an enable command that came back waits again",
             );
         }

@@ -127,8 +127,7 @@ pub(crate) fn every_combination() -> Vec<Facts> {
                 for goal in [Goal::Off, Goal::Hold, Goal::Stream] {
                     for latch in [Latch::None, Latch::Own, Latch::Group] {
                         for work in [Work::None, Work::Read, Work::Write, Work::Repair] {
-                            for brake in
-                                [Brake::Absent, Brake::Unclear, Brake::Open, Brake::Closed]
+                            for brake in [Brake::Absent, Brake::Unclear, Brake::Open, Brake::Closed]
                             {
                                 all.push(Facts {
                                     knowledge,

@@ -58,7 +58,10 @@ fn the_table_in_the_docs_is_the_exit() {
         for class in Class::ALL {
             let hits = rows.iter().filter(|row| row.holds(class, &facts)).count();
             let expected = usize::from((RULES.may_leave)(class, &facts));
-            assert_eq!(hits, expected, "rows of the table for {class:?} with {facts:?}");
+            assert_eq!(
+                hits, expected,
+                "rows of the table for {class:?} with {facts:?}"
+            );
         }
     }
     let reachable = BRAKES.map(|brake| RULES.walk_one(brake, |_, _, _| Ok(())).expect("no check"));
@@ -69,6 +72,10 @@ fn the_table_in_the_docs_is_the_exit() {
         };
         let actual: Vec<usize> = reachable.iter().map(count).collect();
         println!("{} {:?}: {actual:?} combinations", row.class, row.values);
-        assert_eq!(row.counts, actual, "the counts of {} {:?}", row.class, row.values);
+        assert_eq!(
+            row.counts, actual,
+            "the counts of {} {:?}",
+            row.class, row.values
+        );
     }
 }

@@ -49,7 +49,9 @@ pub(super) const ALL: &[Change] = &[
             ..n
         })
     }),
-    ("Resume: does nothing", |f, i| then(f, i, i == Input::Resume, |_| f)),
+    ("Resume: does nothing", |f, i| {
+        then(f, i, i == Input::Resume, |_| f)
+    }),
     ("Rearm: does not switch off", |f, i| {
         then(f, i, i == Input::Rearm, |n| Facts {
             power: Power::On,
@@ -92,10 +94,12 @@ pub(super) const ALL: &[Change] = &[
         })
     }),
     ("Stop: what was coming on holds", |f, i| {
-        then(f, i, i == Input::Stop && f.power == Power::OnSent, |n| Facts {
-            goal: Goal::Hold,
-            power: Power::OnSent,
-            ..n
+        then(f, i, i == Input::Stop && f.power == Power::OnSent, |n| {
+            Facts {
+                goal: Goal::Hold,
+                power: Power::OnSent,
+                ..n
+            }
         })
     }),
     ("Halt: slows down", |f, i| {
@@ -125,10 +129,12 @@ pub(super) const ALL: &[Change] = &[
         })
     }),
     ("Disable: switches off in motion", |f, i| {
-        then(f, i, i == Input::Disable && f.power.may_be_on(), |n| Facts {
-            motion: Motion::Rest,
-            power: Power::OffWanted,
-            ..n
+        then(f, i, i == Input::Disable && f.power.may_be_on(), |n| {
+            Facts {
+                motion: Motion::Rest,
+                power: Power::OffWanted,
+                ..n
+            }
         })
     }),
     ("Disable: only ramps down", |f, i| {
@@ -140,28 +146,37 @@ pub(super) const ALL: &[Change] = &[
         })
     }),
     ("Disable: waits for a reading", |f, i| {
-        then(f, i, i == Input::Disable && f.power == Power::Unclear, |n| {
-            Facts {
+        then(
+            f,
+            i,
+            i == Input::Disable && f.power == Power::Unclear,
+            |n| Facts {
                 power: Power::Unclear,
                 ..n
-            }
-        })
+            },
+        )
     }),
     ("Disable: spares a drive found on", |f, i| {
-        then(f, i, i == Input::Disable && f.power == Power::FoundOn, |n| {
-            Facts {
+        then(
+            f,
+            i,
+            i == Input::Disable && f.power == Power::FoundOn,
+            |n| Facts {
                 power: Power::FoundOn,
                 ..n
-            }
-        })
+            },
+        )
     }),
     ("Disable: said again with every call", |f, i| {
-        then(f, i, i == Input::Disable && f.power == Power::OffSent, |n| {
-            Facts {
+        then(
+            f,
+            i,
+            i == Input::Disable && f.power == Power::OffSent,
+            |n| Facts {
                 power: Power::OffWanted,
                 ..n
-            }
-        })
+            },
+        )
     }),
     ("Disable: taken for done", |f, i| {
         then(f, i, i == Input::Disable && f.power == Power::OnSent, |n| {
@@ -178,9 +193,11 @@ pub(super) const ALL: &[Change] = &[
         })
     }),
     ("Clear: no new checks after a fault of its own", |f, i| {
-        then(f, i, i == Input::Clear && f.latch == Latch::Own, |n| Facts {
-            knowledge: f.knowledge,
-            ..n
+        then(f, i, i == Input::Clear && f.latch == Latch::Own, |n| {
+            Facts {
+                knowledge: f.knowledge,
+                ..n
+            }
         })
     }),
     ("Clear: new checks after a fault of the group", |f, i| {

@@ -23,7 +23,9 @@ fn with_brake(facts: Facts, brake: Brake) -> Facts {
 
 /// A report about the power that is taken for another one.
 fn says(f: Facts, i: Input, one: Input, before: Power, after: Power) -> Facts {
-    then(f, i, i == one && f.power == before, |n| with_power(n, after))
+    then(f, i, i == one && f.power == before, |n| {
+        with_power(n, after)
+    })
 }
 
 /// The input is not seen.
@@ -113,20 +115,26 @@ pub(super) const ALL: &[Change] = &[
     ("SaysOff: an early report ends an enable", |f, i| {
         says(f, i, Input::SaysOff, Power::OnSent, Power::Off)
     }),
-    ("SaysOff: a report before the enable takes it back", |f, i| {
-        says(f, i, Input::SaysOff, Power::OnWanted, Power::Off)
-    }),
+    (
+        "SaysOff: a report before the enable takes it back",
+        |f, i| says(f, i, Input::SaysOff, Power::OnWanted, Power::Off),
+    ),
     ("SaysOff: confirms a disable that was not sent", |f, i| {
         says(f, i, Input::SaysOff, Power::OffWanted, Power::Off)
     }),
-    ("SaysOff: off without having been told is no fault", |f, i| {
-        then(f, i, i == Input::SaysOff && f.power == Power::On, |_| Facts {
-            power: Power::Off,
-            goal: Goal::Off,
-            motion: Motion::Rest,
-            ..f
-        })
-    }),
+    (
+        "SaysOff: off without having been told is no fault",
+        |f, i| {
+            then(f, i, i == Input::SaysOff && f.power == Power::On, |_| {
+                Facts {
+                    power: Power::Off,
+                    goal: Goal::Off,
+                    motion: Motion::Rest,
+                    ..f
+                }
+            })
+        },
+    ),
     ("SaysOff: comes on again by itself", |f, i| {
         let is_meant = i == Input::SaysOff && f.power == Power::On && f.goal != Goal::Off;
         then(f, i, is_meant, |n| Facts {
@@ -134,10 +142,13 @@ pub(super) const ALL: &[Change] = &[
             ..n
         })
     }),
-    ("SaysOff: what was to hold after an outage comes on", |f, i| {
-        let is_meant = i == Input::SaysOff && f.power == Power::Unclear;
-        then(f, i, is_meant, |n| Facts { goal: f.goal, ..n })
-    }),
+    (
+        "SaysOff: what was to hold after an outage comes on",
+        |f, i| {
+            let is_meant = i == Input::SaysOff && f.power == Power::Unclear;
+            then(f, i, is_meant, |n| Facts { goal: f.goal, ..n })
+        },
+    ),
     ("SaysOff: not seen while unclear", |f, i| {
         unseen(f, i, i == Input::SaysOff && f.power == Power::Unclear)
     }),
@@ -199,15 +210,22 @@ pub(super) const ALL: &[Change] = &[
     ("Displaced: a disable is taken for sent", |f, i| {
         unseen(f, i, i == Input::Displaced(SWITCH_OFF))
     }),
-    ("Displaced: an enable that is not wanted any more", |f, i| {
-        let is_meant = i == Input::Displaced(SWITCH_ON) && f.power == Power::OffSent;
-        then(f, i, is_meant, |n| with_power(n, Power::OnWanted))
-    }),
+    (
+        "Displaced: an enable that is not wanted any more",
+        |f, i| {
+            let is_meant = i == Input::Displaced(SWITCH_ON) && f.power == Power::OffSent;
+            then(f, i, is_meant, |n| with_power(n, Power::OnWanted))
+        },
+    ),
     ("ConfirmTimeout: an enable waits for ever", |f, i| {
         unseen(f, i, i == Input::ConfirmTimeout && f.power == Power::OnSent)
     }),
     ("ConfirmTimeout: a disable waits for ever", |f, i| {
-        unseen(f, i, i == Input::ConfirmTimeout && f.power == Power::OffSent)
+        unseen(
+            f,
+            i,
+            i == Input::ConfirmTimeout && f.power == Power::OffSent,
+        )
     }),
     ("ConfirmTimeout: a disable counts as done", |f, i| {
         let is_meant = i == Input::ConfirmTimeout && f.power == Power::OffSent;
@@ -221,7 +239,9 @@ pub(super) const ALL: &[Change] = &[
             ..n
         })
     }),
-    ("RampDone: not seen", |f, i| unseen(f, i, i == Input::RampDone)),
+    ("RampDone: not seen", |f, i| {
+        unseen(f, i, i == Input::RampDone)
+    }),
     ("RampDone: ends streaming", |f, i| {
         then(f, i, i == Input::RampDone, |n| {
             settled(Facts {

@@ -1,6 +1,8 @@
 //! Mistakes in `may_leave`: a condition left out, or one too many.
 
-use can_motion::facts::{Brake, Class, Facts, Goal, Knowledge, Latch, Motion, Power, Work, may_leave};
+use can_motion::facts::{
+    Brake, Class, Facts, Goal, Knowledge, Latch, Motion, Power, Work, may_leave,
+};
 
 use super::Exit;
 
@@ -135,9 +137,10 @@ pub(super) const ALL: &[Exit] = &[
     ("may_leave: BrakeClose without a brake to close", |c, f| {
         as_if(c, f, Class::BrakeClose, with_brake(f, Brake::Open))
     }),
-    ("may_leave: BrakeClose kept back after power went", |c, f| {
-        may_leave(c, f) && (c != Class::BrakeClose || f.power != Power::Off)
-    }),
+    (
+        "may_leave: BrakeClose kept back after power went",
+        |c, f| may_leave(c, f) && (c != Class::BrakeClose || f.power != Power::Off),
+    ),
     ("may_leave: BrakeOpen of what is to be off", |c, f| {
         as_if(c, f, Class::BrakeOpen, with_goal(f, Goal::Hold))
     }),

@@ -215,24 +215,31 @@ pub(super) const ALL: &[Change] = &[
             ..n
         })
     }),
-    ("fault of the group: halts although it may slow down", |f, i| {
-        then(f, i, is_of_group(i) && ramps(i), |n| {
-            settled(Facts {
-                motion: Motion::Rest,
+    (
+        "fault of the group: halts although it may slow down",
+        |f, i| {
+            then(f, i, is_of_group(i) && ramps(i), |n| {
+                settled(Facts {
+                    motion: Motion::Rest,
+                    ..n
+                })
+            })
+        },
+    ),
+    (
+        "fault of the group: slows down although it must halt",
+        |f, i| {
+            let is_meant = is_of_group(i) && f.motion == Motion::Stream;
+            then(f, i, is_meant, |n| Facts {
+                motion: Motion::Ramp,
                 ..n
             })
-        })
-    }),
-    ("fault of the group: slows down although it must halt", |f, i| {
-        let is_meant = is_of_group(i) && f.motion == Motion::Stream;
-        then(f, i, is_meant, |n| Facts {
-            motion: Motion::Ramp,
-            ..n
-        })
-    }),
-    ("fault of the group: the wish to stream outlives it", |f, i| {
-        then(f, i, is_of_group(i), |n| Facts { goal: f.goal, ..n })
-    }),
+        },
+    ),
+    (
+        "fault of the group: the wish to stream outlives it",
+        |f, i| then(f, i, is_of_group(i), |n| Facts { goal: f.goal, ..n }),
+    ),
     ("fault of the group: lets go of what holds", |f, i| {
         then(f, i, is_of_group(i), |n| {
             settled(Facts {

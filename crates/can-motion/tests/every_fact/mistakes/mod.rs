@@ -27,7 +27,9 @@ pub(crate) fn all() -> Vec<Mistake> {
         name,
         rules: Rules { may_leave, ..RULES },
     });
-    let changes = [commands::ALL, events::ALL, faults::ALL].into_iter().flatten();
+    let changes = [commands::ALL, events::ALL, faults::ALL]
+        .into_iter()
+        .flatten();
     let changes = changes.map(|&(name, transition)| Mistake {
         name,
         rules: Rules {

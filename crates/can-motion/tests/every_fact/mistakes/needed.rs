@@ -1,6 +1,8 @@
 //! Mistakes in `accepts`: a condition left out, or a command that must never be refused refused.
 
-use can_motion::facts::{Brake, Facts, Goal, Input, Knowledge, Latch, Motion, Power, Work, accepts};
+use can_motion::facts::{
+    Brake, Facts, Goal, Input, Knowledge, Latch, Motion, Power, Work, accepts,
+};
 
 use super::Accepts;
 
