@@ -130,14 +130,8 @@ impl<F: Family> Axis<F> {
     /// Whether a fault would change nothing that matters: the axis has one, and nothing is left to take from it.
     pub(crate) fn has_lost_already(&self, after: &Facts) -> bool {
         let matters = |facts: &Facts| {
-            let is_on = facts.power == Power::On;
-            (
-                facts.latch,
-                facts.knowledge,
-                facts.motion,
-                facts.goal,
-                is_on,
-            )
+            let power = (facts.power == Power::On, facts.power.may_be_on());
+            (facts.latch, facts.knowledge, facts.motion, facts.goal, power)
         };
         matters(after) == matters(&self.facts)
     }

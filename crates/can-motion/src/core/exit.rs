@@ -73,8 +73,17 @@ pub const fn may_leave(class: Class, facts: &Facts) -> bool {
                 && matches!(facts.knowledge, Knowledge::Anchored)
                 && matches!(facts.brake, Brake::Absent | Brake::Open)
         }
-        // A drive that somebody else enabled gets no word that it was not given by the application.
-        Class::StopFrame => is_at_rest && !matches!(facts.power, Power::FoundOn),
+        // A drive that may have been enabled by somebody else is not touched. While its power is unclear, only one that is to hold, or
+        // that a fault stopped, gets the frame.
+        Class::StopFrame => {
+            let is_in_use = is_wanted || matches!(facts.latch, Latch::Own);
+            is_at_rest
+                && match facts.power {
+                    Power::FoundOn => false,
+                    Power::Unclear => is_in_use,
+                    _ => true,
+                }
+        }
         Class::SwitchOn => {
             matches!(facts.power, Power::OnWanted | Power::OnSent)
                 && matches!(facts.knowledge, Knowledge::Anchored)

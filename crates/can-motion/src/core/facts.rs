@@ -158,6 +158,12 @@ impl Facts {
         !matches!(self.motion, Motion::Rest)
     }
 
+    /// Whether the application wants power, or the axis still moves.
+    #[must_use]
+    pub const fn is_in_use(&self) -> bool {
+        !matches!(self.goal, Goal::Off) || self.moves()
+    }
+
     /// Whether the checks of the drive go on: nothing is known, and no fault waits for `clear`.
     #[must_use]
     pub const fn is_checking(&self) -> bool {

@@ -136,18 +136,20 @@ impl<const N: usize, F: Family> Axes<N, F> {
         self.switching |= if switches { bit } else { 0 };
         if after.latch == Latch::Own && (before.latch != Latch::Own || is_fault) {
             let cause = change.fault.or(fault);
-            self.spread(now, index, group, cause, change.ramp_cycles);
+            let was_in_use = before.is_in_use();
+            self.spread(now, (index, was_in_use), group, cause, change.ramp_cycles);
         }
         if accepts(&after, Input::Start) {
             self.start(now, group);
         }
     }
 
-    /// What a fault of one axis does to its group.
+    /// What a fault of one axis does to its group. An axis that was not in use is spared: a drive that was found on is not switched off
+    /// by a fault.
     fn spread(
         &mut self,
         now: Instant,
-        index: usize,
+        (index, was_in_use): (usize, bool),
         group: GroupId,
         cause: Option<F::Fault>,
         ramp_cycles: u32,
@@ -164,7 +166,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
             if !self.is_in(other, group) {
                 continue;
             }
+            let mut is_in_use = was_in_use;
             if other != index {
+                is_in_use = self.get(other).is_some_and(|axis| axis.facts.is_in_use());
                 self.apply(
                     now,
                     other,
@@ -174,7 +178,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
                     },
                 );
             }
-            if reaction == Reaction::Disable {
+            if reaction == Reaction::Disable && is_in_use {
                 self.apply(now, other, Change::of(Input::Disable));
             }
         }

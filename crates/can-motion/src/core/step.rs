@@ -172,7 +172,13 @@ pub fn transition(facts: Facts, input: Input) -> Facts {
         Input::SaysOn => says_on(&mut next),
         Input::SaysOff => says_off(&mut next),
         Input::BrakeOpened if next.brake != Brake::Absent => next.brake = Brake::Open,
-        Input::BrakeClosed if next.brake != Brake::Absent => next.brake = Brake::Closed,
+        Input::BrakeClosed if next.brake != Brake::Absent => {
+            next.brake = Brake::Closed;
+            if next.moves() {
+                // Nobody asked for it: without its set-points the motion must not go on when the brake opens.
+                fail(&mut next, Loss::Anchor, false);
+            }
+        }
         Input::Accepted(class) => accepted(&mut next, class),
         Input::Displaced(class) => displaced(&mut next, class),
         Input::ConfirmTimeout => match next.power {
@@ -241,8 +247,9 @@ fn command(facts: &mut Facts, input: Input) {
 fn learn(facts: &mut Facts, input: Input) {
     facts.knowledge = match (input, facts.knowledge) {
         (Input::Checked, Knowledge::Unknown) => Knowledge::Checked,
-        (Input::Stands, Knowledge::Checked) => Knowledge::Standing,
-        (Input::Anchored, Knowledge::Standing) => Knowledge::Anchored,
+        // Not while the power changes: the shaft may move as the drive lets go or takes hold.
+        (Input::Stands, Knowledge::Checked) if facts.awaits_standstill() => Knowledge::Standing,
+        (Input::Anchored, Knowledge::Standing) if facts.awaits_anchor() => Knowledge::Anchored,
         (Input::Turns, known) if facts.motion == Motion::Rest => known.min(Knowledge::Checked),
         (_, known) => known,
     };
@@ -276,7 +283,9 @@ fn settle(facts: &mut Facts) {
         && facts.knowledge == Knowledge::Anchored;
     facts.power = match (facts.goal, facts.power) {
         (Goal::Hold | Goal::Stream, Power::Off) if may_come_on => Power::OnWanted,
+        // The command did not go out. Without its anchor the axis waits for a new one.
         (Goal::Off, Power::OnWanted) => Power::Off,
+        (_, Power::OnWanted) if !may_come_on => Power::Off,
         (Goal::Off, Power::On | Power::OnSent) if facts.motion == Motion::Rest => Power::OffWanted,
         (_, power) => power,
     };
@@ -286,8 +295,12 @@ fn lose(facts: &mut Facts, to: Knowledge) {
     facts.knowledge = facts.knowledge.min(to);
 }
 
+/// Nothing that the drive was told holds; a drive that is to be off is told again.
 fn lose_power(facts: &mut Facts) {
-    facts.power = Power::Unclear;
+    facts.power = match facts.power {
+        Power::OffWanted | Power::OffSent => Power::OffWanted,
+        _ => Power::Unclear,
+    };
     if facts.brake != Brake::Absent {
         facts.brake = Brake::Unclear;
     }
@@ -314,6 +327,8 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
     }
     facts.work = Work::None;
     hold_or_off(facts);
+    // What was to be off when the fault came stays so, whatever is lost with it.
+    settle(facts);
     match loss {
         Loss::Nothing => {}
         Loss::Anchor => lose(facts, Knowledge::Checked),
@@ -324,12 +339,16 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
         }
     }
     if loss == Loss::Drive {
+        if facts.brake != Brake::Absent && facts.goal != Goal::Off {
+            // The load hung on this drive: its brake closes at once, before any reading.
+            facts.power = Power::OffWanted;
+        }
         facts.goal = Goal::Off;
     }
 }
 
 fn group_fault(facts: &mut Facts, ramp: bool) {
-    if facts.goal == Goal::Off && !facts.moves() {
+    if !facts.is_in_use() {
         return;
     }
     if facts.latch == Latch::None {
@@ -361,7 +380,8 @@ fn says_on(facts: &mut Facts) {
 
 fn says_off(facts: &mut Facts) {
     match facts.power {
-        Power::OnSent | Power::OnWanted => return,
+        // From before the command that is due: an enable command may be under way, so a disable command is sent first.
+        Power::OnSent | Power::OnWanted | Power::OffWanted => return,
         Power::On => {
             fail(facts, Loss::Anchor, false);
             facts.goal = Goal::Off;

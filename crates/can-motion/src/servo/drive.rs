@@ -56,7 +56,7 @@ pub struct Servo {
     pub(super) power_on_us: u32,
     /// How often a drive that does not answer is still asked.
     pub(super) retry_us: u32,
-    /// An alarm frame came since the checks began.
+    /// An alarm was reported since the checks began.
     pub(super) has_alarmed: bool,
 }
 

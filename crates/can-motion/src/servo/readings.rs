@@ -57,12 +57,13 @@ impl Servo {
     fn read_error(&mut self, frame: &DataFrame, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         match Reply::decode(frame, None, &self.dialect) {
             Ok((_, Reply::DriveError(DriveError::Alarm))) => {
-                // A drive that alarms for ever must not keep the requests to the others quiet for ever: only its first alarm counts.
-                let is_first = !core::mem::replace(&mut self.has_alarmed, true);
-                let quiet_us = is_first.then_some(context.config.timeouts.alarm_quiet_us);
+                let fault = self.first_alarm(Fault::AlarmFrame);
+                // A drive that alarms for ever must not keep the requests to the others quiet for ever.
+                let quiet_us = fault.map(|_| context.config.timeouts.alarm_quiet_us);
                 Meaning {
+                    fault,
                     quiet_us,
-                    ..Meaning::fault(Fault::AlarmFrame)
+                    ..Meaning::NONE
                 }
             }
             Ok((_, Reply::DriveError(DriveError::DataError))) => {
@@ -81,6 +82,12 @@ impl Servo {
                 byte: frame.data().first().copied(),
             }),
         }
+    }
+
+    /// A drive that has an alarm reports it again and again; it is one fault until its checks begin anew.
+    fn first_alarm(&mut self, fault: Fault) -> Option<Fault> {
+        let is_first = !core::mem::replace(&mut self.has_alarmed, true);
+        is_first.then_some(fault)
     }
 
     fn read_reply(
@@ -199,7 +206,7 @@ impl Servo {
             },
             Reply::DriveStatus(status) => Meaning {
                 stage: (is_asked && !status.motion_busy()).then_some(Stage::Locating),
-                ..status_meaning(status, asked_at)
+                ..self.status_meaning(status, asked_at)
             },
             Reply::Position(_) => match self.located() {
                 Err(fault) if is_asked => Meaning::fault(fault),
@@ -214,6 +221,22 @@ impl Servo {
                 ..Meaning::NONE
             },
             _ => Meaning::NONE,
+        }
+    }
+
+    fn status_meaning(&mut self, status: DriveStatus, asked_at: Instant) -> Meaning<Fault> {
+        let alarm = status.alarm();
+        let fault = match alarm.is_alarm() {
+            true => self.first_alarm(Fault::AlarmStatus(alarm)),
+            false => None,
+        };
+        Meaning {
+            fault,
+            power: Some(PowerReport {
+                is_on: !status.is_disabled(),
+                asked_at,
+            }),
+            ..Meaning::NONE
         }
     }
 
@@ -299,14 +322,3 @@ fn judge_config(byte: ConfigByte) -> Option<Fault> {
     }
 }
 
-fn status_meaning(status: DriveStatus, asked_at: Instant) -> Meaning<Fault> {
-    let alarm = status.alarm();
-    Meaning {
-        fault: alarm.is_alarm().then_some(Fault::AlarmStatus(alarm)),
-        power: Some(PowerReport {
-            is_on: !status.is_disabled(),
-            asked_at,
-        }),
-        ..Meaning::NONE
-    }
-}
