@@ -7,6 +7,7 @@ mod changes;
 mod drive;
 mod ends;
 mod exits;
+mod faults;
 mod group;
 mod mistakes;
 mod needs;
