@@ -33,7 +33,13 @@ pub(super) struct Exchange {
 }
 
 impl Exchange {
+    /// Where there are several groups, one is enabled, or checked anew after a fault, while another streams.
     pub(super) const fn of(axes: &[AxisConfig], mix: RequestMix, is_polled: bool) -> Self {
+        let mix = if has_several_groups(axes) {
+            RequestMix::Any
+        } else {
+            mix
+        };
         match mix {
             RequestMix::Polls if is_polled => Self::of_polls(axes),
             RequestMix::Polls => Self::NONE,
@@ -87,6 +93,19 @@ impl Exchange {
         }
         self
     }
+}
+
+const fn has_several_groups(axes: &[AxisConfig]) -> bool {
+    let mut rest = axes;
+    while let [first, behind @ ..] = rest {
+        if let [second, ..] = behind
+            && first.group.0 != second.group.0
+        {
+            return true;
+        }
+        rest = behind;
+    }
+    false
 }
 
 /// Length of a poll, which is exact: its payload is known.

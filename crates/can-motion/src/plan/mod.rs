@@ -22,8 +22,8 @@
 //! - Drives answer within [`BusSetup::response`], once. Nothing else sends, apart from the alarms, errors and CANopen devices
 //!   that are planned. Traffic of CANopen devices is checked for identifiers, not for its load.
 //! - One identifier never has two senders at the same instant; the master sees to that with one request at a time for each drive.
-//! - Axes that are brought up or parameterised while others stream are asked for more than their polls: say so with
-//!   [`RequestMix::Any`].
+//! - Axes that are parameterised while others stream are asked for more than their polls: say so with [`RequestMix::Any`]. It is taken
+//!   for granted where axes have several groups, because one group is brought up and enabled while another streams.
 //! - The clock of the master and the bit clock agree: a cycle that is planned to the last bit has no room for their drift.
 //!
 //! # What it gives away
