@@ -167,11 +167,11 @@ fn of_commands(before: Facts, input: Input, after: Facts) -> Held {
             let expected = if before.power == Power::On {
                 before.knowledge
             } else {
-                Knowledge::Checked
+                Knowledge::Unknown
             };
             hold(
                 after.knowledge == expected,
-                "an axis that is off is anchored anew; one that holds keeps its anchor",
+                "an axis that is off is checked and anchored anew; one that holds keeps its anchor",
             )
         }
         Input::Resume => hold(
@@ -187,8 +187,8 @@ fn of_commands(before: Facts, input: Input, after: Facts) -> Held {
         Input::Adopt => hold(
             after.power == Power::On
                 && after.goal == Goal::Hold
-                && after.knowledge == Knowledge::Checked,
-            "adopt takes over without switching, and anchors anew",
+                && after.knowledge == Knowledge::Unknown,
+            "adopt takes over without switching, and checks and anchors anew",
         ),
         Input::Start => hold(
             after.motion == Motion::Stream,
