@@ -74,8 +74,11 @@ fn write(message: &Message) {
 
 fn write_event(event: &Event<EventKind>) {
     match event.kind {
-        EventKind::Fault(Fault::Gear { expected, actual }) => defmt::error!(
-            "{}: its gear number is {}, the configuration says {=u16}: correct one of the two; it is not enabled",
+        EventKind::Fault(Fault::Gear {
+            expected,
+            actual: Some(actual),
+        }) => defmt::error!(
+            "{}: its gear number is {=u16}, the configuration says {=u16}: correct one of the two; it is not enabled",
             event,
             actual,
             expected

@@ -7,11 +7,12 @@ use can_motion::{
     AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, GroupId, Instant,
     Limits, MasterConfig, MotorLimits, Outcome, PollPeriods, Procedure, Reaction, Reactions,
     ReadBackScale, ServoMaster, Sink, StepChange, Timeouts, Travel, WearLimits, service,
+    service_taking_back,
 };
 use dyn_can::{GearNumber, Request, StepLimit};
 
 use crate::codec::{dialect, drive, frame, request};
-use crate::fake_can::FakeCan;
+use crate::fake_can::{FakeCan, FakeFrame};
 use crate::opaque::{self, consume, word};
 
 /// Axes of the master that is exercised.
@@ -180,6 +181,9 @@ fn bus(master: &mut ServoMaster<AXES>) {
     match opaque::byte() {
         0 => master.on_bus_off(now()),
         1 => master.on_bus_recovered(now()),
+        2 => consume(service_taking_back(master, &mut FakeCan, now(), |_| {
+            opaque::maybe(FakeFrame::any())
+        })),
         _ => consume(service(master, &mut FakeCan, now())),
     }
 }
