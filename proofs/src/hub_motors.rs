@@ -3,6 +3,7 @@
 use core::hint::black_box;
 
 use can_motion::facts::Class;
+use can_motion::family::ValueLimits;
 use can_motion::plan::BitRate;
 use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelLimits, WheelMaster, WheelMasterConfig, WheelMode,
@@ -306,10 +307,12 @@ fn wheel() -> WheelConfig {
 
 fn limits() -> WheelLimits {
     WheelLimits {
-        min: number(),
-        max: number(),
-        max_step: word(),
-        max_step_change: word(),
+        values: ValueLimits {
+            min: number(),
+            max: number(),
+            max_step: word(),
+            max_step_change: word(),
+        },
         following_error: word(),
         following_speed: word() as u16,
         following_speed_us: word(),
