@@ -2,7 +2,8 @@
 
 use core::mem::size_of;
 
-use can_motion::{AxisState, ConfigError, EventKind, Instant, Master, Progress, service};
+use can_motion::facts::{Input, Latch, Motion, Power, accepts};
+use can_motion::{ConfigError, EventKind, Instant, Progress, ServoMaster, service_taking_back};
 use dyn_can::{Address, Dialect, Request, ServoSwitch};
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Timer, with_timeout};
@@ -14,7 +15,6 @@ use crate::bus::{Bus, FaultState};
 use crate::config::{self, AXES, GROUP};
 use crate::cycle_clock::{Beat, beat};
 use crate::debounce::Debounced;
-use crate::gear_check::GearCheck;
 use crate::led::LedPattern;
 use crate::playback::Playback;
 use crate::statistics::{Statistics, Stretch};
@@ -25,6 +25,8 @@ use crate::telemetry::{self, Message};
 const JOIN_REPORT: Duration = Duration::from_secs(1);
 /// How long a disable command after a failure may wait for room, in steps of a frame's length.
 const DISABLE_PATIENCE: u32 = 100;
+/// A drive that has not confirmed a disable command by then is shown: the first repetition was not enough either.
+const UNCONFIRMED_CYCLES: u32 = 2 * config::MASTER.timeouts.confirm_us / config::CYCLE_US;
 const FRAME_TIME: Duration = Duration::from_micros(100);
 
 /// What the application works with.
@@ -52,7 +54,7 @@ pub(crate) async fn run(app: &'static mut App) {
 #[inline(never)]
 pub(crate) fn place(parts: Parts) -> Result<&'static mut App, ConfigError> {
     static APP: StaticCell<App> = StaticCell::new();
-    let master = Master::with_plan(&config::PLAN)?;
+    let master = ServoMaster::with_plan(&config::PLAN)?;
     Ok(APP.init(App::new(master, parts)))
 }
 
@@ -64,7 +66,7 @@ const _: () = assert!(
 
 /// The cycle with everything it works with.
 pub(crate) struct App {
-    master: Master<AXES>,
+    master: ServoMaster<AXES>,
     parts: Parts,
     bus_state: FaultState,
     stop_closed: Debounced,
@@ -74,11 +76,12 @@ pub(crate) struct App {
     playback: Playback,
     statistics: Statistics,
     led: LedPattern,
-    gears: [GearCheck; AXES],
+    /// Cycles for which a drive has not confirmed its disable command.
+    disabling_cycles: u32,
 }
 
 impl App {
-    const fn new(master: Master<AXES>, parts: Parts) -> Self {
+    const fn new(master: ServoMaster<AXES>, parts: Parts) -> Self {
         Self {
             master,
             supervisor: Supervisor::new(parts.failed),
@@ -90,7 +93,7 @@ impl App {
             playback: Playback::new(),
             statistics: Statistics::new(),
             led: LedPattern::new(),
-            gears: [GearCheck::new(); AXES],
+            disabling_cycles: 0,
         }
     }
 
@@ -165,7 +168,7 @@ impl App {
     }
 
     fn service(&mut self) -> Progress {
-        service(&mut self.master, &mut self.parts.bus, now())
+        service_taking_back(&mut self.master, &mut self.parts.bus, now(), Bus::take_back)
     }
 
     /// Reports a change of the controller's state. When it is down everything stops, and it goes one step of its way back in each
@@ -204,29 +207,35 @@ impl App {
             telemetry::tell(Message::Action(action));
         }
         self.obey(action, planned, now);
-        self.parts
-            .status_led
-            .set(self.led.update(state, axes.faulted));
+        self.parts.status_led.set(self.led.update(state, axes));
     }
 
     fn look(&mut self) -> Axes {
         let mut axes = Axes {
             ready: true,
-            faulted: false,
+            adoptable: true,
+            clearable: !self.bus_state.is_down(),
             streaming: true,
-            servo_on: false,
+            ..Axes::default()
         };
-        for (index, axis) in (0..AXES).filter_map(|axis| Some((axis, self.master.snapshot(axis)?)))
-        {
-            axes.ready &= axis.state == AxisState::Ready && self.gears[index].fits(index, &axis);
-            axes.streaming &= axis.state == AxisState::Streaming;
-            axes.faulted |= axis.fault.is_some();
-            let servo_on = axis
-                .feedback
-                .status
-                .is_some_and(|status| !status.value.is_disabled());
-            axes.servo_on |= axis.state == AxisState::Ready && servo_on;
+        let mut disabling = false;
+        for facts in (0..AXES).filter_map(|axis| self.master.facts(axis)) {
+            let can_be_enabled = accepts(&facts, Input::Enable);
+            axes.ready &= can_be_enabled;
+            axes.adoptable &= can_be_enabled || accepts(&facts, Input::Adopt);
+            axes.found_on |= facts.power == Power::FoundOn;
+            axes.faulted |= facts.latch != Latch::None;
+            axes.clearable &= accepts(&facts, Input::Clear);
+            axes.streaming &= facts.motion == Motion::Stream;
+            disabling |= matches!(facts.power, Power::OffWanted | Power::OffSent);
         }
+        axes.adoptable &= !axes.ready;
+        self.disabling_cycles = if disabling {
+            self.disabling_cycles.saturating_add(1)
+        } else {
+            0
+        };
+        axes.unconfirmed = self.disabling_cycles > UNCONFIRMED_CYCLES;
         axes
     }
 
@@ -242,6 +251,7 @@ impl App {
                 Ok(())
             }
             Action::Clear => self.master.clear(now, GROUP),
+            Action::Adopt => self.master.adopt(now, GROUP),
             Action::Enable => self.master.enable(now, GROUP),
             Action::Start => {
                 self.playback.start(&self.master, planned);
@@ -254,6 +264,7 @@ impl App {
         };
         if let Err(error) = done {
             defmt::error!("{} is not possible: {}", action, error);
+            self.supervisor.refused();
         }
     }
 

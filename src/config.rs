@@ -2,8 +2,9 @@
 
 use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::BusPlan;
-use can_motion::{AxisConfig, GroupId, Limits, MasterConfig};
-use dyn_can::{DriveId, GearNumber, StepLimit};
+use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, MotorLimits, Travel};
+use dyn_can::units::command_counts_per_turn;
+use dyn_can::{DriveId, GearNumber};
 
 /// Number of axes.
 pub(crate) const AXES: usize = 2;
@@ -28,17 +29,23 @@ const _: () = PLAN.assert_schedulable();
 /// `Set_Gear_Number`). A turn of the motor is 4 times as many command counts. A drive with another gear number is not enabled.
 const DRIVES: [(DriveId, GearNumber); AXES] = [drive(1, 4_096), drive(2, 4_096)];
 
-/// Fastest speed of the motors; slow on purpose, for the first test of a machine.
-const MAX_SPEED_RPM: u32 = 150;
+/// Fastest speed and fastest change of speed of the motors; slow on purpose, for the first test of a machine. The axes slow down and
+/// catch up with that change; the motion must keep the speed, which is checked below.
+const MOTOR_LIMITS: MotorLimits = MotorLimits {
+    speed_rpm: 150,
+    acceleration_rpm_per_s: 1_000,
+};
 
-/// Limits of an axis in command counts. The travel is the whole range of the drive because its origin is not known here: set it to your
-/// machine's.
+/// Where an axis may go, in command counts from the origin of its drive. The whole range, because the origin is not known here: set it
+/// to your machine's ends.
+const TRAVEL: Travel = Travel::WHOLE;
+
 const fn limits(gear: GearNumber) -> Limits {
-    Limits {
-        max_step: max_step(gear),
-        ramp_change: 1,
-        backlog: 400,
-        ..Limits::WIDEST
+    match Limits::of_motor(MOTOR_LIMITS, TRAVEL, gear, CYCLE_US) {
+        Ok(limits) => limits,
+        Err(_) => panic!(
+            "MOTOR_LIMITS must make a step of 1 to 16384 counts a cycle, which changes by 1/256 to 16384 counts"
+        ),
     }
 }
 
@@ -67,7 +74,7 @@ const _: () = {
         let limit = AXIS_CONFIGS[axis].limits.max_step.get() as u64;
         assert!(
             peaks_counts[axis] <= limit,
-            "the motion is faster than MAX_SPEED_RPM"
+            "the motion is faster than MOTOR_LIMITS"
         );
         assert!(
             end_counts[axis] == 0,
@@ -79,23 +86,21 @@ const _: () = {
 
 /// The axes, made of what is above.
 pub(crate) const AXIS_CONFIGS: [AxisConfig; AXES] = {
-    let mut axes = [AxisConfig::new(DriveId::MIN); AXES];
-    let mut axis = 0;
-    while axis < AXES {
-        let (drive, gear) = DRIVES[axis];
-        axes[axis] = AxisConfig {
-            group: GROUP,
-            limits: limits(gear),
-            ..AxisConfig::new(drive)
-        };
-        axis += 1;
+    let mut axes = [axis(0); AXES];
+    let mut index = 1;
+    while index < AXES {
+        axes[index] = axis(index);
+        index += 1;
     }
     axes
 };
 
-/// The gear number that each drive must have.
-pub(crate) const fn gear_number(axis: usize) -> GearNumber {
-    DRIVES[axis].1
+const fn axis(index: usize) -> AxisConfig {
+    let (drive, gear) = DRIVES[index];
+    AxisConfig {
+        group: GROUP,
+        ..AxisConfig::new(drive, gear, limits(gear))
+    }
 }
 
 const fn drive(id: i32, gear: i32) -> (DriveId, GearNumber) {
@@ -106,25 +111,11 @@ const fn drive(id: i32, gear: i32) -> (DriveId, GearNumber) {
     }
 }
 
-/// The step of one cycle at the fastest speed.
-const fn max_step(gear: GearNumber) -> StepLimit {
-    let counts_per_min = MAX_SPEED_RPM as u64 * counts_per_turn(gear) as u64;
-    let counts = counts_per_min * CYCLE_US as u64 / 60_000_000;
-    match StepLimit::new(counts as i32) {
-        Ok(limit) => limit,
-        Err(_) => panic!("MAX_SPEED_RPM makes a step of 0 or of more than 16384 counts"),
-    }
-}
-
-const fn counts_per_turn(gear: GearNumber) -> i32 {
-    4 * gear.get() as i32
-}
-
 const fn keyframe(at_ms: u32, degrees: [i32; AXES]) -> Keyframe<AXES> {
     let mut positions_counts = [0; AXES];
     let mut axis = 0;
     while axis < AXES {
-        let counts = degrees[axis] as i64 * counts_per_turn(gear_number(axis)) as i64 / 360;
+        let counts = degrees[axis] as i64 * command_counts_per_turn(DRIVES[axis].1) as i64 / 360;
         assert!(
             counts == counts as i32 as i64,
             "an angle is beyond the range of a drive"

@@ -3,7 +3,7 @@
 use crate::config::CYCLE_US;
 
 /// A contact must have been closed this long to count; twice what relays and push-buttons usually bounce.
-const SETTLE_US: u32 = 20_000;
+pub(crate) const SETTLE_US: u32 = 20_000;
 const SETTLE_CYCLES: u32 = SETTLE_US / CYCLE_US;
 
 /// One input. It becomes active only when it has been so for a while, and inactive at once: every input here permits

@@ -11,7 +11,6 @@
 //! | `bus` | `embedded_can::nb::Can` over each controller |
 //! | `app` | the cycle, in an interrupt executor above the thread |
 //! | `supervisor`, `debounce` | what the inputs mean |
-//! | `gear_check` | whether the drives are those of the configuration |
 //! | `playback` | the built-in motion |
 //! | `telemetry`, `statistics`, `led` | what the board says |
 //! | `last_words`, `start` | what happens after a failure |
@@ -36,10 +35,13 @@ mod led;
 mod supervisor;
 #[cfg(any(test, target_os = "none"))]
 #[cfg_attr(
-    not(target_os = "none"),
-    allow(dead_code, reason = "the bus is not built for the host")
+    any(not(target_os = "none"), feature = "stm32g474"),
+    allow(
+        dead_code,
+        reason = "the bus is not built for the host, and FDCAN takes nothing back"
+    )
 )]
-mod transmit_deadline;
+mod transmit_places;
 
 #[cfg(target_os = "none")]
 mod app;
@@ -49,8 +51,6 @@ mod board;
 mod bus;
 #[cfg(target_os = "none")]
 mod cycle_clock;
-#[cfg(target_os = "none")]
-mod gear_check;
 #[cfg(target_os = "none")]
 mod last_words;
 #[cfg(all(target_os = "none", feature = "misbehave"))]

@@ -1,6 +1,6 @@
 //! Plays the built-in motion.
 
-use can_motion::{AxisState, Instant, Master};
+use can_motion::{AxisState, Instant, ServoMaster};
 
 use crate::config::{AXES, GROUP, MOTION};
 use crate::telemetry::{self, Message};
@@ -26,7 +26,7 @@ impl Playback {
     }
 
     /// Starts the motion at `at`, from where the axes stand, and repeats it.
-    pub(crate) fn start(&mut self, master: &Master<AXES>, at: Instant) {
+    pub(crate) fn start(&mut self, master: &ServoMaster<AXES>, at: Instant) {
         let counts = targets(master);
         telemetry::tell(Message::MotionStarts(counts));
         self.start = Some(Start {
@@ -44,7 +44,12 @@ impl Playback {
     }
 
     /// Sets the targets of the cycle that begins at `at`; `now` is the time for the master.
-    pub(crate) fn set_targets(&mut self, master: &mut Master<AXES>, at: Instant, now: Instant) {
+    pub(crate) fn set_targets(
+        &mut self,
+        master: &mut ServoMaster<AXES>,
+        at: Instant,
+        now: Instant,
+    ) {
         let Some(start) = self.start else { return };
         if !master.all_are(GROUP, AxisState::Streaming) {
             return self.end(master);
@@ -71,13 +76,13 @@ impl Playback {
         }
     }
 
-    fn end(&mut self, master: &Master<AXES>) {
+    fn end(&mut self, master: &ServoMaster<AXES>) {
         self.start = None;
         telemetry::tell(Message::MotionEnds(targets(master)));
     }
 }
 
-fn targets(master: &Master<AXES>) -> [i32; AXES] {
+fn targets(master: &ServoMaster<AXES>) -> [i32; AXES] {
     core::array::from_fn(|axis| {
         let snapshot = master.snapshot(axis);
         snapshot.map_or(0, |snapshot| snapshot.target_counts)

@@ -1,6 +1,6 @@
 //! How the cycle does, second by second.
 
-use can_motion::{CycleCounters, Instant, Master};
+use can_motion::{CycleCounters, Instant, ServoMaster};
 use cortex_m::peripheral::DWT;
 use embassy_time::Duration;
 
@@ -77,7 +77,7 @@ impl Statistics {
         &mut self,
         delay: Duration,
         stretch: Stretch,
-        master: &Master<AXES>,
+        master: &ServoMaster<AXES>,
         now: Instant,
     ) -> Option<Self> {
         let clocks = stretch.clocks();
@@ -93,7 +93,7 @@ impl Statistics {
         Some(core::mem::replace(self, Self::new()))
     }
 
-    fn note_poll_ages(&mut self, master: &Master<AXES>, now: Instant) {
+    fn note_poll_ages(&mut self, master: &ServoMaster<AXES>, now: Instant) {
         for snapshot in (0..AXES).filter_map(|axis| master.snapshot(axis)) {
             let feedback = snapshot.feedback;
             let status_us = feedback

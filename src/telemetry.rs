@@ -1,6 +1,6 @@
 //! What the board says: the cycle hands messages over, and the thread, which everything else may interrupt, writes them to the log.
 
-use can_motion::{Event, EventKind};
+use can_motion::{Event, EventKind, Fault};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
@@ -19,7 +19,7 @@ static CHANNEL: Channel<CriticalSectionRawMutex, Message, MESSAGES> = Channel::n
 /// Something to tell.
 pub(crate) enum Message {
     /// An event of the master.
-    Event(Event),
+    Event(Event<EventKind>),
     /// The controller's state has changed.
     Bus(FaultState),
     /// The supervisor did something.
@@ -30,15 +30,6 @@ pub(crate) enum Message {
     MotionStarts([i32; AXES]),
     /// The motion has ended, at these command counts.
     MotionEnds([i32; AXES]),
-    /// A drive has another gear number than the configuration says.
-    WrongGear {
-        /// The axis.
-        axis: usize,
-        /// What the configuration says.
-        expected: u16,
-        /// What the drive has.
-        actual: u16,
-    },
     /// A second has passed.
     Second(Statistics),
 }
@@ -77,22 +68,29 @@ fn write(message: &Message) {
         Message::State(state) => defmt::info!("state: {}", state),
         Message::MotionStarts(counts) => defmt::info!("the motion starts from {} counts", counts),
         Message::MotionEnds(counts) => defmt::info!("the motion has ended at {} counts", counts),
-        Message::WrongGear {
-            axis,
-            expected,
-            actual,
-        } => defmt::error!(
-            "axis {=usize}: its gear number is {=u16}, the configuration says {=u16}; it is not enabled",
-            *axis,
-            *actual,
-            *expected
-        ),
         Message::Second(statistics) => statistics.write(),
     }
 }
 
-fn write_event(event: &Event) {
+fn write_event(event: &Event<EventKind>) {
     match event.kind {
+        EventKind::Fault(Fault::Gear {
+            expected,
+            actual: Some(actual),
+        }) => defmt::error!(
+            "{}: its gear number is {=u16}, the configuration says {=u16}: correct one of the two; it is not enabled",
+            event,
+            actual,
+            expected
+        ),
+        EventKind::FoundOn => defmt::warn!(
+            "{}: it is left alone until enable becomes active, or the stop circuit opens",
+            event
+        ),
+        EventKind::DisableUnconfirmed { .. } => defmt::error!(
+            "{}: the drive may still have power; the command is repeated until the drive confirms it",
+            event
+        ),
         EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", event),
         EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
             defmt::info!("{}", event);

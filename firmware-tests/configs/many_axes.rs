@@ -2,7 +2,7 @@
 
 use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::BusPlan;
-use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, PollPeriods};
+use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, PollPeriods, StepChange, Travel};
 use dyn_can::{DriveId, GearNumber, StepLimit};
 
 pub(crate) const AXES: usize = number(env!("FIRMWARE_TEST_AXES"));
@@ -34,33 +34,23 @@ pub(crate) const MOTION: KeyframeMotion<'static, AXES> = match KeyframeMotion::n
 const KEYFRAMES: [Keyframe<AXES>; 3] = [keyframe(0, 0), keyframe(500, 20_000), keyframe(1_000, 0)];
 
 const fn axis(drive: i32) -> AxisConfig {
-    let Ok(drive) = DriveId::new(drive) else {
-        panic!("a drive id is 1 to 63");
+    let (Ok(drive), Ok(gear)) = (DriveId::new(drive), GearNumber::new(4_096)) else {
+        panic!("a drive id is 1 to 63, a gear number 500 to 16384");
     };
-    let Ok(max_step) = StepLimit::new(200) else {
-        panic!("a step limit is 1 to 16384 counts");
+    let (Ok(max_step), Some(change)) = (StepLimit::new(200), StepChange::from_counts(2)) else {
+        panic!("a step limit and its change are 1 to 16384 counts");
     };
+    let limits = Limits::new(max_step, change, Travel::WHOLE);
+    let is_watched = AXES <= MOST_WITH_POLLS;
     AxisConfig {
         group: GROUP,
-        limits: Limits {
-            max_step,
-            ramp_change: 2,
-            backlog: 2_000,
-            ..Limits::WIDEST
-        },
-        polls: if AXES > MOST_WITH_POLLS {
-            PollPeriods::OFF
-        } else {
+        polls: if is_watched {
             PollPeriods::DEFAULT
+        } else {
+            PollPeriods::OFF
         },
-        ..AxisConfig::new(drive)
-    }
-}
-
-pub(crate) const fn gear_number(_axis: usize) -> GearNumber {
-    match GearNumber::new(4_096) {
-        Ok(gear) => gear,
-        Err(_) => panic!("a gear number is 500 to 16384"),
+        unwatched: !is_watched,
+        ..AxisConfig::new(drive, gear, limits)
     }
 }
 

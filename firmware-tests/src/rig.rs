@@ -126,7 +126,12 @@ impl Rig {
 
     /// Lets time pass.
     pub fn run_ms(&mut self, ms: u64) -> Stop {
-        let until_ns = self.board.soc().now_ns() + ms * MS;
+        self.run_us(1_000 * ms)
+    }
+
+    /// Lets time pass.
+    pub fn run_us(&mut self, us: u64) -> Stop {
+        let until_ns = self.board.soc().now_ns() + 1_000 * us;
         self.board.run_until_ns(until_ns)
     }
 

@@ -1,7 +1,7 @@
 //! What the tests do again and again: bring the machine up, and look at the set-points on the wire.
 
 use drive_sim::{DynDrive, Record};
-use dyn_can::FunctionCode;
+use dyn_can::{Dialect, FunctionCode, Request};
 use embedded_can::{Frame as _, Id};
 
 use crate::rig::{Contact, Rig};
@@ -52,6 +52,41 @@ impl Rig {
             .filter(|record| is_set_point(record))
     }
 
+    /// The largest step of these set-points, in command counts.
+    ///
+    /// # Panics
+    /// When one of them does not decode.
+    #[must_use]
+    pub fn largest_step_since(&self, from_ns: u64) -> u32 {
+        let steps = self.set_points_since(from_ns).map(|record| {
+            let frame = dyn_can::DataFrame::from_can(&record.frame).expect("a data frame");
+            match Request::decode(&frame, &Dialect::V1_6A) {
+                Ok((_, Request::GoRelativePosPd(step))) => i32::from(step.get()).unsigned_abs(),
+                other => panic!("{other:?} is no set-point"),
+            }
+        });
+        steps.max().unwrap_or(0)
+    }
+
+    /// Commands to enable or disable a drive that the board put on the wire at or after `from_ns` and that were received.
+    pub fn switches_since(&self, from_ns: u64) -> impl Iterator<Item = &Record> {
+        self.from_board()
+            .filter(move |record| record.start_ns >= from_ns && record.outcome.is_received())
+            .filter(|record| function(record) == Some(FunctionCode::ServoDisable))
+    }
+
+    /// Whether every drive is enabled, or none.
+    ///
+    /// # Panics
+    /// When some are and some are not.
+    #[must_use]
+    pub fn are_enabled(&self) -> bool {
+        let all = self.wire().devices().all(DynDrive::is_enabled);
+        let any = self.wire().devices().any(DynDrive::is_enabled);
+        assert_eq!(all, any, "{:#?}", self.board().log());
+        all
+    }
+
     /// Command counts that the drives got by set-points, in their order.
     #[must_use]
     pub fn commanded_counts(&self) -> Vec<i64> {
@@ -93,5 +128,12 @@ impl Rig {
 /// Whether a record is a streamed set-point.
 #[must_use]
 pub fn is_set_point(record: &Record) -> bool {
-    matches!(record.frame.id(), Id::Standard(id) if FunctionCode::from_can_id(id.as_raw()) == FunctionCode::GoRelativePosPd)
+    function(record) == Some(FunctionCode::GoRelativePosPd)
+}
+
+fn function(record: &Record) -> Option<FunctionCode> {
+    match record.frame.id() {
+        Id::Standard(id) => Some(FunctionCode::from_can_id(id.as_raw())),
+        Id::Extended(_) => None,
+    }
 }

@@ -59,6 +59,39 @@ fn without_acknowledge_old_set_points_are_thrown_away_and_nothing_moves_later() 
 }
 
 #[test]
+fn all_drives_unplugged_for_a_second_in_motion_are_a_fault_and_no_large_step_afterwards() {
+    // The step that the configuration of this image allows.
+    const MAX_STEP: u32 = 200;
+    for out_ms in [1_000, 24, 21, 19, 12] {
+        let mut rig = moving("axes-8", 8);
+        rig.run_ms(20);
+        let unplugged_ns = rig.board().soc().now_ns();
+        set_connected(&mut rig, false);
+        rig.run_ms(out_ms);
+        let plugged_ns = rig.board().soc().now_ns();
+        set_connected(&mut rig, true);
+        rig.run_ms(2_000);
+        assert!(
+            rig.largest_step_since(unplugged_ns) <= MAX_STEP,
+            "{out_ms} ms: {}",
+            rig.largest_step_since(unplugged_ns)
+        );
+        if out_ms < 20 {
+            assert!(!rig.has_logged("Fault(Bus)"), "{out_ms} ms are no outage");
+            continue;
+        }
+        assert!(rig.has_logged("Fault(Bus)"), "{out_ms} ms");
+        // What was in the first mailbox may go out when the bus is back before it is stale.
+        assert!(
+            rig.set_points_since(plugged_ns).count() <= 1,
+            "{out_ms} ms: {}",
+            rig.set_points_since(plugged_ns).count()
+        );
+        comes_back_on_command(&mut rig);
+    }
+}
+
+#[test]
 fn drives_that_are_switched_on_after_the_board_are_found_on_command() {
     let mut rig = Rig::with_numbered_drives(rig::image("shipped"), 2);
     set_connected(&mut rig, false);
@@ -70,8 +103,9 @@ fn drives_that_are_switched_on_after_the_board_are_found_on_command() {
     assert_eq!(rig.set_points_since(0).count(), 0);
     rig.close(Contact::Enable);
     rig.run_ms(2_000);
+    assert!(rig.are_enabled());
     assert!(
-        rig.wire().devices().all(|drive| drive.is_enabled()),
+        rig.set_points_since(0).count() > 0,
         "{:#?}",
         rig.board().log()
     );

@@ -6,8 +6,8 @@ use firmware_tests::rig::MS;
 use firmware_tests::{Contact, Rig, rig};
 
 const AXES: i32 = 8;
-/// A set-point may be on the wire and three may wait in the mailboxes when the order to stop comes.
-const ON_THEIR_WAY: usize = 4;
+/// What waits in the mailboxes when the order to stop comes is taken back, all but the frame that goes next.
+const ON_THEIR_WAY: usize = 1;
 
 fn moving() -> Rig {
     let mut rig = Rig::with_numbered_drives(rig::image("axes-8"), AXES);
@@ -76,6 +76,136 @@ fn an_alarm_ends_the_set_points_of_all_axes_in_the_same_cycle() {
     let from_ns = rig.board().soc().now_ns();
     rig.run_ms(1_000);
     assert_eq!(rig.set_points_since(from_ns).count(), 0);
+    // What was taken back does not count as sent: the other drives hold where the master believes them to be.
+    assert!(!rig.has_logged("Drift"), "{:#?}", rig.board().log());
+}
+
+#[test]
+fn set_points_that_are_taken_back_are_not_counted_as_sent_whenever_the_alarm_comes() {
+    for delay_us in (0..1_000).step_by(50) {
+        let mut rig = moving();
+        rig.run_us(delay_us);
+        let drive = devices(&rig)[3];
+        rig.wire_mut()
+            .device_mut(drive)
+            .faults_mut()
+            .raise_alarm(Alarm::OverCurrent);
+        rig.run_ms(600);
+        assert!(rig.has_logged("AlarmFrame"));
+        assert!(
+            !rig.has_logged("Drift"),
+            "{delay_us} us: {:#?}",
+            rig.board().log()
+        );
+    }
+}
+
+/// Off within a second, and nothing brings it back but the inputs.
+fn goes_off_and_stays_off(mut rig: Rig, moved_from_ns: u64, what: &str) {
+    rig.run_ms(1_000);
+    assert!(!rig.are_enabled(), "{what}: {:#?}", rig.board().log());
+    let from_ns = rig.board().soc().now_ns();
+    rig.run_ms(500);
+    assert!(!rig.are_enabled(), "{what}");
+    assert_eq!(rig.set_points_since(from_ns).count(), 0, "{what}");
+    assert_eq!(rig.largest_step_since(moved_from_ns), 0, "{what}");
+}
+
+#[test]
+fn releasing_enable_disables_drives_that_are_not_identified_yet() {
+    // The drives are asked for the first time 150 ms after power-on.
+    for released_ms in [70, 100, 140, 150, 152, 155, 160, 165, 170, 180] {
+        let mut rig = Rig::with_numbered_drives(rig::image("shipped"), 2);
+        rig.close(Contact::Stop);
+        rig.run_ms(42);
+        rig.close(Contact::Enable);
+        rig.run_ms(released_ms - 42);
+        rig.open(Contact::Enable);
+        goes_off_and_stays_off(rig, 0, &format!("released after {released_ms} ms"));
+    }
+}
+
+#[test]
+fn the_stop_circuit_counts_before_the_drives_are_identified() {
+    for opened_ms in [70, 140, 151, 158, 170] {
+        let mut rig = Rig::with_numbered_drives(rig::image("shipped"), 2);
+        for contact in [Contact::Stop, Contact::Run] {
+            rig.close(contact);
+        }
+        rig.run_ms(opened_ms);
+        rig.open(Contact::Stop);
+        goes_off_and_stays_off(rig, 0, &format!("opened after {opened_ms} ms"));
+    }
+}
+
+#[test]
+fn both_ways_to_stop_count_at_every_moment_of_enabling() {
+    for contact in [Contact::Stop, Contact::Enable] {
+        for found_on in [true, false] {
+            for delay_ms in (21..=261).step_by(24) {
+                let mut rig = Rig::with_numbered_drives(rig::image("shipped"), 2);
+                if !found_on {
+                    rig.run_ms(1_000);
+                    assert!(!rig.are_enabled());
+                }
+                rig.make_ready();
+                rig.close(Contact::Enable);
+                let from_ns = rig.board().soc().now_ns();
+                rig.run_ms(delay_ms);
+                rig.open(contact);
+                let what = format!("{contact:?} opened {delay_ms} ms after enable, {found_on}");
+                goes_off_and_stays_off(rig, from_ns, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_disable_command_that_a_drive_does_not_confirm_is_repeated_logged_and_shown() {
+    let mut rig = moving();
+    let drive = devices(&rig)[7];
+    rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+    rig.open(Contact::Enable);
+    let from_ns = rig.board().soc().now_ns();
+    rig.run_ms(1_000);
+    assert!(
+        rig.has_logged("the drive may still have power"),
+        "{:#?}",
+        rig.board().log()
+    );
+    // The LED has flashes of three eighths and of one eighth of a second.
+    let lit_ms = (0..2_000)
+        .filter(|_| {
+            rig.run_ms(1);
+            rig.is_led_lit() == Some(true)
+        })
+        .count();
+    assert!(lit_ms.abs_diff(1_000) < 5, "{lit_ms}");
+    let repeated = rig.switches_since(from_ns + 1_000 * MS).count();
+    assert!((5..=12).contains(&repeated), "{repeated} in two seconds");
+    assert!(rig.wire().device(drive).is_enabled());
+    rig.wire_mut().device_mut(drive).faults_mut().wake();
+    rig.run_ms(500);
+    assert!(!rig.are_enabled());
+    let from_ns = rig.board().soc().now_ns();
+    rig.run_ms(1_000);
+    assert_eq!(
+        rig.switches_since(from_ns).count(),
+        0,
+        "repeated although it was confirmed"
+    );
+}
+
+#[test]
+fn a_drive_that_comes_up_on_while_the_stop_circuit_is_open_is_disabled() {
+    let mut rig = moving();
+    rig.open(Contact::Stop);
+    rig.run_ms(800);
+    assert!(!rig.are_enabled());
+    let drive = devices(&rig)[2];
+    rig.wire_mut().device_mut(drive).faults_mut().reboot();
+    rig.run_ms(1_500);
+    assert!(!rig.are_enabled(), "{:#?}", rig.board().log());
 }
 
 #[test]

@@ -9,9 +9,13 @@ mod drives;
 
 use core::hint::black_box;
 
-use can_motion::{AxisConfig, BusUser, GroupId, Instant, Master, MasterConfig, PollPeriods};
+use can_motion::{
+    AxisConfig, BusUser, GroupId, Instant, Limits, MasterConfig, Outcome, PollPeriods, ServoMaster,
+    StepChange, Travel,
+};
 use dyn_can::{
-    ByteOrder, DataFrame, Dialect, DriveId, PdStep, Reply, ReplyKind, go_relative_pos_pd,
+    ByteOrder, DataFrame, Dialect, DriveId, GearNumber, PdStep, Reply, ReplyKind, StepLimit,
+    go_relative_pos_pd,
 };
 
 use drives::Drives;
@@ -68,32 +72,41 @@ pub fn master<const N: usize>() {
         }
         now = now + 1_000;
         master.begin_cycle(now);
-        while let Some(outgoing) = master.next_frame() {
-            black_box(outgoing.as_ref());
-            master.on_accepted(now, &outgoing);
-        }
+        let _ = master.send(now, &mut |frame: &DataFrame| {
+            black_box(frame);
+            Outcome::Accepted
+        });
     }
 }
 
 /// A master with `N` streaming axes and no polls; `None` when it did not come to that.
-fn streaming<const N: usize>() -> Option<Master<N>> {
+fn streaming<const N: usize>() -> Option<ServoMaster<N>> {
     let mut drives = DriveId::all();
+    let limits = Limits::new(StepLimit::MAX, StepChange::MAX, Travel::WHOLE);
     let axes = [(); N].map(|()| AxisConfig {
         polls: PollPeriods::OFF,
-        ..AxisConfig::new(drives.next().unwrap_or(DriveId::MIN))
+        unwatched: true,
+        ..AxisConfig::new(
+            drives.next().unwrap_or(DriveId::MIN),
+            GearNumber::MAX,
+            limits,
+        )
     });
-    let mut master = Master::<N>::new(MasterConfig::DEFAULT, &axes).ok()?;
+    let mut master = ServoMaster::<N>::new(MasterConfig::DEFAULT, &axes).ok()?;
     let mut answers = Drives::default();
     for cycle in 0..5_000 {
         let now = Instant::from_us(cycle * 1_000);
         // Refused until every axis is ready, and once it streams.
         let _ = master.enable(now, GroupId(0));
         master.begin_cycle(now);
-        while let Some(outgoing) = master.next_frame() {
-            master.on_accepted(now, &outgoing);
-            if let Some(reply) = answers.reply(outgoing.as_ref()) {
-                master.on_frame(now, &reply);
-            }
+        // At most one request a cycle, so at most one reply.
+        let mut reply = None;
+        let _ = master.send(now, &mut |frame: &DataFrame| {
+            reply = answers.reply(frame).or(reply);
+            Outcome::Accepted
+        });
+        if let Some(reply) = reply {
+            master.on_frame(now, &reply);
         }
         if master.all_are(GroupId(0), can_motion::AxisState::Streaming) {
             return Some(master);

@@ -22,7 +22,7 @@ pub(crate) struct FakeFrame {
 pub(crate) struct FakeError;
 
 impl FakeFrame {
-    fn any() -> Self {
+    pub(crate) fn any() -> Self {
         let raw = opaque::word();
         let standard = StandardId::new(raw as u16).unwrap_or(StandardId::ZERO);
         let extended = ExtendedId::new(raw).unwrap_or(ExtendedId::ZERO);

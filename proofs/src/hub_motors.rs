@@ -2,12 +2,14 @@
 
 use core::hint::black_box;
 
+use can_motion::facts::Class;
+use can_motion::family::ValueLimits;
 use can_motion::plan::BitRate;
 use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelLimits, WheelMaster, WheelMasterConfig, WheelMode,
-    WheelReactions, WheelTimeouts,
+    WheelReactions, WheelStops, WheelTimeouts,
 };
-use can_motion::{BusUser, Reaction, service};
+use can_motion::{BusUser, Confirmation, Reaction, service};
 use zlac8030l::{
     AbortCode, DataFrame, DataType, Emcy, FaultCode, Firmware, Heartbeat, HeartbeatWatch,
     MappingEntry, Message, Mode, MoveKind, NmtCommand, NmtRequest, NodeId, ObjectAddress,
@@ -17,7 +19,7 @@ use zlac8030l::{
 };
 
 use crate::fake_can::FakeCan;
-use crate::master::{group, now};
+use crate::master::{AnySink, group, now};
 use crate::opaque::{self, consume, hide, number, word};
 
 /// Nodes of the lean program, and wheels of the master.
@@ -81,7 +83,7 @@ impl LeanNode {
 pub fn wheels() {
     let wheels = [(); NODES].map(|()| wheel());
     let given = wheels.get(..word() as usize).unwrap_or(&wheels);
-    let mut master = match WheelMaster::<NODES>::wheels(bus(), given) {
+    let mut master = match WheelMaster::<NODES>::new(bus(), given) {
         Ok(master) => master,
         Err(error) => return consume(error),
     };
@@ -256,6 +258,7 @@ fn bus() -> WheelMasterConfig {
             standstill_us: word(),
             standstill_limit_us: word(),
             confirm_us: word(),
+            stuck_us: word(),
             lost_after: opaque::byte(),
         },
     }
@@ -273,18 +276,22 @@ fn wheel() -> WheelConfig {
                 profile_speed_rpm: short(),
             },
         ]),
-        limits: WheelLimits {
-            min: number(),
-            max: number(),
-            max_step: word(),
-            ramp_change: word(),
-            following_error: word(),
-            following_speed: short(),
-            following_speed_us: word(),
-            standstill: short(),
-        },
+        limits: opaque::pick([
+            WheelLimits::speed(short(), word()),
+            WheelLimits::position(number(), number(), word(), word()),
+            limits(),
+        ]),
         speed_resolution: short(),
         ramp_ms: short(),
+        counter_clockwise: opaque::flag(),
+        stops: WheelStops {
+            quick_stop: word() as i16,
+            shutdown: word() as i16,
+            disable: word() as i16,
+            halt: word() as i16,
+            emergency_ms: short(),
+        },
+        load_can_fall: opaque::flag(),
         firmware: opaque::pick([Firmware::Any, Firmware::Version(short())]),
         quirks: SdoQuirks {
             profile_speed_confirmed_as_sub_1: opaque::flag(),
@@ -298,6 +305,21 @@ fn wheel() -> WheelConfig {
     }
 }
 
+fn limits() -> WheelLimits {
+    WheelLimits {
+        values: ValueLimits {
+            min: number(),
+            max: number(),
+            max_step: word(),
+            max_step_change: word(),
+        },
+        following_error: word(),
+        following_speed: word() as u16,
+        following_speed_us: word(),
+        standstill: word() as u16,
+    }
+}
+
 fn cycle(master: &mut WheelMaster<NODES>) {
     consume(master.set_target(word() as usize, number()));
     master.begin_cycle(now());
@@ -305,10 +327,8 @@ fn cycle(master: &mut WheelMaster<NODES>) {
 }
 
 fn by_hand(master: &mut WheelMaster<NODES>) {
-    if let Some(outgoing) = master.next_frame() {
-        consume(*outgoing.as_ref());
-        master.on_accepted(now(), &outgoing);
-    }
+    let any = || opaque::maybe(any_frame());
+    consume(master.send(now(), &mut AnySink { any }));
     master.on_frame(now(), &any_frame());
     master.on_displaced(now(), &any_frame());
     master.on_bus_off(now());
@@ -317,8 +337,10 @@ fn by_hand(master: &mut WheelMaster<NODES>) {
 
 fn commands(master: &mut WheelMaster<NODES>) {
     let at = now();
-    consume(master.transfer(word() as usize, request()));
+    let confirmation = opaque::pick([Confirmation::None, Confirmation::Given]);
+    consume(master.start(at, word() as usize, request(), confirmation));
     consume(master.enable(at, group()));
+    consume(master.adopt(at, group()));
     consume(master.resume(at, group()));
     consume(master.clear(at, group()));
     master.stop(at, group());
@@ -328,6 +350,8 @@ fn commands(master: &mut WheelMaster<NODES>) {
 
 fn look(master: &mut WheelMaster<NODES>) {
     consume(master.snapshot(word() as usize));
+    consume(master.facts(word() as usize));
+    consume(master.may_leave(word() as usize, opaque::pick(Class::ALL)));
     consume(master.next_event());
     consume((master.cycle_counters(), master.poll_at()));
 }

@@ -1,16 +1,18 @@
 //! The master: any configuration, then any calls in any order, on a driver that does anything.
 
+use can_motion::facts::Class;
 use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use can_motion::{
     AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, GroupId, Instant,
-    Limits, Master, MasterConfig, PollPeriods, Procedure, Reaction, Reactions, ReadBackScale,
-    Timeouts, WearLimits, service,
+    Limits, MasterConfig, MotorLimits, Outcome, PollPeriods, Procedure, Reaction, Reactions,
+    ReadBackScale, ServoMaster, Sink, StepChange, Timeouts, Travel, WearLimits, service,
+    service_taking_back,
 };
-use dyn_can::{Request, StepLimit};
+use dyn_can::{GearNumber, Request, StepLimit};
 
 use crate::codec::{dialect, drive, frame, request};
-use crate::fake_can::FakeCan;
+use crate::fake_can::{FakeCan, FakeFrame};
 use crate::opaque::{self, consume, word};
 
 /// Axes of the master that is exercised.
@@ -23,10 +25,10 @@ pub fn exercise() {
 }
 
 /// Any calls on any master in any order; `look` is one of them.
-pub(crate) fn run(look: fn(&mut Master<AXES>)) {
+pub(crate) fn run(look: fn(&mut ServoMaster<AXES>)) {
     let axes = [(); AXES].map(|()| axis());
     let given = axes.get(..word() as usize).unwrap_or(&axes);
-    let mut master = match Master::<AXES>::new(config(), given) {
+    let mut master = match ServoMaster::<AXES>::new(config(), given) {
         Ok(master) => master,
         Err(error) => return consume(error),
     };
@@ -65,6 +67,7 @@ pub(crate) fn config() -> MasterConfig {
             standstill_us: word(),
             standstill_limit_us: word(),
             confirm_us: word(),
+            stuck_us: word(),
             lost_after: opaque::byte(),
         },
         bus: bus_setup(),
@@ -99,15 +102,6 @@ pub(crate) fn axis() -> AxisConfig {
     AxisConfig {
         dialect: opaque::pick([DialectChoice::Detect, DialectChoice::Fixed(dialect())]),
         group: group(),
-        limits: Limits {
-            max_step: StepLimit::new(opaque::number()).unwrap_or(StepLimit::MAX),
-            ramp_change: word() as u16,
-            travel_min: opaque::number(),
-            travel_max: opaque::number(),
-            backlog: word(),
-            following_error: word(),
-            drift_tolerance: word(),
-        },
         polls: PollPeriods {
             status_us: period(),
             position_us: period(),
@@ -115,10 +109,9 @@ pub(crate) fn axis() -> AxisConfig {
             speed_us: period(),
             counter_us: period(),
         },
-        read_back: ReadBackScale {
-            read_back_counts: word(),
-            command_counts: word(),
-        },
+        unwatched: opaque::flag(),
+        load_can_fall: opaque::flag(),
+        read_back: read_back(),
         reactions: Reactions {
             alarm: reaction(),
             data_error: reaction(),
@@ -131,26 +124,94 @@ pub(crate) fn axis() -> AxisConfig {
             budget: word() as u16,
             interval_us: word(),
         },
-        ..AxisConfig::new(drive())
+        ..AxisConfig::new(drive(), gear(), limits())
     }
 }
 
-fn cycle(master: &mut Master<AXES>) {
+/// Any gear number.
+pub(crate) fn gear() -> GearNumber {
+    GearNumber::new(opaque::number()).unwrap_or(GearNumber::MAX)
+}
+
+/// Any limits, also such that contradict each other.
+fn limits() -> Limits {
+    let travel = opaque::pick([
+        Travel {
+            min_counts: opaque::number(),
+            max_counts: opaque::number(),
+        },
+        Travel::of_motor_millidegrees(opaque::bits() as i64, opaque::bits() as i64, gear()),
+    ]);
+    let max_step = StepLimit::new(opaque::number()).unwrap_or(StepLimit::MAX);
+    let change = opaque::pick([
+        StepChange::from_counts(word()),
+        StepChange::from_256ths(word()),
+    ]);
+    let motor = MotorLimits {
+        speed_rpm: word(),
+        acceleration_rpm_per_s: word(),
+    };
+    let given = Limits::new(max_step, change.unwrap_or(StepChange::MAX), travel);
+    Limits {
+        backlog_counts: word(),
+        following_error_counts: word(),
+        drift_tolerance_counts: word(),
+        ..Limits::of_motor(motor, travel, gear(), word()).unwrap_or(given)
+    }
+}
+
+fn read_back() -> ReadBackScale {
+    opaque::pick([
+        ReadBackScale {
+            read_back_counts: word(),
+            command_counts: word(),
+        },
+        ReadBackScale::movement_positions(gear()),
+        ReadBackScale::motor_steps(gear()),
+    ])
+}
+
+fn cycle(master: &mut ServoMaster<AXES>) {
     consume(master.set_target(word() as usize, opaque::number()));
     master.begin_cycle(now());
     consume(service(master, &mut FakeCan, now()));
 }
 
-fn bus(master: &mut Master<AXES>) {
+fn bus(master: &mut ServoMaster<AXES>) {
     match opaque::byte() {
         0 => master.on_bus_off(now()),
         1 => master.on_bus_recovered(now()),
+        2 => consume(service_taking_back(master, &mut FakeCan, now(), |_| {
+            opaque::maybe(FakeFrame::any())
+        })),
         _ => consume(service(master, &mut FakeCan, now())),
     }
 }
 
+/// A sink that does with a frame whatever it likes, and gives back frames that it never got.
+pub(crate) struct AnySink<A> {
+    /// Makes any frame.
+    pub(crate) any: A,
+}
+
+impl<Fr: Copy, A: FnMut() -> Option<Fr>> Sink<Fr> for AnySink<A> {
+    fn offer(&mut self, frame: &Fr) -> Outcome<Fr> {
+        consume(*frame);
+        match (opaque::byte(), (self.any)()) {
+            (0, _) => Outcome::Full,
+            (1, _) => Outcome::Failed(opaque::pick([BusErrorKind::Overrun, BusErrorKind::Other])),
+            (2, Some(displaced)) => Outcome::Displaced(displaced),
+            _ => Outcome::Accepted,
+        }
+    }
+
+    fn take_back(&mut self) -> Option<Fr> {
+        (self.any)()
+    }
+}
+
 /// What `service` does, in an order that no driver would cause.
-fn by_hand(master: &mut Master<AXES>) {
+fn by_hand(master: &mut ServoMaster<AXES>) {
     if let Some(frame) = frame() {
         match opaque::flag() {
             true => master.on_frame(now(), &frame),
@@ -158,16 +219,11 @@ fn by_hand(master: &mut Master<AXES>) {
         }
     }
     let kind = opaque::pick([BusErrorKind::Overrun, BusErrorKind::Other]);
-    if let Some(outgoing) = master.next_frame() {
-        match opaque::flag() {
-            true => master.on_accepted(now(), &outgoing),
-            false => master.on_transmit_error(now(), &outgoing, kind),
-        }
-    }
+    consume(master.send(now(), &mut AnySink { any: frame }));
     master.on_receive_error(now(), kind);
 }
 
-fn commands(master: &mut Master<AXES>) {
+fn commands(master: &mut ServoMaster<AXES>) {
     match opaque::byte() {
         0 => consume(master.enable(now(), group())),
         1 => consume(master.resume(now(), group())),
@@ -175,6 +231,7 @@ fn commands(master: &mut Master<AXES>) {
         3 => master.halt(now(), group()),
         4 => master.disable(now(), group()),
         5 => consume(master.clear(now(), group())),
+        6 => consume(master.adopt(now(), group())),
         _ => {
             let confirmation = opaque::pick([Confirmation::None, Confirmation::Given]);
             let Some(procedure) = procedure() else { return };
@@ -201,8 +258,10 @@ pub(crate) fn procedure() -> Option<Procedure> {
     })
 }
 
-fn look(master: &mut Master<AXES>) {
+fn look(master: &mut ServoMaster<AXES>) {
     consume(master.snapshot(word() as usize));
+    consume(master.facts(word() as usize));
+    consume(master.may_leave(word() as usize, opaque::pick(Class::ALL)));
     consume(master.cycle_counters());
     consume(master.next_event());
     consume(master.poll_at());

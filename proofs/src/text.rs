@@ -3,13 +3,13 @@
 use core::fmt::{self, Display, Write};
 
 use can_motion::motion::KeyframeMotion;
-use can_motion::{Confirmation, EventKind, Master, PollKind};
+use can_motion::{Confirmation, EventKind, Limits, MotorLimits, PollKind, ServoMaster, Travel};
 use dyn_can::{
     DataFrame, DriveError, DriveId, DriveStatus, FunctionCode, Quantity, Reply, Request,
 };
 
 use crate::codec::{address, dialect, drive, frame, request};
-use crate::master::{AXES, axis, config, group, keyframes, now, procedure, run};
+use crate::master::{AXES, axis, config, gear, group, keyframes, now, procedure, run};
 use crate::opaque::{self, consume, number, word};
 
 /// Says everything once.
@@ -86,19 +86,25 @@ fn serial() {
 
 fn configuration() {
     let axes = [(); AXES].map(|()| axis());
-    say_error(Master::<AXES>::new(config(), &axes));
+    say_error(ServoMaster::<AXES>::new(config(), &axes));
+    let motor = MotorLimits {
+        speed_rpm: word(),
+        acceleration_rpm_per_s: word(),
+    };
+    say_error(Limits::of_motor(motor, Travel::WHOLE, gear(), word()));
     say_error(KeyframeMotion::new(&keyframes()));
     say(opaque::pick(PollKind::ALL));
     say(now());
 }
 
-fn tell(master: &mut Master<AXES>) {
+fn tell(master: &mut ServoMaster<AXES>) {
     if let Some(snapshot) = master.snapshot(word() as usize) {
         say(snapshot.state);
         snapshot.fault.into_iter().for_each(say);
     }
     say_error(master.set_target(word() as usize, number()));
     say_error(master.enable(now(), group()));
+    say_error(master.adopt(now(), group()));
     say_error(master.clear(now(), group()));
     if let Some(procedure) = procedure() {
         say_error(master.start(now(), word() as usize, procedure, Confirmation::None));

@@ -15,7 +15,7 @@ use embassy_time::{Duration, Timer};
 use embedded_can::StandardId;
 
 use super::{BusError, DRIVE_ERROR, FUNCTION_CODE_MASK, FaultState, with_valid_length};
-use crate::transmit_deadline::{PLACES, RETRY_CYCLES, TransmitDeadline};
+use crate::transmit_places::{PLACES, RETRY_CYCLES, TransmitPlaces};
 
 const ANY: StandardId = StandardId::ZERO;
 
@@ -26,6 +26,9 @@ const REPLY_FIFO: Fifo = Fifo::Fifo0;
 const RECEIVE_FIFOS: usize = 2;
 /// How often [`Bus::joined`] looks; the join itself takes 11 recessive bits.
 const JOIN_POLL: Duration = Duration::from_micros(100);
+
+/// How often [`Bus::take_back`] looks whether the controller has given a frame up.
+const ABORT_LOOKS: usize = 8;
 
 /// Where the way back from a failure stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -46,7 +49,7 @@ pub(crate) struct Bus {
     receiver: CanRx<'static>,
     registers: pac::can::Can,
     recovery: Recovery,
-    deadline: TransmitDeadline,
+    places: TransmitPlaces<Frame>,
     /// Held because dropping it resets the controller.
     _controller: Can<'static>,
 }
@@ -70,7 +73,7 @@ impl Bus {
             receiver,
             registers,
             recovery: Recovery::Idle,
-            deadline: TransmitDeadline::new(),
+            places: TransmitPlaces::new(),
             _controller: controller,
         }
     }
@@ -101,9 +104,7 @@ impl Bus {
 
     /// Looks after the frames in the mailboxes, once a cycle, and tells the state of the controller.
     pub(crate) fn check(&mut self) -> FaultState {
-        let status = self.registers.tsr().read();
-        let occupied = core::array::from_fn(|mailbox| !status.tme(mailbox));
-        if self.deadline.pass_cycle(occupied)
+        if self.places.pass_cycle(self.occupied())
             && self.recovery == Recovery::Idle
             && !self.is_bus_off()
         {
@@ -111,6 +112,30 @@ impl Bus {
             self.recovery = Recovery::Pausing(RETRY_CYCLES);
         }
         self.fault_state()
+    }
+
+    fn occupied(&self) -> [bool; PLACES] {
+        let status = self.registers.tsr().read();
+        core::array::from_fn(|mailbox| !status.tme(mailbox))
+    }
+
+    /// Takes back the frame that was queued last. The one that goes next stays: it may be on the wire already, and what became of it
+    /// could not be told. So at most one frame goes out after the last that comes back.
+    pub(crate) fn take_back(&mut self) -> Option<Frame> {
+        // The driver's interrupt would clear the mark that says whether the frame went out.
+        cortex_m::interrupt::free(|_| {
+            let (mailbox, frame) = self.places.last_behind_another(self.occupied())?;
+            // Writing 0 to the other bits of this register changes nothing.
+            self.registers
+                .tsr()
+                .write(|tsr| tsr.set_abrq(mailbox, true));
+            // A frame that waits is given up within a few clocks; one that has come onto the wire in this very moment is not.
+            (0..ABORT_LOOKS)
+                .map(|_| self.registers.tsr().read())
+                .find(|status| status.tme(mailbox))
+                .filter(|status| !status.txok(mailbox))?;
+            Some(frame)
+        })
     }
 
     fn is_bus_off(&self) -> bool {
@@ -199,7 +224,7 @@ impl embedded_can::nb::Can for Bus {
         }
         match self.transmitter.try_write(frame) {
             Ok(status) => {
-                self.deadline.note_queued(status.mailbox() as usize);
+                self.places.note_queued(status.mailbox() as usize, *frame);
                 Ok(status.dequeued_frame().copied())
             }
             Err(TryWriteError::Full) => Err(nb::Error::WouldBlock),

@@ -18,7 +18,7 @@ use embassy_time::{Duration, Timer};
 use embedded_can::StandardId;
 
 use super::{BusError, DRIVE_ERROR, FUNCTION_CODE_MASK, FaultState, with_valid_length};
-use crate::transmit_deadline::{PLACES, RETRY_CYCLES, TransmitDeadline};
+use crate::transmit_places::{PLACES, RETRY_CYCLES, TransmitPlaces};
 
 const RECEIVE_FIFOS: usize = 2;
 /// How often [`Bus::joined`] looks; the join itself takes 11 recessive bits.
@@ -46,7 +46,7 @@ pub(crate) struct Bus {
     /// What came while [`Self::serviceable`] waited.
     received: Option<Result<Envelope, LineError>>,
     recovery: Recovery,
-    deadline: TransmitDeadline,
+    places: TransmitPlaces<()>,
     /// Held because dropping it resets the controller.
     _properties: Properties,
 }
@@ -79,7 +79,7 @@ impl Bus {
             registers,
             received: None,
             recovery: Recovery::Idle,
-            deadline: TransmitDeadline::new(),
+            places: TransmitPlaces::new(),
             _properties: properties,
         }
     }
@@ -113,9 +113,7 @@ impl Bus {
     pub(crate) fn check(&mut self) -> FaultState {
         let pending = self.registers.txbrp().read();
         let occupied = core::array::from_fn(|place| pending.trp(place));
-        if self.deadline.pass_cycle(occupied)
-            && self.recovery == Recovery::Idle
-            && !self.is_bus_off()
+        if self.places.pass_cycle(occupied) && self.recovery == Recovery::Idle && !self.is_bus_off()
         {
             self.discard_pending();
             self.recovery = Recovery::Pausing(RETRY_CYCLES);
@@ -127,6 +125,12 @@ impl Bus {
             Recovery::Idle if !status.bo() => FaultState::ErrorActive,
             _ => FaultState::BusOff,
         }
+    }
+
+    /// Takes nothing back: this controller cannot cancel single frames of its FIFO (RM0440, section 44.3.6). The three frames that it
+    /// holds still go out.
+    pub(crate) const fn take_back(&mut self) -> Option<Frame> {
+        None
     }
 
     fn is_bus_off(&self) -> bool {
@@ -198,7 +202,7 @@ impl embedded_can::nb::Can for Bus {
         let place = usize::from(self.registers.txfqs().read().tfqpi());
         match poll_once(self.transmitter.write(frame)) {
             core::task::Poll::Ready(displaced) => {
-                self.deadline.note_queued(place);
+                self.places.note_queued(place, ());
                 Ok(displaced)
             }
             core::task::Poll::Pending => Err(nb::Error::WouldBlock),

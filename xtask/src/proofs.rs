@@ -19,11 +19,12 @@ const CODEC: &str = "codec";
 pub(crate) const MESSAGES: &str = "messages";
 pub(crate) const HOT_PAIR: &str = "set-point-and-position";
 /// The images that link only without a panic.
-const IMAGES: [&str; 11] = [
+const IMAGES: [&str; 12] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
     "master",
+    "family",
     "commissioning",
     "serial",
     SERIAL_STREAM,

@@ -18,7 +18,7 @@ pub use crate::core::event::{BusErrorKind, CommonEvent, Event, EventLog};
 pub use crate::core::family::{GroupId, Reaction};
 pub use crate::core::master::Master;
 pub use crate::core::procedure::Confirmation;
-pub use crate::core::service::service;
+pub use crate::core::service::{service, service_taking_back};
 pub use crate::core::sink::{BusFrame, BusUser, Outcome, Progress, Sink};
 pub use crate::core::snapshot::{Counters, CycleCounters, Stamped};
 pub use crate::core::state::{AxisState, Reason, Stage};

@@ -3,8 +3,8 @@
 #![no_std]
 
 use can_motion::plan::BusPlan;
-use can_motion::{AxisConfig, MasterConfig, PollPeriods};
-use dyn_can::DriveId;
+use can_motion::{AxisConfig, Limits, MasterConfig, PollPeriods, StepChange, Travel};
+use dyn_can::{DriveId, GearNumber, StepLimit};
 
 const AXES: usize = if cfg!(feature = "fits") { 14 } else { 15 };
 
@@ -23,11 +23,14 @@ pub const AXIS_CONFIGS: [AxisConfig; AXES] = {
 const _: () = BusPlan::new(&MASTER, &AXIS_CONFIGS).assert_schedulable();
 
 const fn axis(drive: i32) -> AxisConfig {
-    let Ok(drive) = DriveId::new(drive) else {
-        panic!("a drive id is 1 to 63");
+    let (Ok(drive), Ok(gear)) = (DriveId::new(drive), GearNumber::new(4_096)) else {
+        panic!("a drive id is 1 to 63, a gear number 500 to 16384");
     };
+    // Steps of every length, so set-points of the longest.
+    let limits = Limits::new(StepLimit::MAX, StepChange::MAX, Travel::WHOLE);
     AxisConfig {
         polls: PollPeriods::OFF,
-        ..AxisConfig::new(drive)
+        unwatched: true,
+        ..AxisConfig::new(drive, gear, limits)
     }
 }

@@ -8,17 +8,17 @@ use panic_never as _;
 mod image {
     use core::mem::size_of;
 
-    use can_motion::Master;
+    use can_motion::ServoMaster;
 
     #[used]
     #[unsafe(no_mangle)]
-    static MASTER_OF_2: [u8; size_of::<Master<2>>()] = [0; size_of::<Master<2>>()];
+    static MASTER_OF_2: [u8; size_of::<ServoMaster<2>>()] = [0; size_of::<ServoMaster<2>>()];
     #[used]
     #[unsafe(no_mangle)]
-    static MASTER_OF_8: [u8; size_of::<Master<8>>()] = [0; size_of::<Master<8>>()];
+    static MASTER_OF_8: [u8; size_of::<ServoMaster<8>>()] = [0; size_of::<ServoMaster<8>>()];
     #[used]
     #[unsafe(no_mangle)]
-    static MASTER_OF_14: [u8; size_of::<Master<14>>()] = [0; size_of::<Master<14>>()];
+    static MASTER_OF_14: [u8; size_of::<ServoMaster<14>>()] = [0; size_of::<ServoMaster<14>>()];
 
     #[cortex_m_rt::entry]
     fn main() -> ! {

@@ -4,7 +4,7 @@ use crate::core::axis::Change;
 use crate::core::command::{CommandError, TargetError};
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
-use crate::core::facts::{Goal, Motion, Power};
+use crate::core::facts::{Facts, Goal, Motion, Power};
 use crate::core::family::{CommonFault, CycleConfig, Drive, Family, GroupId, Plan, ProcedureRefusal};
 use crate::core::group::Axes;
 use crate::core::procedure::Confirmation;
@@ -368,6 +368,12 @@ impl<const N: usize, F: Family> Master<N, F> {
     #[must_use]
     pub fn snapshot(&self, axis: usize) -> Option<F::Snapshot> {
         self.axes.get(axis).map(crate::core::axis::Axis::snapshot)
+    }
+
+    /// The facts of one axis, without the readings of its snapshot; `None` when there is no such axis.
+    #[must_use]
+    pub fn facts(&self, axis: usize) -> Option<Facts> {
+        self.axes.get(axis).map(|axis| axis.facts)
     }
 
     /// The cycle counters.

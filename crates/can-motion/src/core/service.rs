@@ -12,9 +12,20 @@ use crate::core::time::Instant;
 /// All four outcomes of [`Can::transmit`] reach the ledger: accepted, accepted and another frame displaced, no room, error. Never
 /// waits.
 pub fn service<U: BusUser, C: Can>(user: &mut U, can: &mut C, now: Instant) -> Progress {
+    service_taking_back(user, can, now, |_| None)
+}
+
+/// As [`service`], for a driver that can take a frame back which waits unsent in its controller: see [`Sink::take_back`].
+pub fn service_taking_back<U: BusUser, C: Can>(
+    user: &mut U,
+    can: &mut C,
+    now: Instant,
+    take_back: fn(&mut C) -> Option<C::Frame>,
+) -> Progress {
     receive(user, can, now);
     let mut sink = CanSink {
         can,
+        take_back,
         foreign: None::<<U::Frame as BusFrame>::Error>,
     };
     let progress = user.send(now, &mut sink);
@@ -42,10 +53,20 @@ fn receive<U: BusUser, C: Can>(user: &mut U, can: &mut C, now: Instant) {
 }
 
 /// A driver as a sink.
-struct CanSink<'a, C, E> {
+struct CanSink<'a, C: Can, E> {
     can: &'a mut C,
+    take_back: fn(&mut C) -> Option<C::Frame>,
     /// Why a frame that the driver gave back is of another protocol.
     foreign: Option<E>,
+}
+
+impl<C: Can, E> CanSink<'_, C, E> {
+    /// A frame that the driver gave back; one of another protocol is remembered.
+    fn ours<Fr: BusFrame<Error = E>>(&mut self, frame: &C::Frame) -> Option<Fr> {
+        Fr::from_can(frame)
+            .map_err(|error| self.foreign = Some(error))
+            .ok()
+    }
 }
 
 impl<C: Can, Fr: BusFrame> Sink<Fr> for CanSink<'_, C, Fr::Error> {
@@ -55,15 +76,17 @@ impl<C: Can, Fr: BusFrame> Sink<Fr> for CanSink<'_, C, Fr::Error> {
         };
         match self.can.transmit(&frame) {
             Ok(None) => Outcome::Accepted,
-            Ok(Some(displaced)) => match Fr::from_can(&displaced) {
-                Ok(displaced) => Outcome::Displaced(displaced),
-                Err(error) => {
-                    self.foreign = Some(error);
-                    Outcome::Accepted
-                }
+            Ok(Some(displaced)) => match self.ours(&displaced) {
+                Some(displaced) => Outcome::Displaced(displaced),
+                None => Outcome::Accepted,
             },
             Err(nb::Error::WouldBlock) => Outcome::Full,
             Err(nb::Error::Other(error)) => Outcome::Failed(BusErrorKind::from(error.kind())),
         }
+    }
+
+    fn take_back(&mut self) -> Option<Fr> {
+        let frame = (self.take_back)(self.can)?;
+        self.ours(&frame)
     }
 }
