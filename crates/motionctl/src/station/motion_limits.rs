@@ -19,10 +19,10 @@ const MARGIN_TURNS: f64 = 0.05;
 #[derive(Debug, Clone, Copy, PartialEq, clap::Args)]
 pub(crate) struct MotionLimits {
     /// Fastest speed of a motor, in r/min.
-    #[arg(long, value_name = "RPM", default_value = "300", value_parser = positive)]
+    #[arg(long, value_name = "RPM", default_value = "500", value_parser = positive)]
     max_rpm: f64,
     /// Fastest change of that speed in r/min per second, as a mean over 20 ms; a stop slows down with it.
-    #[arg(long, value_name = "RPM_PER_S", default_value = "3000", value_parser = positive)]
+    #[arg(long, value_name = "RPM_PER_S", default_value = "5000", value_parser = positive)]
     max_acceleration: f64,
     /// Farthest way of a motor from where it stands, in turns.
     #[arg(long, value_name = "TURNS", default_value = "10", value_parser = positive)]
@@ -248,6 +248,7 @@ mod tests {
         let down: Vec<i32> = positions
             .iter()
             .rev()
+            .skip(1)
             .map(|counts| 2 * top - counts)
             .collect();
         positions.extend(down);
