@@ -23,6 +23,8 @@ pub(crate) const CYCLE_US: u32 = 1_000;
 const CYCLE_NS: u64 = CYCLE_US as u64 * 1_000;
 const GROUP: GroupId = GroupId(0);
 const POLL_PERIOD_US: u32 = 20_000;
+/// Periods in which every axis is polled once before anything is measured.
+const POLL_PERIODS_BEFORE: u32 = 3;
 /// Cycles in which the axes must stream.
 const START_UP_CYCLES: u64 = 5_000;
 /// The drives cannot follow these steps, and need not: only the frames count.
@@ -157,6 +159,10 @@ impl Stand {
             late_hand_overs_before: 0,
         };
         stand.start_up()?;
+        // While shafts stand still, only that is read: the polls begin with the set-points.
+        for _ in 0..POLL_PERIODS_BEFORE * POLL_PERIOD_US / CYCLE_US {
+            stand.cycle();
+        }
         // What was measured until now is not streaming.
         let plan = BusPlan::new(&config, &axes);
         stand.measured.restart(&plan, axes.len());

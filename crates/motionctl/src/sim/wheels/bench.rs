@@ -291,7 +291,7 @@ fn wheel_of(node: NodeId, speed_resolution: u16) -> WheelConfig {
         ..WheelConfig::new(
             node,
             WheelMode::Velocity,
-            WheelLimits::speed(MOST_SPEED as u16, u32::MAX),
+            WheelLimits::speed(MOST_SPEED as u16, 2 * MOST_SPEED as u32),
         )
     }
 }
