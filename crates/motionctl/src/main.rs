@@ -1,6 +1,8 @@
 //! `motionctl`: motion and traffic on CAN, simulated or through an adapter.
 
 #![forbid(unsafe_code)]
+// A closed pipe would be a panic: `output` prints.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod bench;
 mod completions;
@@ -17,6 +19,7 @@ mod lawicel;
 mod limits;
 mod link;
 mod monitor;
+mod output;
 mod plan;
 mod pty;
 mod read;
@@ -36,6 +39,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use exit::Failure;
+use output::tell;
 
 /// Motion and traffic on CAN: servo axes simulated or through an adapter, with the master that the firmware runs, and logs
 /// in plain words.
@@ -104,10 +108,12 @@ fn main() -> ExitCode {
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
-        Command::Completions(arguments) => Ok(completions::run(arguments, Arguments::command())),
+        Command::Completions(arguments) => {
+            completions::run(arguments, Arguments::command()).map_err(Into::into)
+        }
     };
     result.unwrap_or_else(|failure| {
-        eprintln!("error: {}", failure.error);
+        tell(format_args!("error: {}", failure.error));
         failure.code.into()
     })
 }

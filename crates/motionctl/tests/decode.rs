@@ -68,7 +68,7 @@ fn a_simulated_run_is_put_into_words_without_one_unknown() {
     for wanted in [
         "to drive 1    Echo_Function: send back",
         "from drive 2  Read_Param_Group3: on-position range 20 (0.44 degrees), gear number 4096",
-        "to drive 1    Servo_Disable: ENABLE the servo",
+        "to drive 1    Read_Drive_Config: read the configuration",
         "to drive 2    Go_Relative_Pos_PD: step by",
         "from drive 1  General_Read: position",
         " 0 did not decode, 0 look like trouble, 0 error frames, 0 CAN FD frames",

@@ -15,8 +15,8 @@ pub(crate) enum BenchError {
     Create { link: PathBuf, source: io::Error },
     /// A terminal failed while the bench ran.
     Terminal(io::Error),
-    /// The report cannot be written as JSON.
-    Json(serde_json::Error),
+    /// The report cannot be written.
+    Print(std::io::Error),
 }
 
 impl Coded for BenchError {
@@ -47,7 +47,7 @@ impl fmt::Display for BenchError {
                 )
             }
             Self::Terminal(source) => write!(f, "a pseudo-terminal failed: {source}"),
-            Self::Json(source) => write!(f, "cannot write the report: {source}"),
+            Self::Print(source) => write!(f, "cannot write the report: {source}"),
         }
     }
 }

@@ -10,6 +10,7 @@ mod serial;
 use std::process::ExitCode;
 
 use crate::interrupt;
+use crate::output::{print, print_json, tell};
 pub(crate) use arguments::Arguments;
 use error::BenchError;
 use rig::Rig;
@@ -18,21 +19,18 @@ use rig::Rig;
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
     interrupt::listen().map_err(BenchError::Interrupt)?;
     let mut rig = Rig::new(arguments)?;
-    eprintln!(
+    tell(format_args!(
         "{} virtual drives at {} kbit/s on {}; Ctrl-C ends",
         rig.drives(),
         arguments.bit_rate.kbit_per_s(),
         rig.terminals(),
-    );
+    ));
     rig.serve()?;
     let report = rig.report();
     if arguments.json {
-        println!(
-            "{}",
-            serde_json::to_string_pretty(&report).map_err(BenchError::Json)?
-        );
+        print_json(&report).map_err(BenchError::Print)?;
     } else {
-        println!("{report}");
+        print(&report).map_err(BenchError::Print)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -13,6 +13,7 @@ use super::error::BenchError;
 use super::report::Report;
 use super::serial::Serial;
 use crate::interrupt;
+use crate::output::tell;
 use crate::pty::{self, Pty};
 
 /// The longest wait, so that Ctrl-C is heard.
@@ -147,10 +148,10 @@ impl<'a> Rig<'a> {
     fn warn_of_bit_rate(&mut self) {
         let wrong = self.adapter.wrong_kbit_per_s(&self.bench);
         if let Some(kbit_per_s) = wrong.filter(|_| wrong != self.warned_kbit_per_s) {
-            eprintln!(
+            tell(format_args!(
                 "note: the adapter was opened at {kbit_per_s} kbit/s, the bus runs at {} kbit/s: nothing gets through",
                 self.arguments.bit_rate.kbit_per_s()
-            );
+            ));
         }
         self.warned_kbit_per_s = wrong;
     }

@@ -1,10 +1,11 @@
 //! `motionctl completions`: a script that completes the command line in a shell.
 
-use std::io;
 use std::process::ExitCode;
 
 use clap::Command;
 use clap_complete::{Shell, generate};
+
+use crate::output::print;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -22,8 +23,11 @@ pub(crate) struct Arguments {
 }
 
 /// Prints the script for the tool's command line.
-pub(crate) fn run(arguments: &Arguments, mut command: Command) -> ExitCode {
+pub(crate) fn run(arguments: &Arguments, mut command: Command) -> std::io::Result<ExitCode> {
     let name = command.get_name().to_owned();
-    generate(arguments.shell, &mut command, name, &mut io::stdout());
-    ExitCode::SUCCESS
+    // A writer that fails ends the generator with a panic, so it gets one that does not.
+    let mut script = Vec::new();
+    generate(arguments.shell, &mut command, name, &mut script);
+    print(String::from_utf8_lossy(&script).trim_end())?;
+    Ok(ExitCode::SUCCESS)
 }

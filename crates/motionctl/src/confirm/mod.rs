@@ -39,8 +39,11 @@ pub(crate) fn confirm(question: &str, yes: bool) -> Result<(), NotConfirmed> {
     if !io::stdin().is_terminal() {
         return Err(NotConfirmed::NobodyToAsk);
     }
-    eprint!("{question} [y/N] ");
-    io::stderr().flush().map_err(NotConfirmed::Terminal)?;
+    let mut terminal = io::stderr().lock();
+    write!(terminal, "{question} [y/N] ")
+        .and_then(|()| terminal.flush())
+        .map_err(NotConfirmed::Terminal)?;
+    drop(terminal);
     let mut answer = String::new();
     io::stdin()
         .read_line(&mut answer)

@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 use super::bus::Bus;
 use super::source::Damage;
 use super::table::{Overview, table};
+use crate::output::tell;
 
 /// Writes what was heard.
 pub(super) struct Output {
@@ -120,7 +121,7 @@ impl Output {
             });
         }
         self.out.flush()?;
-        eprintln!("{}:{line}: {damage}", self.source_name);
+        tell(format_args!("{}:{line}: {damage}", self.source_name));
         Ok(())
     }
 

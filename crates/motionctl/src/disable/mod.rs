@@ -2,19 +2,18 @@
 
 use std::process::ExitCode;
 
-use can_motion::{AxisState, PollPeriods};
-use dyn_can::{DriveId, StepLimit};
+use can_motion::PollPeriods;
+use dyn_can::{DriveId, GearNumber};
 use serde::Serialize;
 
 use crate::drive_ids::{drive_ids, list};
 use crate::drives::DrivesError;
 use crate::link::LinkOptions;
-use crate::station::{AxisOptions, Station};
+use crate::output::{print, print_json};
+use crate::station::{AxisOptions, End, Station};
 
 /// Shortest cycle: requests go out once a cycle.
 const CYCLE_US: u32 = 1_000;
-/// Time for the drives to answer; those that do not are told to disable all the same.
-const ANSWER_LIMIT_US: u64 = 3_000_000;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -44,6 +43,8 @@ pub(crate) struct Arguments {
 struct Disabled {
     disabled: Vec<u8>,
     unconfirmed: Vec<u8>,
+    /// Enabled before this tool came, and not switched off by it.
+    left_enabled: Vec<u8>,
 }
 
 /// Disables and waits for the confirmation.
@@ -51,50 +52,40 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let mut link = arguments.link.open().map_err(DrivesError::Open)?;
     let mut drives = arguments.drives.clone();
     drives.sort_unstable();
-    let axis = |&drive| AxisOptions::default().axis(drive, StepLimit::MAX, PollPeriods::OFF);
+    // Any gear number: nothing moves.
+    let axis = |&drive| AxisOptions::default().still(drive, GearNumber::MIN, PollPeriods::OFF);
     let axes: Vec<_> = drives.iter().map(axis).collect();
     let mut station =
         Station::unhurried(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
-    let start = station.now();
-    while station.now().us_since(start) < ANSWER_LIMIT_US && !have_answered(&mut station) {
-        station.cycle(|_, _| {})?;
-    }
-    let unconfirmed = station.shut_down()?;
-    tell(&drives, unconfirmed, arguments.json)
+    let unconfirmed = station.disable_all()?;
+    drives.retain(|drive| !unconfirmed.contains(drive));
+    let end = End {
+        disabled: drives,
+        unconfirmed,
+        left_on: Vec::new(),
+    };
+    tell_end(&end, arguments.json)
 }
 
 /// Tells which drives are disabled; an error names those that have not said so.
-pub(crate) fn tell(
-    drives: &[DriveId],
-    unconfirmed: Vec<DriveId>,
-    json: bool,
-) -> Result<ExitCode, DrivesError> {
-    let (enabled, disabled): (Vec<DriveId>, Vec<DriveId>) =
-        drives.iter().partition(|drive| unconfirmed.contains(drive));
+pub(crate) fn tell_end(end: &End, json: bool) -> Result<ExitCode, DrivesError> {
     if json {
         let numbers = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         let disabled = Disabled {
-            disabled: numbers(&disabled),
-            unconfirmed: numbers(&enabled),
+            disabled: numbers(&end.disabled),
+            unconfirmed: numbers(&end.unconfirmed),
+            left_enabled: numbers(&end.left_on),
         };
-        let text = serde_json::to_string_pretty(&disabled).map_err(DrivesError::Json)?;
-        println!("{text}");
-    } else if !disabled.is_empty() {
-        println!("drives {} are disabled", list(&disabled));
+        print_json(&disabled).map_err(DrivesError::Print)?;
+    } else if !end.disabled.is_empty() {
+        print(format_args!("drives {} are disabled", list(&end.disabled)))
+            .map_err(DrivesError::Print)?;
     }
-    if unconfirmed.is_empty() {
+    if end.unconfirmed.is_empty() {
         return Ok(ExitCode::SUCCESS);
     }
     Err(DrivesError::StillEnabled {
-        drives: unconfirmed,
+        drives: end.unconfirmed.clone(),
         after: None,
     })
-}
-
-fn have_answered(station: &mut Station<'_>) -> bool {
-    let master = station.master();
-    let mut states = (0..)
-        .map_while(|axis| master.snapshot(axis))
-        .map(|axis| axis.state);
-    states.all(|state| matches!(state, AxisState::Ready | AxisState::Faulted))
 }

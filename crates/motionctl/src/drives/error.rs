@@ -1,15 +1,19 @@
 //! Why a commissioning command did not succeed.
 
 use core::fmt;
+use std::io;
 
-use can_motion::{ConfigError, ProcedureError};
-use dyn_can::{DriveId, StoredDriveId};
+use can_motion::{ConfigError, Fault, ProcedureError};
+use dyn_can::{DriveId, GearNumber, StoredDriveId};
 
 use super::Parameter;
 use crate::confirm::NotConfirmed;
 use crate::exit::{self, Coded};
 use crate::link::{LinkFault, OpenError};
-use crate::station::{LINK_WARNING, warning};
+use crate::output::tell;
+use crate::station::{
+    BringUpError, End, LookError, Station, fault_text, left_on, unconfirmed_warning,
+};
 
 /// A commissioning command that did not succeed.
 #[derive(Debug)]
@@ -18,8 +22,22 @@ pub(crate) enum DrivesError {
     Open(OpenError),
     /// The link failed on the way; nothing was enabled.
     Link(LinkFault),
-    /// The link failed while a drive was enabled.
-    LinkWhileEnabled(LinkFault),
+    /// The link failed while drives were enabled, which the warning names.
+    LinkWhileEnabled { fault: LinkFault, warning: String },
+    /// What the drives say of themselves is not known.
+    Look(LookError),
+    /// The drives do not stream set-points.
+    BringUp(BringUpError),
+    /// A drive has another gear number than it must have.
+    Gear {
+        drive: DriveId,
+        expected: GearNumber,
+        actual: GearNumber,
+    },
+    /// A drive that must not have power has it.
+    Enabled { drive: StoredDriveId },
+    /// A drive stopped with a fault.
+    DriveFault { drive: DriveId, fault: Fault },
     /// Ctrl-C cannot be listened to.
     Interrupt(ctrlc::Error),
     /// CANopen drives have no serial port that this tool speaks to.
@@ -60,39 +78,66 @@ pub(crate) enum DrivesError {
         expected: i32,
         actual: Option<i32>,
     },
-    /// The user asked to stop.
-    Interrupted,
-    /// The result cannot be written as JSON.
-    Json(serde_json::Error),
+    /// The result cannot be written.
+    Print(io::Error),
 }
 
 impl DrivesError {
-    /// The end of everything that enables: what came of it, and which drives did not confirm that they are disabled.
+    /// The end of everything that enables: what came of it, and what became of the power of the drives.
     pub(crate) fn after_shut_down<T>(
         moved: Result<T, Self>,
-        shut_down: Result<Vec<DriveId>, LinkFault>,
-    ) -> Result<T, Self> {
-        let drives = shut_down.map_err(Self::LinkWhileEnabled)?;
-        if drives.is_empty() {
-            return moved;
+        station: &mut Station<'_>,
+    ) -> Result<(T, End), Self> {
+        let end = station
+            .shut_down()
+            .map_err(|fault| Self::LinkWhileEnabled {
+                fault,
+                warning: station.link_warning(),
+            })?;
+        if let Some(text) = left_on(&end.left_on) {
+            tell(text);
         }
-        let after = moved.err().map(Box::new);
-        Err(Self::StillEnabled { drives, after })
+        if end.unconfirmed.is_empty() {
+            return moved.map(|moved| (moved, end));
+        }
+        Err(Self::StillEnabled {
+            drives: end.unconfirmed,
+            after: moved.err().map(Box::new),
+        })
     }
 }
 
 impl Coded for DrivesError {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Open(_) | Self::Link(_) | Self::LinkWhileEnabled(_) => exit::LINK_FAILED,
-            Self::Interrupted => exit::INTERRUPTED,
+            Self::Open(_)
+            | Self::Link(_)
+            | Self::LinkWhileEnabled { .. }
+            | Self::Look(LookError::Link(_))
+            | Self::BringUp(
+                BringUpError::Link(_)
+                | BringUpError::Fault {
+                    fault: Fault::Bus, ..
+                },
+            )
+            | Self::DriveFault {
+                fault: Fault::Bus, ..
+            } => exit::LINK_FAILED,
+            Self::Look(LookError::Interrupted) | Self::BringUp(BringUpError::Interrupted) => {
+                exit::INTERRUPTED
+            }
+            Self::StillEnabled {
+                after: Some(error), ..
+            } => error.exit_code(),
             Self::Config(_)
             | Self::Interrupt(_)
             | Self::NotConfirmed(_)
             | Self::CanopenOnSerial
             | Self::NoIdOnCan
             | Self::Twice { .. }
-            | Self::Json(_) => exit::BAD_INPUT,
+            | Self::Gear { .. }
+            | Self::Enabled { .. }
+            | Self::Look(LookError::Config(_)) => exit::BAD_INPUT,
             _ => exit::BROKEN_PROMISE,
         }
     }
@@ -130,14 +175,29 @@ impl fmt::Display for DrivesError {
                 )
             }
             Self::Fault { drive, reason } => write!(f, "drive {drive}: {reason}"),
-            Self::LinkWhileEnabled(source) => {
-                write!(f, "the link failed: {source}. {LINK_WARNING}")
+            Self::LinkWhileEnabled { fault, warning } => {
+                write!(f, "the link failed: {fault}. {warning}")
             }
+            Self::Look(source) => source.fmt(f),
+            Self::BringUp(source) => source.fmt(f),
+            Self::Gear {
+                drive,
+                expected,
+                actual,
+            } => write!(
+                f,
+                "drive {drive} has gear number {actual}, --gear-number says {expected}: correct one of the two. Nothing has moved"
+            ),
+            Self::Enabled { drive } => write!(
+                f,
+                "drive {drive} is enabled, and it takes no new values while its motor has power: `motionctl disable --drives {drive}` first, where nothing hangs on it"
+            ),
+            Self::DriveFault { drive, fault } => f.write_str(&fault_text(*drive, *fault)),
             Self::StillEnabled { drives, after } => {
                 if let Some(error) = after {
                     write!(f, "{error}; and ")?;
                 }
-                f.write_str(&warning(drives))
+                f.write_str(&unconfirmed_warning(drives))
             }
             Self::Twice { parameter } => write!(f, "{parameter} is given twice"),
             Self::Refused { drive, parameter } => {
@@ -158,8 +218,7 @@ impl fmt::Display for DrivesError {
                     None => f.write_str("nothing"),
                 }
             }
-            Self::Interrupted => f.write_str("stopped by the user"),
-            Self::Json(source) => write!(f, "cannot write the result: {source}"),
+            Self::Print(source) => write!(f, "cannot write the result: {source}"),
         }
     }
 }

@@ -10,8 +10,10 @@ mod parameter;
 mod readings;
 mod serial;
 
-use dyn_can::StoredDriveId;
+use dyn_can::{GearNumber, StoredDriveId};
 use serde::Serialize;
+
+use crate::station::MotionLimits;
 
 pub(crate) use can::state_of;
 pub(crate) use error::DrivesError;
@@ -44,6 +46,10 @@ pub(crate) struct Jog {
     pub(crate) turns: f64,
     /// Highest speed on the way, in rpm.
     pub(crate) rpm: f64,
+    /// Limits of a profile that is streamed; a built-in move has those of its drive.
+    pub(crate) limits: MotionLimits,
+    /// The gear number that the drive must have.
+    pub(crate) gear: Option<GearNumber>,
 }
 
 /// Where a jog has led.
@@ -57,7 +63,7 @@ pub(crate) struct JogEnd {
     pub(crate) read_counts: Option<i32>,
     /// It was stopped by Ctrl-C.
     pub(crate) interrupted: bool,
-    /// The drive is still enabled, as it was before: the serial protocol cannot switch it off.
+    /// The drive is still enabled, as it was before.
     pub(crate) enabled: bool,
 }
 
@@ -78,7 +84,7 @@ pub(crate) trait Drives {
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError>;
 
-    /// Enables the drive, moves it, disables it; where the protocol has no such commands, moves a drive that is enabled. The
-    /// user has agreed. Ctrl-C is listened to and stops the move.
+    /// Moves the drive. One that is on stays on; one that is off is enabled and disabled again, where the protocol has such
+    /// commands. The user has agreed. Ctrl-C is listened to and stops the move.
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError>;
 }

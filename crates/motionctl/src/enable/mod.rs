@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use can_motion::{AxisState, EventKind, PollPeriods};
-use dyn_can::{DriveId, StepLimit};
+use can_motion::PollPeriods;
+use dyn_can::DriveId;
 
 use crate::confirm::confirm;
 use crate::disable;
@@ -12,12 +12,11 @@ use crate::drive_ids::{drive_ids, list};
 use crate::drives::DrivesError;
 use crate::interrupt;
 use crate::link::LinkOptions;
-use crate::station::{AxisOptions, GROUP, Station};
+use crate::output::tell;
+use crate::station::{AxisOptions, BringUpError, Seen, Station, found_on, look};
 
 /// Shortest cycle of the set-points, which are all zero.
 const CYCLE_US: u32 = 5_000;
-/// Time for the drives to become ready, and to be enabled.
-const START_UP_LIMIT_US: u64 = 10_000_000;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -25,7 +24,7 @@ Examples:
   motionctl enable --can can0 --drives 4 --for 10 --yes
 
 The drives hold where they stand; nothing moves. Ctrl-C, or the end of --for, disables them: a vertical
-axis without a brake falls then.
+axis without a brake falls then. Drives that were enabled before stay enabled.
 
 Exit status: 0 enabled and disabled again, 1 a drive could not be enabled or had a fault, 2 not confirmed
 and nothing was enabled, 3 the link failed.";
@@ -63,18 +62,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     interrupt::listen().map_err(DrivesError::Interrupt)?;
     let mut drives = arguments.drives.clone();
     drives.sort_unstable();
-    let axis = |&drive| {
+    let seen = look(&mut link, arguments.axes, &drives).map_err(DrivesError::Look)?;
+    let axis = |seen: &Seen| {
         arguments
             .axes
-            .axis(drive, StepLimit::MAX, PollPeriods::DEFAULT)
+            .still(seen.drive, seen.gear, PollPeriods::DEFAULT)
     };
-    let axes: Vec<_> = drives.iter().map(axis).collect();
+    let axes: Vec<_> = seen.iter().map(axis).collect();
     let mut station =
         Station::unhurried(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
     let held = hold(&mut station, &drives, arguments);
-    let shut_down = station.shut_down();
-    DrivesError::after_shut_down(held, shut_down)?;
-    disable::tell(&drives, Vec::new(), arguments.json)
+    let ((), end) = DrivesError::after_shut_down(held, &mut station)?;
+    disable::tell_end(&end, arguments.json)
 }
 
 fn hold(
@@ -82,22 +81,18 @@ fn hold(
     drives: &[DriveId],
     arguments: &Arguments,
 ) -> Result<(), DrivesError> {
-    if !wait_for(station, drives, AxisState::Ready)? {
-        return Ok(());
+    match station.bring_up() {
+        Ok(()) => {}
+        Err(BringUpError::Interrupted) => return Ok(()),
+        Err(error) => return Err(DrivesError::BringUp(error)),
     }
-    let now = station.now();
-    let enabled = station.master().enable(now, GROUP);
-    enabled.map_err(|error| DrivesError::Fault {
-        drive: drives[0].into(),
-        reason: error.to_string(),
-    })?;
-    if !wait_for(station, drives, AxisState::Streaming)? {
-        return Ok(());
-    }
-    eprintln!(
+    tell(format_args!(
         "drives {} are enabled and hold; Ctrl-C disables them",
         list(drives)
-    );
+    ));
+    if let Some(text) = found_on(station.found_on()) {
+        tell(text);
+    }
     let start = station.now();
     let limit = arguments
         .seconds
@@ -106,42 +101,8 @@ fn hold(
         && limit.is_none_or(|limit| u128::from(station.now().us_since(start)) < limit)
     {
         station.cycle(|_, _| {})?;
-        check(station, drives)?;
-    }
-    Ok(())
-}
-
-/// False when the user asked to stop first.
-fn wait_for(
-    station: &mut Station<'_>,
-    drives: &[DriveId],
-    state: AxisState,
-) -> Result<bool, DrivesError> {
-    let start = station.now();
-    while station.now().us_since(start) < START_UP_LIMIT_US {
-        station.cycle(|_, _| {})?;
-        check(station, drives)?;
-        if station.master().all_are(GROUP, state) {
-            return Ok(true);
-        }
-        if interrupt::requests() > 0 {
-            return Ok(false);
-        }
-    }
-    Err(DrivesError::Incomplete {
-        drive: drives[0].into(),
-    })
-}
-
-fn check(station: &mut Station<'_>, drives: &[DriveId]) -> Result<(), DrivesError> {
-    while let Some(event) = station.next_event() {
-        if let (EventKind::Fault(fault), Some(axis)) = (event.kind, event.axis) {
-            let drive = drives[usize::from(axis)];
-            let reason = fault.to_string();
-            return Err(DrivesError::Fault {
-                drive: drive.into(),
-                reason,
-            });
+        if let Some((drive, fault)) = station.first_fault() {
+            return Err(DrivesError::DriveFault { drive, fault });
         }
     }
     Ok(())

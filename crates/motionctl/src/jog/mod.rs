@@ -2,18 +2,20 @@
 
 use std::process::ExitCode;
 
-use dyn_can::StoredDriveId;
+use dyn_can::{GearNumber, StoredDriveId};
 
 use crate::confirm::confirm;
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Jog, JogEnd};
 use crate::exit;
 use crate::interrupt;
-use crate::station::AxisOptions;
+use crate::output::{print as print_line, print_json, tell};
+use crate::station::{AxisOptions, MotionLimits};
 
 /// A jog is for looking whether a motor turns and which way round. More is for `run`.
 const MOST_TURNS: f64 = 10.0;
 const MOST_RPM: f64 = 300.0;
+const MOST_RPM_PER_S: f64 = 100_000.0;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,8 +23,9 @@ Examples:
   motionctl jog --can can0 --drive 3 --turns -1 --rpm 120 --yes
   motionctl jog --serial /dev/ttyUSB0 --drive 3 --turns 0.25 --rpm 300
 
-The drive is enabled, turns on a smooth profile that reaches --rpm in its middle, and is disabled:
-a vertical axis without a brake falls then. Ctrl-C ramps down and disables. Over --serial a drive that is enabled already makes one built-in move,
+The motor turns on a smooth profile that reaches --rpm in its middle, or less where --max-acceleration allows no more.
+A drive that is disabled is enabled for it and disabled afterwards: a vertical axis without a brake falls then. One
+that is enabled stays enabled. Ctrl-C slows down and ends the same way. Over --serial a drive that is enabled already makes one built-in move,
 whose speed comes from its own parameters: it is refused where that is more than --rpm.
 
 Exit status: 0 the motor went where it should, 1 it did not, 2 not confirmed and nothing has moved,
@@ -45,6 +48,12 @@ pub(crate) struct Arguments {
     /// Highest speed in rpm, at most 300.
     #[arg(long, value_name = "RPM", default_value = "60", value_parser = rpm)]
     rpm: f64,
+    /// Fastest change of the speed in r/min per second; also of the ramp with which Ctrl-C stops.
+    #[arg(long, value_name = "RPM_PER_S", default_value = "1000", value_parser = acceleration, conflicts_with = "serial")]
+    max_acceleration: f64,
+    /// Gear number that the drive must have, 500..=16384. Default: the one that it reports.
+    #[arg(long, value_name = "NUMBER", value_parser = gear_number, conflicts_with = "serial")]
+    gear_number: Option<GearNumber>,
     /// Move without asking.
     #[arg(long)]
     yes: bool,
@@ -60,19 +69,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         .open(arguments.axes)
         .map_err(DrivesError::Open)?;
     let Arguments {
-        drive, turns, rpm, ..
+        drive,
+        turns,
+        rpm,
+        max_acceleration,
+        ..
     } = arguments;
     let question = format!(
-        "The motor of drive {drive} will TURN, powered, by {turns} turns at up to {rpm} rpm. Is everybody clear of the machine?"
+        "The motor of drive {drive} will TURN, powered, by {turns} turns at up to {rpm} r/min and {max_acceleration} r/min per second. Is everybody clear of the machine?"
     );
     confirm(&question, arguments.yes).map_err(DrivesError::NotConfirmed)?;
     interrupt::listen().map_err(DrivesError::Interrupt)?;
     if !arguments.json {
-        eprintln!("drive {drive} is being enabled and moved; Ctrl-C stops it");
+        tell(format_args!(
+            "drive {drive} is being enabled and moved, at up to {rpm} r/min and {max_acceleration} r/min per second; Ctrl-C stops it"
+        ));
     }
     let jog = Jog {
         turns: *turns,
         rpm: *rpm,
+        limits: MotionLimits::of_jog(*rpm, *max_acceleration),
+        gear: arguments.gear_number,
     };
     let end = drives.jog(*drive, jog)?;
     print(arguments, &end)?;
@@ -87,8 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
 
 fn print(arguments: &Arguments, end: &JogEnd) -> Result<(), DrivesError> {
     if arguments.json {
-        let text = serde_json::to_string_pretty(end).map_err(DrivesError::Json)?;
-        println!("{text}");
+        print_json(end).map_err(DrivesError::Print)?;
         return Ok(());
     }
     let read = end.read_counts.map_or_else(
@@ -101,14 +117,15 @@ fn print(arguments: &Arguments, end: &JogEnd) -> Result<(), DrivesError> {
         ""
     };
     let state = if end.enabled {
-        "stays enabled"
+        "stays enabled, as it was before"
     } else {
         "is disabled"
     };
-    println!(
+    print_line(format_args!(
         "asked for {} counts, sent {}{stopped}; the drive {read} and {state}",
         end.asked_counts, end.sent_counts
-    );
+    ))
+    .map_err(DrivesError::Print)?;
     Ok(())
 }
 
@@ -119,6 +136,20 @@ fn turns(text: &str) -> Result<f64, String> {
             "must be -{MOST_TURNS}..={MOST_TURNS} turns and not 0, got {text}"
         )),
     }
+}
+
+fn acceleration(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(rpm_per_s) if (1.0..=MOST_RPM_PER_S).contains(&rpm_per_s) => Ok(rpm_per_s),
+        _ => Err(format!(
+            "must be 1..={MOST_RPM_PER_S} r/min per second, got {text}"
+        )),
+    }
+}
+
+fn gear_number(text: &str) -> Result<GearNumber, String> {
+    let number = text.parse().map_err(|_| "expected a number".to_owned())?;
+    GearNumber::new(number).map_err(|error| error.to_string())
 }
 
 fn rpm(text: &str) -> Result<f64, String> {

@@ -16,15 +16,15 @@ pub(crate) enum LimitsError {
         fault: Option<Fault>,
     },
     /// The axes could not be enabled.
-    Enable(CommandError),
+    Enable(CommandError<Fault>),
     /// A target was refused.
     Target(TargetError),
     /// An axis got a fault while it streamed.
     Fault(Fault),
     /// The outage is empty.
     Outage(EmptyOutage),
-    /// The figures cannot be written as JSON.
-    Json(serde_json::Error),
+    /// The figures cannot be written.
+    Print(std::io::Error),
 }
 
 impl fmt::Display for LimitsError {
@@ -41,7 +41,7 @@ impl fmt::Display for LimitsError {
             Self::Target(error) => error.fmt(f),
             Self::Fault(fault) => write!(f, "a simulated axis stopped: {fault}"),
             Self::Outage(error) => error.fmt(f),
-            Self::Json(error) => write!(f, "cannot write the figures: {error}"),
+            Self::Print(error) => write!(f, "cannot write the figures: {error}"),
         }
     }
 }

@@ -12,6 +12,7 @@ use std::process::ExitCode;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::exit;
+use crate::output::{print, print_json};
 use error::LimitsError;
 use figures::{Figures, Polled, SetPointsOnly, WireShare};
 use measure::Bounds;
@@ -61,10 +62,9 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, LimitsError> {
     let figures = Session::new(arguments)?.measure()?;
     if arguments.json {
-        let json = serde_json::to_string_pretty(&figures).map_err(LimitsError::Json)?;
-        println!("{json}");
+        print_json(&figures).map_err(LimitsError::Print)?;
     } else {
-        println!("{figures}");
+        print(&figures).map_err(LimitsError::Print)?;
     }
     Ok(if figures.targets_met {
         ExitCode::SUCCESS

@@ -2,14 +2,14 @@
 
 use can_motion::plan::{BusPlan, BusSetup, ResponseWindow};
 use can_motion::{
-    AxisConfig, AxisState, EventKind, Fault, GroupId, Instant, Limits, Master, MasterConfig,
-    PollKind, PollPeriods,
+    AxisConfig, AxisState, EventKind, Fault, GroupId, Instant, Limits, MasterConfig, PollKind,
+    PollPeriods, ServoMaster, StepChange, Travel,
 };
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, LogMode, NodeId, Outage,
     OutageKind, ResponseDelay, SplitMix64, TxOrder,
 };
-use dyn_can::DriveId;
+use dyn_can::{DriveId, StepLimit};
 
 use super::error::LimitsError;
 use super::measure::{BIT_NS, Measurements};
@@ -23,8 +23,17 @@ pub(crate) const CYCLE_US: u32 = 1_000;
 const CYCLE_NS: u64 = CYCLE_US as u64 * 1_000;
 const GROUP: GroupId = GroupId(0);
 const POLL_PERIOD_US: u32 = 20_000;
+/// Periods in which every axis is polled once before anything is measured.
+const POLL_PERIODS_BEFORE: u32 = 3;
 /// Cycles in which the axes must stream.
 const START_UP_CYCLES: u64 = 5_000;
+/// The drives cannot follow these steps, and need not: only the frames count.
+const NO_LIMITS: Limits = Limits {
+    backlog_counts: u32::MAX,
+    following_error_counts: u32::MAX,
+    drift_tolerance_counts: u32::MAX,
+    ..Limits::new(StepLimit::MAX, StepChange::MAX, Travel::WHOLE)
+};
 /// Far enough from 0 that every position is read with four bytes.
 pub(crate) const START_COUNTS: i32 = 1 << 25;
 
@@ -76,14 +85,12 @@ impl Load {
                 position_us: period,
                 ..PollPeriods::OFF
             },
-            // The drives cannot follow these steps, and need not: only the frames count.
-            limits: Limits {
-                backlog: u32::MAX,
-                following_error: u32::MAX,
-                drift_tolerance: u32::MAX,
-                ..Limits::WIDEST
-            },
-            ..AxisConfig::new(drive)
+            unwatched: period.is_none(),
+            ..AxisConfig::new(
+                drive,
+                DynDriveConfig::new(drive).group3.gear_number,
+                NO_LIMITS,
+            )
         }
     }
 
@@ -106,7 +113,7 @@ impl Load {
 pub(crate) struct Stand {
     bench: Bench<DynDrive>,
     node: NodeId,
-    master: Master<MOST_AXES>,
+    master: ServoMaster<MOST_AXES>,
     handed_over: HandedOver,
     payloads: Vec<Payload>,
     random: SplitMix64,
@@ -124,7 +131,7 @@ impl Stand {
     pub(crate) fn new(load: &Load) -> Result<Self, LimitsError> {
         let axes: Vec<AxisConfig> = load.drives().map(|drive| load.axis(drive)).collect();
         let config = load.config();
-        let master = Master::new(config, &axes).map_err(LimitsError::Refused)?;
+        let master = ServoMaster::new(config, &axes).map_err(LimitsError::Refused)?;
         let mut bus = Bus::new(BitRate::Kbit1000);
         bus.set_log(LogMode::Full);
         let mut bench = Bench::new(bus);
@@ -152,6 +159,10 @@ impl Stand {
             late_hand_overs_before: 0,
         };
         stand.start_up()?;
+        // While shafts stand still, only that is read: the polls begin with the set-points.
+        for _ in 0..POLL_PERIODS_BEFORE * POLL_PERIOD_US / CYCLE_US {
+            stand.cycle();
+        }
         // What was measured until now is not streaming.
         let plan = BusPlan::new(&config, &axes);
         stand.measured.restart(&plan, axes.len());
@@ -160,23 +171,27 @@ impl Stand {
     }
 
     fn start_up(&mut self) -> Result<(), LimitsError> {
-        for state in [AxisState::Ready, AxisState::Streaming] {
-            while !self.master.all_are(GROUP, state) {
-                if self.cycle > START_UP_CYCLES || self.fault.is_some() {
-                    return Err(LimitsError::StartUp { fault: self.fault });
-                }
-                self.cycle();
-            }
-            if state == AxisState::Ready {
-                let now = self.now();
-                self.master
-                    .enable(now, GROUP)
-                    .map_err(LimitsError::Enable)?;
-            }
-        }
+        // The drives come up with their servo on.
+        self.cycle_until(AxisState::FoundOn)?;
+        let now = self.now();
+        self.master.adopt(now, GROUP).map_err(LimitsError::Enable)?;
+        self.master
+            .enable(now, GROUP)
+            .map_err(LimitsError::Enable)?;
+        self.cycle_until(AxisState::Streaming)?;
         let place = 0..self.payloads.len();
         let snapshots = place.filter_map(|axis| self.master.snapshot(axis));
         self.targets = snapshots.map(|axis| axis.target_counts).collect();
+        Ok(())
+    }
+
+    fn cycle_until(&mut self, state: AxisState) -> Result<(), LimitsError> {
+        while !self.master.all_are(GROUP, state) {
+            if self.cycle > START_UP_CYCLES || self.fault.is_some() {
+                return Err(LimitsError::StartUp { fault: self.fault });
+            }
+            self.cycle();
+        }
         Ok(())
     }
 

@@ -3,13 +3,14 @@
 use std::process::ExitCode;
 
 use can_motion::{AxisSnapshot, Fault, PollPeriods};
-use dyn_can::{DriveId, StepLimit};
+use dyn_can::{DriveId, GearNumber};
 use serde::Serialize;
 
 use crate::drive_ids::drive_ids;
 use crate::drives::{DriveState, DrivesError, state_of};
 use crate::interrupt;
 use crate::link::LinkOptions;
+use crate::output::{Printed, print};
 use crate::station::{AxisOptions, GROUP, Station};
 
 /// Shortest cycle: requests go out once a cycle.
@@ -71,14 +72,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         speed_us: period_us,
         counter_us: None,
     };
-    let axis = |&drive| AxisOptions::default().axis(drive, StepLimit::MAX, polls);
+    // Any gear number: nothing moves.
+    let axis = |&drive| AxisOptions::default().still(drive, GearNumber::MIN, polls);
     let axes: Vec<_> = drives.iter().map(axis).collect();
     let mut station =
         Station::unhurried(&mut link, &axes, CYCLE_US).map_err(DrivesError::Config)?;
     let mut lines = 0;
     while interrupt::requests() == 0 && arguments.count.is_none_or(|count| lines < count) {
         wait(&mut station, arguments.every_ms)?;
-        print_lines(&mut station, arguments.json)?;
+        if print_lines(&mut station, arguments.json)? == Printed::NobodyReads {
+            break;
+        }
         lines += 1;
     }
     Ok(ExitCode::SUCCESS)
@@ -94,37 +98,34 @@ fn wait(station: &mut Station<'_>, ms: u32) -> Result<(), DrivesError> {
     Ok(())
 }
 
-fn print_lines(station: &mut Station<'_>, json: bool) -> Result<(), DrivesError> {
+fn print_lines(station: &mut Station<'_>, json: bool) -> Result<Printed, DrivesError> {
     let now = station.now();
     let mut is_one_lost = false;
-    for index in 0.. {
-        let Some(axis) = station.master().snapshot(index) else {
-            break;
-        };
+    let mut printed = Printed::Read;
+    let axes: Vec<AxisSnapshot> = station.snapshots().collect();
+    for axis in axes {
         let line = line_of(&axis, now.as_us());
         is_one_lost |= axis.fault == Some(Fault::Lost);
-        if json {
-            println!(
-                "{}",
-                serde_json::to_string(&line).map_err(DrivesError::Json)?
-            );
+        let text = if json {
+            serde_json::to_string(&line).map_err(|error| DrivesError::Print(error.into()))?
         } else if line.answers {
-            println!(
+            format!(
                 "{:9.3} s  drive {:2}: {}",
                 line.time_s, line.drive, line.state
-            );
+            )
         } else {
-            println!(
+            format!(
                 "{:9.3} s  drive {:2}: does not answer",
                 line.time_s, line.drive
-            );
-        }
+            )
+        };
+        printed = print(text).map_err(DrivesError::Print)?;
     }
     if is_one_lost {
         // The group has an axis; while the bus is off there is nobody to ask.
         let _ = station.master().clear(now, GROUP);
     }
-    Ok(())
+    Ok(printed)
 }
 
 fn line_of(axis: &AxisSnapshot, now_us: u64) -> Line {

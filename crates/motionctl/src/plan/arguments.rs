@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use can_motion::plan::{BitRate, BusSetup, RequestMix, ResponseWindow, TxOrder};
-use can_motion::{AxisConfig, Limits, MasterConfig, PollPeriods};
+use can_motion::{AxisConfig, Limits, MasterConfig, PollPeriods, StepChange, Travel};
 use clap::ValueEnum;
-use dyn_can::{DriveId, StepLimit};
+use dyn_can::{DriveId, GearNumber, StepLimit};
 
 use crate::drive_ids::drive_ids;
 
@@ -129,11 +129,9 @@ impl Arguments {
     /// An axis as all of them are.
     pub(crate) fn axis(&self, drive: DriveId) -> AxisConfig {
         let period_us = |hz: u32| 1_000_000_u32.checked_div(hz);
+        let limits = Limits::new(self.max_step, StepChange::MAX, Travel::WHOLE);
         AxisConfig {
-            limits: Limits {
-                max_step: self.max_step,
-                ..Limits::WIDEST
-            },
+            unwatched: self.status_hz == 0,
             polls: PollPeriods {
                 status_us: period_us(self.status_hz),
                 position_us: period_us(self.position_hz),
@@ -141,7 +139,8 @@ impl Arguments {
                 speed_us: period_us(self.speed_hz),
                 counter_us: period_us(self.counter_hz),
             },
-            ..AxisConfig::new(drive)
+            // No frame depends on the gear.
+            ..AxisConfig::new(drive, GearNumber::MAX, limits)
         }
     }
 }

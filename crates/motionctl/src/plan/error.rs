@@ -13,8 +13,8 @@ pub(crate) enum PlanError {
     },
     /// The picture cannot be drawn.
     Draw(String),
-    /// The verdict cannot be written as JSON.
-    Json(serde_json::Error),
+    /// The verdict cannot be written.
+    Print(std::io::Error),
 }
 
 impl fmt::Display for PlanError {
@@ -22,7 +22,7 @@ impl fmt::Display for PlanError {
         match self {
             Self::Write { path, source } => write!(f, "cannot write {}: {source}", path.display()),
             Self::Draw(reason) => write!(f, "cannot draw the picture: {reason}"),
-            Self::Json(source) => write!(f, "cannot write the plan: {source}"),
+            Self::Print(source) => write!(f, "cannot write the plan: {source}"),
         }
     }
 }

@@ -8,6 +8,8 @@ mod svg;
 mod table;
 mod text;
 
+use core::fmt::Write as _;
+use std::io;
 use std::process::ExitCode;
 
 use can_motion::plan::BusPlan;
@@ -15,6 +17,7 @@ use can_motion::{AxisConfig, MasterConfig};
 use dyn_can::DriveId;
 
 use crate::exit;
+use crate::output::{print, print_json};
 pub(crate) use arguments::Arguments;
 use error::PlanError;
 use json::Verdict;
@@ -34,12 +37,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, PlanError> {
     let most_axes = most_axes(&config, arguments);
     if arguments.json {
         let verdict = Verdict::new(&plan, most_axes);
-        println!(
-            "{}",
-            serde_json::to_string_pretty(&verdict).map_err(PlanError::Json)?
-        );
+        print_json(&verdict).map_err(PlanError::Print)?;
     } else {
-        print(&plan, most_axes, &picture);
+        let text = words(&plan, most_axes, &picture).map_err(io::Error::other);
+        text.and_then(print).map_err(PlanError::Print)?;
     }
     Ok(match plan.check() {
         Ok(()) => ExitCode::SUCCESS,
@@ -47,27 +48,39 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, PlanError> {
     })
 }
 
-fn print(plan: &BusPlan<'_>, most_axes: usize, picture: &Picture) {
-    println!("{}", table::of(plan));
+fn words(
+    plan: &BusPlan<'_>,
+    most_axes: usize,
+    picture: &Picture,
+) -> Result<String, core::fmt::Error> {
+    let mut text = String::new();
+    writeln!(text, "{}", table::of(plan))?;
     let (load, cycle) = (plan.load_bits(), plan.cycle_bits());
     let percent = 100.0 * load as f64 / cycle as f64;
-    print!("a full cycle carries {load} of {cycle} bit times, {percent:.1} %");
+    write!(
+        text,
+        "a full cycle carries {load} of {cycle} bit times, {percent:.1} %"
+    )?;
     match cycle.checked_sub(load) {
-        Some(headroom) => println!("; headroom {headroom} bit times"),
-        None => println!("; {} too many", load - cycle),
+        Some(headroom) => writeln!(text, "; headroom {headroom} bit times")?,
+        None => writeln!(text, "; {} too many", load - cycle)?,
     }
-    println!("with drives 1, 2, 3 ... and these polls at most {most_axes} axes fit\n");
-    println!("{}", text::draw(picture));
+    writeln!(
+        text,
+        "with drives 1, 2, 3 ... and these polls at most {most_axes} axes fit\n"
+    )?;
+    writeln!(text, "{}", text::draw(picture))?;
     for warning in plan.warnings().into_iter().flatten() {
-        println!("note: {warning}");
+        writeln!(text, "note: {warning}")?;
     }
     match plan.check() {
-        Ok(()) => println!("Every frame is in time, whatever it carries."),
+        Ok(()) => write!(text, "Every frame is in time, whatever it carries.")?,
         Err(refusal) if plan.remedies() == can_motion::plan::Remedies::default() => {
-            println!("REFUSED: {refusal}");
+            write!(text, "REFUSED: {refusal}")?;
         }
-        Err(refusal) => println!("REFUSED: {refusal}; {}", plan.remedies()),
+        Err(refusal) => write!(text, "REFUSED: {refusal}; {}", plan.remedies())?,
     }
+    Ok(text)
 }
 
 /// The largest number of axes of the same kind, from drive 1 on.

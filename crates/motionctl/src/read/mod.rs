@@ -6,6 +6,7 @@ use dyn_can::StoredDriveId;
 
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions};
+use crate::output::{print, print_json};
 use crate::station::AxisOptions;
 
 const EXAMPLES: &str = "\
@@ -40,10 +41,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         .map_err(DrivesError::Open)?;
     let readings = drives.read(arguments.drive)?;
     if arguments.json {
-        let text = serde_json::to_string_pretty(&readings).map_err(DrivesError::Json)?;
-        println!("{text}");
+        print_json(&readings).map_err(DrivesError::Print)?;
     } else {
-        println!("{readings}");
+        print(&readings).map_err(DrivesError::Print)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,10 +1,9 @@
 //! Options of `motionctl run`.
 
 use can_motion::PollPeriods;
-use dyn_can::StepLimit;
 
 use crate::link::LinkOptions;
-use crate::station::AxisOptions;
+use crate::station::{AxisOptions, MotionLimits};
 use crate::trajectory::MotionOptions;
 
 const EXAMPLES: &str = "\
@@ -14,10 +13,11 @@ Examples:
   motionctl run --slcan /dev/ttyACM0 --trajectory plan.csv --drives 5,7 --axes 2
   motionctl run --can can0 --trajectory plan.csv --cycle-us 2000 --yes --json
 
-The drives are enabled, follow the motion from where they stand, and are disabled. Ctrl-C ramps down and
-disables, a second Ctrl-C stops at once. At the end, and after a fault, every drive is disabled: a vertical
-axis without a brake falls then. A PC keeps time as well as it can: cycles that began late or never
-are counted and reported, and the axes catch up within --max-step.
+Drives that are disabled are enabled, follow the motion from where they stand, and are disabled: at the end, after
+a fault, after Ctrl-C; a vertical axis without a brake falls then. Drives that are enabled already stay enabled.
+Ctrl-C slows down first, a second Ctrl-C stops at once. A motion that needs more speed, acceleration or way than
+--max-rpm, --max-acceleration and --max-turns allow is refused. A PC keeps time as well as it can: cycles that began
+late or never are counted and reported, and the axes catch up a quarter faster than the motion is.
 
 Exit status: 0 the motion is complete and every set-point was sent, 1 it is not, 2 the input cannot be used
 and nothing was sent, 3 the link failed, 130 stopped by Ctrl-C.";
@@ -35,11 +35,9 @@ pub(crate) struct Arguments {
     /// Cycle time in microseconds.
     #[arg(long, value_name = "US", default_value_t = 1_000, value_parser = clap::value_parser!(u32).range(250..=1_000_000))]
     pub(super) cycle_us: u32,
-    /// Largest step of an axis in one cycle, in command counts: how fast an axis catches up after missed cycles.
-    /// Default: a quarter above the largest step of the motion.
-    #[arg(long, value_name = "COUNTS", value_parser = step_limit)]
-    pub(super) max_step: Option<StepLimit>,
-    /// Status polls of each axis in Hz, 0 for none.
+    #[command(flatten)]
+    pub(super) limits: MotionLimits,
+    /// Status polls of each axis in Hz, 0 for none: then nobody notices a drive that left the bus.
     #[arg(long, value_name = "HZ", default_value_t = 50)]
     status_hz: u32,
     /// Position polls of each axis in Hz, 0 for none.
@@ -62,9 +60,4 @@ impl Arguments {
             ..PollPeriods::OFF
         }
     }
-}
-
-fn step_limit(text: &str) -> Result<StepLimit, String> {
-    let counts: i32 = text.parse().map_err(|_| "expected a number".to_owned())?;
-    StepLimit::new(counts).map_err(|error| error.to_string())
 }

@@ -1,35 +1,63 @@
 //! Why a motion did not start.
 
 use core::fmt;
+use std::io;
 
 use can_motion::ConfigError;
+use dyn_can::{DriveId, GearNumber, units};
 
 use crate::confirm::NotConfirmed;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
+use crate::station::{LimitError, LookError};
 use crate::trajectory::MotionError;
+
+/// The gear number that the motion was made for, and that of the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct GearDifference {
+    pub(super) drive: DriveId,
+    pub(super) expected: GearNumber,
+    pub(super) actual: GearNumber,
+}
+
+impl GearDifference {
+    /// Whether they differ.
+    pub(super) fn is_one(&self) -> bool {
+        self.expected != self.actual
+    }
+}
 
 /// A motion that did not start, or whose summary cannot be written.
 #[derive(Debug)]
 pub(crate) enum RunError {
     /// The options make no motion.
     Motion(MotionError),
+    /// The motion needs more than is allowed.
+    Limit(LimitError),
     /// The master refuses the configuration.
     Config(ConfigError),
     /// The bus cannot be opened.
     Open(OpenError),
+    /// What the drives say of themselves is not known.
+    Look(LookError),
+    /// Drives have other gear numbers than the motion was made for; every axis in the order of the columns.
+    Gear(Vec<GearDifference>),
     /// Ctrl-C cannot be listened to.
     Interrupt(ctrlc::Error),
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
-    /// The summary cannot be written as JSON.
-    Json(serde_json::Error),
+    /// The summary cannot be written.
+    Print(io::Error),
 }
 
 impl Coded for RunError {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Open(_) => exit::LINK_FAILED,
+            Self::Open(_) | Self::Look(LookError::Link(_)) => exit::LINK_FAILED,
+            Self::Look(LookError::Interrupted) => exit::INTERRUPTED,
+            Self::Look(LookError::Fault { .. } | LookError::Incomplete { .. }) | Self::Print(_) => {
+                exit::BROKEN_PROMISE
+            }
             _ => exit::BAD_INPUT,
         }
     }
@@ -39,13 +67,41 @@ impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Motion(source) => source.fmt(f),
+            Self::Limit(source) => source.fmt(f),
             Self::Config(source) => source.fmt(f),
             Self::Open(source) => source.fmt(f),
+            Self::Look(source) => write!(f, "{source}. Nothing was switched and nothing has moved"),
+            Self::Gear(axes) => gear_text(f, axes),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::NotConfirmed(source) => source.fmt(f),
-            Self::Json(source) => write!(f, "cannot write the summary: {source}"),
+            Self::Print(source) => write!(f, "cannot write the summary: {source}"),
         }
     }
+}
+
+fn gear_text(f: &mut fmt::Formatter<'_>, axes: &[GearDifference]) -> fmt::Result {
+    for axis in axes.iter().filter(|axis| axis.is_one()) {
+        let [is, meant] = [axis.actual, axis.expected].map(units::command_counts_per_turn);
+        write!(
+            f,
+            "drive {} has gear number {}, so that {is} command counts are one turn, and the motion counts {meant}: it would turn {:.3} times as far as meant. ",
+            axis.drive,
+            axis.actual,
+            f64::from(meant) / f64::from(is)
+        )?;
+    }
+    let fitting = axes
+        .iter()
+        .map(|axis| units::command_counts_per_turn(axis.actual).to_string());
+    let mut fitting: Vec<String> = fitting.collect();
+    if fitting.windows(2).all(|pair| pair[0] == pair[1]) {
+        fitting.truncate(1);
+    }
+    write!(
+        f,
+        "The scale that fits is --counts-per-turn {}. Nothing was switched and nothing has moved",
+        fitting.join(",")
+    )
 }
 
 impl std::error::Error for RunError {}

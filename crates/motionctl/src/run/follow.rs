@@ -1,17 +1,16 @@
 //! From power-on to disabled: the drives follow the plan as the clock goes on.
 
-use can_motion::{AxisState, EventKind, ReadBackScale};
+use can_motion::{Fault, ReadBackScale, TargetError};
 use dyn_can::DriveId;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::summary::{AxisSummary, Outcome, Summary};
 use crate::interrupt;
 use crate::link::LinkFault;
-use crate::station::{GROUP, Station};
+use crate::output::tell;
+use crate::station::{BringUpError, Station, fault_text, found_on};
 use crate::trajectory::Plan;
 
-/// Time for the drives to become ready, and to be enabled.
-const START_UP_LIMIT_US: u64 = 10_000_000;
 /// Time after the motion for the drives to arrive and to be read once more.
 const SETTLE_US: u64 = 500_000;
 /// Time that the axes have to catch up after the last cycle of the plan.
@@ -21,8 +20,10 @@ const PROGRESS_STEP: u64 = 100;
 
 /// Why the motion ended before its end.
 enum Stop {
-    Fault,
-    NotReady,
+    BringUp(BringUpError),
+    Fault(DriveId, Fault),
+    /// A target that the master does not take although nothing is wrong with the axis.
+    Target(DriveId, TargetError),
     Interrupted,
     Link(LinkFault),
 }
@@ -33,76 +34,87 @@ impl From<LinkFault> for Stop {
     }
 }
 
+impl Stop {
+    fn outcome(self) -> Outcome {
+        match self {
+            Self::Link(fault) | Self::BringUp(BringUpError::Link(fault)) => {
+                Outcome::LinkFailed(fault.to_string())
+            }
+            Self::Interrupted | Self::BringUp(BringUpError::Interrupted) => Outcome::Interrupted,
+            Self::Fault(drive, fault) | Self::BringUp(BringUpError::Fault { drive, fault }) => {
+                let text = fault_text(drive, fault);
+                if fault == Fault::Bus {
+                    Outcome::LinkFailed(text)
+                } else {
+                    Outcome::Stopped(text)
+                }
+            }
+            Self::BringUp(error) => Outcome::Stopped(error.to_string()),
+            Self::Target(drive, error) => Outcome::Stopped(format!("drive {drive}: {error}")),
+        }
+    }
+}
+
 /// A motion under way.
 pub(super) struct Follow<'link> {
     station: Station<'link>,
-    read_back: ReadBackScale,
+    /// Drive and unit of the read-back of each axis.
+    drives: Vec<DriveId>,
+    read_back: Vec<ReadBackScale>,
     /// Place in the master of each axis: the master wants its drives in ascending order.
     places: Vec<usize>,
     /// Where each axis stood at the start.
     anchors: Vec<i32>,
-    saw_fault: bool,
 }
 
 impl<'link> Follow<'link> {
     pub(super) fn new(
         station: Station<'link>,
         drives: &[DriveId],
-        read_back: ReadBackScale,
+        read_back: Vec<ReadBackScale>,
     ) -> Self {
         let place = |drive| drives.iter().filter(|&other| other < drive).count();
         Self {
             station,
+            drives: drives.to_vec(),
             read_back,
             places: drives.iter().map(place).collect(),
             anchors: vec![0; drives.len()],
-            saw_fault: false,
         }
     }
 
     /// Enables, moves, disables.
     pub(super) fn run(mut self, plan: &Plan, show_progress: bool) -> Summary {
-        let moved = self.start_up().and_then(|()| {
-            self.anchors = self.targets();
-            if show_progress {
-                eprintln!("every drive is enabled; the motion starts");
-            }
+        let moved = self.start_up(show_progress).and_then(|()| {
             self.follow(plan, show_progress)?;
             self.settle()
         });
         let before_end = self.snapshots();
-        let shut_down = match moved {
-            // Nothing gets through any more.
-            Err(Stop::Link(fault)) => Err(fault),
-            _ => self.shut_down(),
-        };
-        let outcome = match (moved, &shut_down) {
-            (Err(Stop::Link(fault)), _) => Outcome::LinkFailed(fault),
-            (_, Err(fault)) => Outcome::LinkFailed(*fault),
-            (Err(Stop::Fault), _) => Outcome::Faulted,
-            (Err(Stop::NotReady), _) => Outcome::NotReady,
-            (Err(Stop::Interrupted), _) => Outcome::Interrupted,
+        let moved = moved.map_err(Stop::outcome);
+        if let Err(Outcome::Stopped(text) | Outcome::LinkFailed(text)) = &moved {
+            // At once: slowing down and confirming take their time.
+            tell(text);
+        }
+        let end = self.station.shut_down();
+        let warning = end.is_err().then(|| self.station.link_warning());
+        let outcome = match (moved, &end) {
+            (Err(outcome), _) => outcome,
+            (Ok(()), Err(fault)) => Outcome::LinkFailed(fault.to_string()),
             (Ok(()), Ok(_)) => Outcome::Completed,
         };
-        let unconfirmed = shut_down.unwrap_or_default();
         let axes = before_end
             .iter()
             .zip(&self.anchors)
             .zip(plan.last())
+            .zip(&self.read_back)
             .enumerate()
-            .map(|(axis, ((snapshot, &anchor), &target))| {
-                AxisSummary::new(axis, snapshot, anchor, target, self.read_back)
+            .map(|(axis, (((snapshot, &anchor), &target), &read_back))| {
+                AxisSummary::new(axis, snapshot, anchor, target, read_back)
             })
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;
-        Summary::new(outcome, &unconfirmed, axes, pace, late)
-    }
-
-    fn shut_down(&mut self) -> Result<Vec<DriveId>, LinkFault> {
-        let end = self.station.shut_down();
-        self.take_events();
-        end
+        Summary::new(outcome, end.unwrap_or_default(), warning, axes, pace, late)
     }
 
     fn snapshots(&mut self) -> Vec<can_motion::AxisSnapshot> {
@@ -116,25 +128,16 @@ impl<'link> Follow<'link> {
         axes.iter().map(|axis| axis.target_counts).collect()
     }
 
-    fn start_up(&mut self) -> Result<(), Stop> {
-        self.wait_for(AxisState::Ready)?;
-        let now = self.station.now();
-        if self.station.master().enable(now, GROUP).is_err() {
-            return Err(Stop::NotReady);
-        }
-        self.wait_for(AxisState::Streaming)
-    }
-
-    fn wait_for(&mut self, state: AxisState) -> Result<(), Stop> {
-        let start = self.station.now();
-        while self.station.now().us_since(start) < START_UP_LIMIT_US {
-            self.station.cycle(|_, _| {})?;
-            self.check()?;
-            if self.station.master().all_are(GROUP, state) {
-                return Ok(());
+    fn start_up(&mut self, show_progress: bool) -> Result<(), Stop> {
+        self.station.bring_up().map_err(Stop::BringUp)?;
+        self.anchors = self.targets();
+        if show_progress {
+            if let Some(text) = found_on(self.station.found_on()) {
+                tell(text);
             }
+            tell("every drive is enabled; the motion starts");
         }
-        Err(Stop::NotReady)
+        Ok(())
     }
 
     /// The row of the plan follows the clock: rows of cycles that were missed are passed over, and the axes owe the rest.
@@ -145,18 +148,24 @@ impl<'link> Follow<'link> {
         let mut row = 0;
         while row < last {
             let (places, anchors) = (&self.places, &self.anchors);
+            let mut refused = None;
             self.station.cycle(|master, number| {
                 row = (number - *first.get_or_insert(number)).min(last);
                 let offsets = &plan.cycles[row as usize];
-                for ((&place, &anchor), &offset) in places.iter().zip(anchors).zip(offsets) {
-                    // A refusal is an axis that stopped by a fault, which the events tell.
-                    let _ = master.set_target(place, anchor.wrapping_add(offset));
+                let axes = places.iter().zip(anchors).zip(offsets).enumerate();
+                for (axis, ((&place, &anchor), &offset)) in axes {
+                    let target = master.set_target(place, anchor.wrapping_add(offset));
+                    refused = refused.or(target.err().map(|error| (axis, error)));
                 }
             })?;
             if row % PROGRESS_STEP == 0 {
                 bar.set_position(row);
             }
+            // A fault is the cause of a refusal, and tells more.
             self.check()?;
+            if let Some((axis, error)) = refused {
+                return Err(Stop::Target(self.drives[axis], error));
+            }
         }
         bar.finish_and_clear();
         Ok(())
@@ -182,26 +191,13 @@ impl<'link> Follow<'link> {
     }
 
     fn check(&mut self) -> Result<(), Stop> {
-        self.take_events();
-        if self.saw_fault {
-            return Err(Stop::Fault);
+        if let Some((drive, fault)) = self.station.first_fault() {
+            return Err(Stop::Fault(drive, fault));
         }
         if interrupt::requests() > 0 {
             return Err(Stop::Interrupted);
         }
         Ok(())
-    }
-
-    fn take_events(&mut self) {
-        while let Some(event) = self.station.next_event() {
-            if let EventKind::Fault(fault) = event.kind {
-                self.saw_fault = true;
-                let place = event.axis.map(usize::from);
-                let axis = self.places.iter().position(|&other| Some(other) == place);
-                let axis = axis.map_or(String::new(), |axis| format!(" axis {axis}:"));
-                eprintln!("{} s:{axis} {fault}", event.at);
-            }
-        }
     }
 }
 

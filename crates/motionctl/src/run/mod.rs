@@ -7,76 +7,139 @@ mod summary;
 
 use std::process::ExitCode;
 
-use dyn_can::{DriveId, StepLimit};
+use can_motion::AxisConfig;
+use dyn_can::{DriveId, GearNumber, StepLimit};
 
 use crate::confirm::confirm;
 use crate::drive_ids::list;
 use crate::interrupt;
 use crate::link::Link;
-use crate::station::Station;
+use crate::output::{print, print_json, tell};
+use crate::station::{Needs, Station, look};
 use crate::trajectory::Plan;
 pub(crate) use arguments::Arguments;
-use error::RunError;
+use error::{GearDifference, RunError};
 use follow::Follow;
+
+/// One axis of the motion, in the order of the columns.
+#[derive(Debug)]
+struct Axis {
+    drive: DriveId,
+    gear: GearNumber,
+    needs: Needs,
+}
 
 /// Checks everything, asks, runs the motion, prints the summary.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let motion = arguments.motion.read().map_err(RunError::Motion)?;
-    let drives = motion.drives().map_err(RunError::Motion)?;
     let plan = motion
-        .plan(
-            arguments.cycle_us,
-            arguments.max_step.unwrap_or(StepLimit::MAX),
-        )
+        .plan(arguments.cycle_us, StepLimit::MAX)
         .map_err(RunError::Motion)?;
+    let drives = motion.drives().map_err(RunError::Motion)?;
+    let gears = motion.gear_numbers().map_err(RunError::Motion)?;
+    let axes: Vec<Axis> = drives
+        .iter()
+        .zip(gears)
+        .enumerate()
+        .map(|(axis, (&drive, gear))| {
+            let positions: Vec<i32> = plan.cycles.iter().map(|row| row[axis]).collect();
+            Axis {
+                drive,
+                gear,
+                needs: Needs::of(&positions, gear, arguments.cycle_us),
+            }
+        })
+        .collect();
+    for axis in &axes {
+        let within = arguments.limits.check(axis.drive, &axis.needs);
+        within.map_err(RunError::Limit)?;
+    }
     if let Some(note) = motion.note().filter(|_| !arguments.json) {
-        eprintln!("{note}");
+        tell(note);
     }
     let mut link = arguments.link.open().map_err(RunError::Open)?;
-    let station = station(arguments, &mut link, &drives, &plan)?;
+    admit(arguments, &mut link, &axes)?;
     confirm(&question(arguments, &drives, &plan), arguments.yes).map_err(RunError::NotConfirmed)?;
     interrupt::listen().map_err(RunError::Interrupt)?;
-    let follow = Follow::new(station, &drives, arguments.axes.scale());
+    if !arguments.json {
+        tell(format_args!("limits: {}", arguments.limits));
+    }
+    let station = station(arguments, &mut link, &axes)?;
+    let scales = axes.iter().map(|axis| arguments.axes.scale(axis.gear));
+    let follow = Follow::new(station, &drives, scales.collect());
     let summary = follow.run(&plan, !arguments.json);
     if arguments.json {
-        println!(
-            "{}",
-            serde_json::to_string_pretty(&summary).map_err(RunError::Json)?
-        );
+        print_json(&summary).map_err(RunError::Print)?;
     } else {
-        println!("{summary}");
+        print(&summary).map_err(RunError::Print)?;
     }
     Ok(summary.exit_code())
 }
 
+/// The axes as the master wants them: with their limits around these positions, in ascending order of drive id.
+fn configs(
+    arguments: &Arguments,
+    axes: &[Axis],
+    position: impl Fn(DriveId) -> i32,
+) -> Vec<AxisConfig> {
+    let config = |axis: &Axis| {
+        let limits = arguments.limits.of_axis(
+            &axis.needs,
+            position(axis.drive),
+            axis.gear,
+            arguments.cycle_us,
+        );
+        arguments
+            .axes
+            .axis(axis.drive, axis.gear, limits, arguments.polls())
+    };
+    let mut configs: Vec<AxisConfig> = axes.iter().map(config).collect();
+    configs.sort_unstable_by_key(|config| config.drive);
+    configs
+}
+
+/// Refuses what the bus cannot carry, before anything is asked or sent.
+fn admit(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<(), RunError> {
+    let configs = configs(arguments, axes, |_| 0);
+    Station::new(link, &configs, arguments.cycle_us)
+        .map(drop)
+        .map_err(RunError::Config)
+}
+
+/// Asks the drives what they are and where they stand, and refuses a scale that is not theirs.
 fn station<'link>(
     arguments: &Arguments,
     link: &'link mut Link,
-    drives: &[DriveId],
-    plan: &Plan,
+    axes: &[Axis],
 ) -> Result<Station<'link>, RunError> {
-    let max_step = arguments.max_step.unwrap_or_else(|| catch_up(plan));
-    let mut ascending = drives.to_vec();
+    let mut ascending: Vec<DriveId> = axes.iter().map(|axis| axis.drive).collect();
     ascending.sort_unstable();
-    let axes: Vec<_> = ascending
+    let seen = look(link, arguments.axes, &ascending).map_err(RunError::Look)?;
+    let of = |drive: DriveId| seen.iter().find(|seen| seen.drive == drive);
+    let differences: Vec<GearDifference> = axes
         .iter()
-        .map(|&drive| arguments.axes.axis(drive, max_step, arguments.polls()))
+        .filter_map(|axis| {
+            Some(GearDifference {
+                drive: axis.drive,
+                expected: axis.gear,
+                actual: of(axis.drive)?.gear,
+            })
+        })
         .collect();
-    Station::new(link, &axes, arguments.cycle_us).map_err(RunError::Config)
-}
-
-/// A quarter above the largest step of the motion: an axis that is behind catches up, and never much faster than planned.
-fn catch_up(plan: &Plan) -> StepLimit {
-    let step = i32::from(plan.largest_step());
-    StepLimit::new((step + step / 4).max(1)).unwrap_or(StepLimit::MAX)
+    if differences.iter().any(GearDifference::is_one) {
+        return Err(RunError::Gear(differences));
+    }
+    let configs = configs(arguments, axes, |drive| {
+        of(drive).map_or(0, |seen| seen.position_counts)
+    });
+    Station::new(link, &configs, arguments.cycle_us).map_err(RunError::Config)
 }
 
 fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {
     let seconds = plan.cycles.len() as f64 * f64::from(arguments.cycle_us) * 1e-6;
     format!(
-        "The motors of drives {} will be enabled and MOVE for {seconds:.1} s, at most {} counts in {} us. Is everybody clear of the machine?",
+        "The motors of drives {} will be enabled and MOVE for {seconds:.1} s, {}. Is everybody clear of the machine?",
         list(drives),
-        plan.largest_step(),
-        arguments.cycle_us
+        arguments.limits
     )
 }

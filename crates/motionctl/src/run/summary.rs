@@ -10,30 +10,27 @@ use dyn_can::DriveId;
 use serde::Serialize;
 
 use crate::exit;
-use crate::link::LinkFault;
-use crate::station::{LINK_WARNING, PaceCounts, warning};
+use crate::station::{End, PaceCounts, left_on, unconfirmed_warning};
 use crate::table::align_numbers;
 
 /// How a motion ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Outcome {
     Completed,
-    Faulted,
-    NotReady,
+    /// Why.
+    Stopped(String),
     Interrupted,
-    LinkFailed(LinkFault),
+    /// What failed.
+    LinkFailed(String),
 }
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Completed => f.write_str("completed"),
-            Self::Faulted => f.write_str("stopped by a fault"),
-            Self::NotReady => {
-                f.write_str("the drives did not become ready in time; nothing has moved")
-            }
+            Self::Stopped(reason) => write!(f, "stopped by a fault, {reason}"),
             Self::Interrupted => f.write_str("stopped by the user"),
-            Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
+            Self::LinkFailed(reason) => write!(f, "the link failed: {reason}"),
         }
     }
 }
@@ -92,10 +89,14 @@ pub(super) struct Summary {
     pace: PaceCounts,
     /// Cycles whose set-points the link did not all accept in time.
     late_hand_overs: u32,
-    /// Drives that did not say that they are disabled.
+    /// Drives that this motion had enabled, and that say that they are disabled.
+    disabled: Vec<u8>,
+    /// Drives that this motion had enabled, and that did not say that they are disabled.
     unconfirmed: Vec<u8>,
-    #[serde(skip)]
-    warning: Option<String>,
+    /// Drives that were enabled before, and still are.
+    left_enabled: Vec<u8>,
+    /// What somebody who goes near must know.
+    warnings: Vec<String>,
     #[serde(skip)]
     exit_code: u8,
 }
@@ -103,7 +104,8 @@ pub(super) struct Summary {
 impl Summary {
     pub(super) fn new(
         outcome: Outcome,
-        unconfirmed: &[DriveId],
+        end: End,
+        link_warning: Option<String>,
         axes: Vec<AxisSummary>,
         pace: PaceCounts,
         late_hand_overs: u32,
@@ -111,21 +113,27 @@ impl Summary {
         let sums_are_equal = axes
             .iter()
             .all(|axis| axis.sent_counts == axis.target_counts);
-        let completed = outcome == Outcome::Completed && sums_are_equal && unconfirmed.is_empty();
+        let is_off = end.unconfirmed.is_empty();
+        let completed = outcome == Outcome::Completed && sums_are_equal && is_off;
         let exit_code = match outcome {
             Outcome::LinkFailed(_) => exit::LINK_FAILED,
-            Outcome::Interrupted => exit::INTERRUPTED,
+            Outcome::Interrupted if is_off => exit::INTERRUPTED,
             _ if completed => 0,
             _ => exit::BROKEN_PROMISE,
         };
+        let unconfirmed = (!is_off).then(|| unconfirmed_warning(&end.unconfirmed));
+        let warnings = [left_on(&end.left_on), unconfirmed, link_warning];
+        let ids = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         Self {
             completed,
             outcome: outcome.to_string(),
             axes,
             pace,
             late_hand_overs,
-            unconfirmed: unconfirmed.iter().map(|drive| drive.get()).collect(),
-            warning: (!unconfirmed.is_empty()).then(|| warning(unconfirmed)),
+            disabled: ids(&end.disabled),
+            unconfirmed: ids(&end.unconfirmed),
+            left_enabled: ids(&end.left_on),
+            warnings: warnings.into_iter().flatten().collect(),
             exit_code,
         }
     }
@@ -137,7 +145,6 @@ impl Summary {
     fn table(&self) -> Table {
         let mut table = Table::new();
         table.load_style(UTF8_BORDERS_ONLY).set_header([
-            "axis",
             "drive",
             "set-\npoints",
             "merged",
@@ -149,7 +156,6 @@ impl Summary {
         ]);
         for axis in &self.axes {
             table.add_row([
-                axis.axis.to_string(),
                 axis.drive.to_string(),
                 axis.set_points.to_string(),
                 axis.merged.to_string(),
@@ -179,11 +185,8 @@ impl fmt::Display for Summary {
             pace.merged,
             self.late_hand_overs
         )?;
-        if let Some(warning) = &self.warning {
+        for warning in &self.warnings {
             writeln!(f, "{warning}")?;
-        }
-        if self.exit_code == exit::LINK_FAILED {
-            writeln!(f, "{LINK_WARNING}")?;
         }
         write!(f, "The motion: {}.", self.outcome)
     }

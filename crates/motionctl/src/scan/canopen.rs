@@ -2,7 +2,7 @@
 //!
 //! Reading changes nothing. Every node has a client of its own, so that a late answer of one is never taken for that of another.
 
-use can_motion::{BusErrorKind, BusUser, Instant};
+use can_motion::{BusErrorKind, BusUser, Instant, Outcome, Progress, Sink};
 use zlac8030l::{
     DataFrame, FrameError, NodeId, ObjectValue, SdoClient, SdoEnd, SdoEvent, SdoHeard, SdoRequest,
     SdoTimeouts, objects,
@@ -106,12 +106,6 @@ struct Ask {
     is_abort: bool,
 }
 
-impl AsRef<DataFrame> for Ask {
-    fn as_ref(&self) -> &DataFrame {
-        &self.frame
-    }
-}
-
 impl NodeScan {
     /// A scan of nodes 1 to 127 that gives each `reply_us` to answer.
     const fn listening(reply_us: u32) -> Self {
@@ -184,11 +178,8 @@ impl NodeScan {
     }
 }
 
-impl BusUser for NodeScan {
-    type Outgoing = Ask;
-    type Frame = DataFrame;
-
-    fn next_frame(&self) -> Option<Ask> {
+impl NodeScan {
+    fn next_ask(&self) -> Option<Ask> {
         if let Some(frame) = self.abort {
             return Some(Ask {
                 frame,
@@ -202,7 +193,7 @@ impl BusUser for NodeScan {
         })
     }
 
-    fn on_accepted(&mut self, now: Instant, ask: &Ask) {
+    fn accepted(&mut self, now: Instant, ask: &Ask) {
         if ask.is_abort {
             self.abort = None;
         } else {
@@ -212,15 +203,33 @@ impl BusUser for NodeScan {
                 .is_ok();
         }
     }
+}
+
+impl BusUser for NodeScan {
+    type Frame = DataFrame;
+
+    fn send<S: Sink<DataFrame>>(&mut self, now: Instant, sink: &mut S) -> Progress {
+        while let Some(ask) = self.next_ask() {
+            match sink.offer(&ask.frame) {
+                Outcome::Accepted => self.accepted(now, &ask),
+                Outcome::Displaced(frame) => {
+                    self.accepted(now, &ask);
+                    self.on_displaced(now, &frame);
+                }
+                Outcome::Full => return Progress::Blocked,
+                // Whether it goes out is not known: its answer is awaited.
+                Outcome::Failed(_) => {
+                    self.accepted(now, &ask);
+                    return Progress::Idle;
+                }
+            }
+        }
+        Progress::Idle
+    }
 
     fn on_displaced(&mut self, _: Instant, _: &DataFrame) {
         self.client.withdraw();
         self.is_asked = false;
-    }
-
-    /// Whether it goes out is not known: its answer is awaited.
-    fn on_transmit_error(&mut self, now: Instant, ask: &Ask, _: BusErrorKind) {
-        self.on_accepted(now, ask);
     }
 
     fn on_receive_error(&mut self, _: Instant, _: BusErrorKind) {}

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::confirm::confirm;
 use crate::drives::{DrivesError, DrivesOptions, FoundDrive};
 use crate::exit;
+use crate::output::{print, print_json};
 use crate::station::AxisOptions;
 
 /// Ids that are asked.
@@ -75,15 +76,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         },
     };
     if arguments.json {
-        let text = serde_json::to_string_pretty(&found).map_err(DrivesError::Json)?;
-        println!("{text}");
+        print_json(&found).map_err(DrivesError::Print)?;
     } else if found.drives.is_empty() {
-        println!(
-            "no drive answers: check power, wiring, termination and bit rate; a fresh drive has no id on CAN yet, and is drive 0 on its serial port"
-        );
+        print(
+            "no drive answers: check power, wiring, termination and bit rate; a fresh drive has no id on CAN yet, and is drive 0 on its serial port",
+        )
+        .map_err(DrivesError::Print)?;
     }
     for found in found.drives.iter().filter(|_| !arguments.json) {
-        println!("drive {:2}  {}", found.drive, found.protocol);
+        print(format_args!("drive {:2}  {}", found.drive, found.protocol))
+            .map_err(DrivesError::Print)?;
     }
     Ok(if found.drives.is_empty() {
         exit::BROKEN_PROMISE.into()

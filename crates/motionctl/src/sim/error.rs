@@ -33,8 +33,8 @@ pub(crate) enum SimError {
     },
     /// The candump log or the table cannot be written any further.
     Log(std::io::Error),
-    /// The summary cannot be written as JSON.
-    Json(serde_json::Error),
+    /// The summary cannot be written.
+    Print(std::io::Error),
     /// An option is out of range.
     Option {
         name: &'static str,
@@ -71,7 +71,7 @@ impl fmt::Display for SimError {
             ),
             Self::Write { path, source } => write!(f, "cannot write {}: {source}", path.display()),
             Self::Log(source) => write!(f, "cannot write the log or the table: {source}"),
-            Self::Json(source) => write!(f, "cannot write the summary: {source}"),
+            Self::Print(source) => write!(f, "cannot write the summary: {source}"),
             Self::Option { name, source } => write!(f, "{name}: {source}"),
             Self::AxisCount { most, actual } => {
                 write!(

@@ -18,6 +18,7 @@ use std::io::BufWriter;
 use std::process::ExitCode;
 
 use crate::exit;
+use crate::output::{self, tell};
 use crate::trajectory::Plan;
 pub(crate) use arguments::Arguments;
 use bench::{Bench, Setup};
@@ -43,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
         report::make_folder(folder)?;
     }
     if let Some(note) = motion.note().filter(|_| !arguments.json) {
-        eprintln!("{note}");
+        tell(note);
     }
     let (summary, recording) = simulate(arguments, setup, candump, &plan)?;
     if let Some(recording) = recording {
@@ -52,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
         }
         if let Some(folder) = &arguments.report {
             let page = report::write(folder, &recording, &summary)?;
-            eprintln!("report: {}", page.display());
+            tell(format_args!("report: {}", page.display()));
         }
     }
     print(arguments, &summary)?;
@@ -89,12 +90,9 @@ fn create(path: &std::path::Path) -> Result<BufWriter<File>, SimError> {
 
 fn print(arguments: &Arguments, summary: &Summary) -> Result<(), SimError> {
     if arguments.json {
-        println!(
-            "{}",
-            serde_json::to_string_pretty(summary).map_err(SimError::Json)?
-        );
+        output::print_json(summary).map_err(SimError::Print)?;
     } else {
-        println!("{summary}");
+        output::print(summary).map_err(SimError::Print)?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Who looks at a simulation while it runs, and may interfere.
 
-use can_motion::Master;
+use can_motion::ServoMaster;
 
 use super::bench::MOST_AXES;
 use super::error::SimError;
@@ -25,7 +25,7 @@ pub(crate) trait Spectator {
     fn after_cycle(
         &mut self,
         recording: &Recording,
-        master: &Master<MOST_AXES>,
+        master: &ServoMaster<MOST_AXES>,
         places: &[usize],
     ) -> Result<Vec<Order>, SimError>;
 
@@ -43,7 +43,7 @@ impl Spectator for Nobody {
     fn after_cycle(
         &mut self,
         _recording: &Recording,
-        _master: &Master<MOST_AXES>,
+        _master: &ServoMaster<MOST_AXES>,
         _places: &[usize],
     ) -> Result<Vec<Order>, SimError> {
         Ok(Vec::new())

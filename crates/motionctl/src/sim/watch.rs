@@ -1,6 +1,6 @@
 //! What is measured while a simulation runs.
 
-use can_motion::{AxisSnapshot, AxisState, Event, EventKind, Instant, Master, PollKind};
+use can_motion::{AxisSnapshot, AxisState, Event, EventKind, Instant, PollKind, ServoMaster};
 use drive_sim::{Bus, DynDrive, FaultModel, LoadMark, NodeId, Outcome, Record};
 use dyn_can::FunctionCode;
 use embedded_can::{Frame as _, Id};
@@ -74,7 +74,7 @@ impl Watch {
         self.faults
     }
 
-    pub(crate) fn event(&mut self, event: &Event) {
+    pub(crate) fn event(&mut self, event: &Event<EventKind>) {
         if let EventKind::Fault(_) = event.kind {
             self.faults += 1;
         }
@@ -83,7 +83,7 @@ impl Watch {
     pub(crate) fn cycle_begins(
         &mut self,
         now: Instant,
-        master: &Master<MOST_AXES>,
+        master: &ServoMaster<MOST_AXES>,
         places: &[usize],
     ) {
         if !self.running {

@@ -2,25 +2,37 @@
 //!
 //! A PC keeps time as well as it can. A cycle that begins late is counted, cycles that never began are counted, and their
 //! steps are merged into the next one: the target always follows the clock, and the master owes the difference.
+//!
+//! What a station switches on it switches off again, whatever happens; what it found on stays on.
 
 mod axis_options;
+mod bring_up;
 mod clock;
+mod fault_text;
+mod look;
+mod motion_limits;
 mod pace;
 mod shut_down;
 
 use can_motion::plan::BusSetup;
 use can_motion::{
-    AxisConfig, ConfigError, Event, GroupId, Instant, Master, MasterConfig, Progress, Timeouts,
+    AxisConfig, AxisSnapshot, ConfigError, Event, EventKind, GroupId, Instant, MasterConfig,
+    Progress, ServoMaster, Timeouts,
 };
+use dyn_can::DriveId;
 
 use crate::link::{Link, LinkFault};
 pub(crate) use axis_options::AxisOptions;
+pub(crate) use bring_up::BringUpError;
 pub(crate) use clock::{Clock, serve_until};
+pub(crate) use fault_text::fault_text;
+pub(crate) use look::{LookError, Seen, look};
+pub(crate) use motion_limits::{LimitError, MotionLimits, Needs};
 pub(crate) use pace::{Pace, PaceCounts};
-pub(crate) use shut_down::{LINK_WARNING, warning};
+pub(crate) use shut_down::{End, found_on, left_on, unconfirmed_warning};
 
 /// The master of this tool: room for every drive that a bus can carry.
-pub(crate) type PcMaster = Master<63>;
+pub(crate) type PcMaster = ServoMaster<63>;
 
 /// All axes of this tool are in one group.
 pub(crate) const GROUP: GroupId = GroupId(0);
@@ -28,10 +40,15 @@ pub(crate) const GROUP: GroupId = GroupId(0);
 /// In a longer cycle even 63 drives at 10 kbit/s fit.
 const LONGEST_CYCLE_US: u32 = 640_000;
 
+/// Without a set-point that gets out for so long the motion ends with an error. A PC that is busy pauses a program for some hundred
+/// milliseconds, a firmware never.
+pub(crate) const STUCK_US: u32 = 500_000;
+
 /// Waiting times for a PC: adapters on USB hold bytes back for up to 16 ms, and the system lets a program wait.
 const TIMEOUTS: Timeouts = Timeouts {
     reply_us: 100_000,
     confirm_us: 1_000_000,
+    stuck_us: STUCK_US,
     lost_after: 5,
     ..Timeouts::DEFAULT
 };
@@ -43,6 +60,12 @@ pub(crate) struct Station<'link> {
     link: &'link mut Link,
     clock: Clock,
     pace: Pace,
+    config: MasterConfig,
+    axes: Vec<AxisConfig>,
+    /// Drives that this station told to switch on, until they have confirmed that they are off.
+    switched_on: Vec<DriveId>,
+    /// Drives that were on before.
+    found_on: Vec<DriveId>,
 }
 
 impl<'link> Station<'link> {
@@ -69,6 +92,10 @@ impl<'link> Station<'link> {
             link,
             clock: Clock::start(),
             pace: Pace::new(cycle_us),
+            config,
+            axes: axes.to_vec(),
+            switched_on: Vec::new(),
+            found_on: Vec::new(),
         })
     }
 
@@ -94,6 +121,16 @@ impl<'link> Station<'link> {
     /// The master, to read its state and to command it.
     pub(crate) fn master(&mut self) -> &mut PcMaster {
         &mut self.master
+    }
+
+    /// Every axis at this moment, in ascending order of drive id.
+    pub(crate) fn snapshots(&self) -> impl Iterator<Item = AxisSnapshot> + '_ {
+        (0..).map_while(|axis| self.master.snapshot(axis))
+    }
+
+    /// The drives, in the order of the axes.
+    pub(crate) fn drives(&self) -> impl Iterator<Item = DriveId> + '_ {
+        self.axes.iter().map(|axis| axis.drive)
     }
 
     /// How well the cycles kept their time.
@@ -128,7 +165,7 @@ impl<'link> Station<'link> {
     }
 
     /// The oldest event that was not read yet.
-    pub(crate) fn next_event(&mut self) -> Option<Event> {
+    pub(crate) fn next_event(&mut self) -> Option<Event<EventKind>> {
         self.master.next_event()
     }
 }

@@ -1,110 +1,177 @@
-//! The end of every motion: ramp down, disable, confirm.
+//! The end of every motion: slow down, then switch off what was switched on, and only that.
 
-use can_motion::{AxisSnapshot, AxisState};
+use can_motion::{AxisConfig, PollPeriods};
 use dyn_can::DriveId;
 
-use super::{GROUP, Station};
+use super::{Clock, GROUP, Pace, PcMaster, Station, serve_until};
 use crate::drive_ids::list;
 use crate::interrupt;
 use crate::link::LinkFault;
+use crate::output::tell;
 
-/// Time to ramp down, disable and confirm.
-const LIMIT_US: u64 = 5_000_000;
+/// Time to slow down.
+const RAMP_LIMIT_US: u64 = 5_000_000;
+/// Time for the drives to confirm that they are off; the command is repeated meanwhile.
+const CONFIRM_LIMIT_US: u64 = 5_000_000;
+
+/// What became of the power of the drives.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct End {
+    /// Switched on by this station, and confirmed off.
+    pub(crate) disabled: Vec<DriveId>,
+    /// Switched on by this station, and not confirmed off.
+    pub(crate) unconfirmed: Vec<DriveId>,
+    /// On before, and left on.
+    pub(crate) left_on: Vec<DriveId>,
+}
 
 impl Station<'_> {
-    /// Slows all axes down, disables them and waits for their confirmation. Ctrl-C during the ramp cuts it short. Returns
-    /// the drives that have not said that they are disabled.
+    /// Slows all axes down, switches off the drives that this station has switched on, and waits for their confirmation. Drives that
+    /// were on before hold. Ctrl-C during the ramp cuts it short.
     ///
     /// # Errors
-    /// The fault of the link, after which nothing gets through any more.
-    pub(crate) fn shut_down(&mut self) -> Result<Vec<DriveId>, LinkFault> {
+    /// The fault of the link, after which nothing gets through any more: [`Self::link_warning`] says what that means.
+    pub(crate) fn shut_down(&mut self) -> Result<End, LinkFault> {
+        self.come_to_rest()?;
+        let told = self.switched_on.clone();
+        let unconfirmed = self.switch_off(&told)?;
+        self.switched_on.clear();
+        Ok(End {
+            disabled: told
+                .into_iter()
+                .filter(|drive| !unconfirmed.contains(drive))
+                .collect(),
+            unconfirmed,
+            left_on: self.found_on.clone(),
+        })
+    }
+
+    /// Switches off every drive of the station, whoever switched it on. Returns the drives that did not confirm.
+    ///
+    /// # Errors
+    /// The fault of the link.
+    pub(crate) fn disable_all(&mut self) -> Result<Vec<DriveId>, LinkFault> {
+        let drives: Vec<DriveId> = self.drives().collect();
+        self.switch_off(&drives)
+    }
+
+    /// The warning when the link has failed: which drives may still be on.
+    pub(crate) fn link_warning(&self) -> String {
+        link_warning(&self.switched_on, &self.found_on)
+    }
+
+    fn come_to_rest(&mut self) -> Result<(), LinkFault> {
         let (start, requests) = (self.now(), interrupt::requests());
-        self.master.disable(start, GROUP);
-        while self.now().us_since(start) < LIMIT_US {
+        self.master.stop(start, GROUP);
+        while self.snapshots().any(|axis| axis.facts.moves())
+            && self.now().us_since(start) < RAMP_LIMIT_US
+        {
             self.cycle(|_, _| {})?;
             if interrupt::requests() > requests {
-                let now = self.now();
-                self.master.halt(now, GROUP);
-                self.master.disable(now, GROUP);
-            }
-            if self.unsettled() == 0 {
                 break;
             }
         }
-        Ok(self.unconfirmed())
+        let now = self.now();
+        self.master.halt(now, GROUP);
+        Ok(())
     }
 
-    fn states(&self) -> impl Iterator<Item = AxisSnapshot> + '_ {
-        (0..).map_while(|axis| self.master.snapshot(axis))
-    }
-
-    /// Axes on their way to being disabled.
-    fn unsettled(&self) -> usize {
-        let settled = |state| {
-            matches!(
-                state,
-                AxisState::PowerOn | AxisState::Ready | AxisState::Faulted
-            )
+    /// With a master of its own, because the drives of one group are switched off together, and because the other one may have
+    /// panicked.
+    fn switch_off(&mut self, drives: &[DriveId]) -> Result<Vec<DriveId>, LinkFault> {
+        let is_meant = |axis: &&AxisConfig| drives.contains(&axis.drive);
+        let unpolled = |axis: &AxisConfig| AxisConfig {
+            polls: PollPeriods::OFF,
+            unwatched: true,
+            ..*axis
         };
-        self.states().filter(|axis| !settled(axis.state)).count()
-    }
-
-    /// Drives that have not said that they are disabled.
-    fn unconfirmed(&self) -> Vec<DriveId> {
-        let is_disabled = |axis: &AxisSnapshot| {
-            let status = axis.feedback.status;
-            status.is_some_and(|status| status.value.is_disabled())
+        let axes: Vec<AxisConfig> = self.axes.iter().filter(is_meant).map(unpolled).collect();
+        if axes.is_empty() {
+            return Ok(Vec::new());
+        }
+        // Refused only where the plan of more axes was refused before.
+        let Ok(mut master) = PcMaster::new(self.config, &axes) else {
+            return Ok(drives.to_vec());
         };
-        let axes = self.states().filter(|axis| !is_disabled(axis));
-        axes.map(|axis| axis.drive).collect()
+        let clock = Clock::start();
+        let mut pace = Pace::new(self.config.cycle_us);
+        master.disable(clock.now(), GROUP);
+        loop {
+            serve_until(&mut master, self.link, &clock, pace.due())?;
+            let now = clock.now();
+            pace.begin(now);
+            master.begin_cycle(now);
+            let axes = (0..).map_while(|axis| master.snapshot(axis));
+            let on = axes.filter(|axis| axis.facts.power.may_be_on());
+            let unconfirmed: Vec<DriveId> = on.map(|axis| axis.drive).collect();
+            if unconfirmed.is_empty() || now.as_us() >= CONFIRM_LIMIT_US {
+                return Ok(unconfirmed);
+            }
+        }
     }
 }
 
-/// The warning when the link has failed while drives were enabled.
-pub(crate) const LINK_WARNING: &str = "No command gets through any more. The drives hold where the last set-point took them and may still be ENABLED: use the emergency stop before you go near.";
+impl Drop for Station<'_> {
+    /// Nobody called [`Station::shut_down`], or it did not get to its end: an error half-way, or a panic.
+    fn drop(&mut self) {
+        if self.switched_on.is_empty() {
+            return;
+        }
+        let drives = core::mem::take(&mut self.switched_on);
+        if self.link.fault().is_some() {
+            // Whoever used the station has the fault of the link, and tells it.
+            return;
+        }
+        match self.switch_off(&drives) {
+            Ok(unconfirmed) if unconfirmed.is_empty() => {
+                tell(format_args!("drives {} are disabled", list(&drives)));
+            }
+            Ok(unconfirmed) => tell(unconfirmed_warning(&unconfirmed)),
+            Err(fault) => tell(format_args!(
+                "the link failed: {fault}. {}",
+                link_warning(&drives, &self.found_on)
+            )),
+        }
+    }
+}
+
+/// The warning when the link has failed: which drives may still be on.
+fn link_warning(switched_on: &[DriveId], found_on: &[DriveId]) -> String {
+    let mut drives = [switched_on, found_on].concat();
+    drives.sort_unstable();
+    if drives.is_empty() {
+        return "No drive was enabled.".to_owned();
+    }
+    format!(
+        "No command gets through any more. Drives {} hold where the last set-point took them and may still be ENABLED: use the emergency stop before you go near.",
+        list(&drives)
+    )
+}
+
+/// The message about drives that are on already; `None` when there are none.
+pub(crate) fn found_on(drives: &[DriveId]) -> Option<String> {
+    (!drives.is_empty()).then(|| {
+        format!(
+            "drives {} were enabled before; they will stay enabled",
+            list(drives)
+        )
+    })
+}
+
+/// The message about drives that were on before and are left on; `None` when there are none.
+pub(crate) fn left_on(drives: &[DriveId]) -> Option<String> {
+    (!drives.is_empty()).then(|| {
+        format!(
+            "drives {} were enabled before and STAY ENABLED: `motionctl disable` switches them off",
+            list(drives)
+        )
+    })
+}
 
 /// The warning about drives that have not said that they are disabled.
-pub(crate) fn warning(unconfirmed: &[DriveId]) -> String {
+pub(crate) fn unconfirmed_warning(unconfirmed: &[DriveId]) -> String {
     format!(
         "drives {} did not confirm that they are DISABLED: use the emergency stop before you go near",
         list(unconfirmed)
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use can_motion::PollPeriods;
-    use dyn_can::StepLimit;
-
-    use super::*;
-    use crate::link::fake_adapter::{FakeAdapter, set_up_answer};
-    use crate::station::AxisOptions;
-
-    /// Drive 1 answers every question and obeys no Servo_Disable.
-    fn stubborn_drive(line: &[u8]) -> Vec<u8> {
-        let reply: &[u8] = match line {
-            // Echo_Function: the same bytes.
-            [b't', b'0', b'3', b'E', ..] => line,
-            b"t0350" => b"t0356140000100000",
-            b"t0280" => b"t028100",
-            b"t0290" => b"t029100",
-            b"t02E11B" => b"t02E100",
-            [b't', ..] => return b"z\r".to_vec(),
-            _ => return set_up_answer(line),
-        };
-        [b"z\r", reply, b"\r"].concat()
-    }
-
-    #[test]
-    fn a_drive_that_stays_enabled_is_named() {
-        let adapter = FakeAdapter::new("stubborn", stubborn_drive);
-        let mut link = adapter.open();
-        let axis = AxisOptions::default().axis(DriveId::MIN, StepLimit::MAX, PollPeriods::DEFAULT);
-        let mut station = Station::new(&mut link, &[axis], 1_000).unwrap();
-        while !station.master().all_are(GROUP, AxisState::Ready) {
-            station.cycle(|_, _| {}).unwrap();
-        }
-        assert_eq!(station.shut_down(), Ok(vec![DriveId::MIN]));
-        assert!(warning(&[DriveId::MIN]).contains("drives 1 did not confirm"));
-    }
 }

@@ -4,7 +4,7 @@ use core::fmt;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use dyn_can::{DriveId, StepLimit};
+use dyn_can::{DriveId, GearNumber, StepLimit};
 use zlac8030l::NodeId;
 
 use crate::drive_ids::{DriveSet, drive_set};
@@ -183,6 +183,25 @@ impl MotionFile<'_> {
         Ok(drives)
     }
 
+    /// The gear number of the drive of each axis: a quarter of the counts of a turn.
+    pub(crate) fn gear_numbers(&self) -> Result<Vec<GearNumber>, MotionError> {
+        let counts = for_each_axis(
+            "--counts-per-turn",
+            &self.options.counts_per_turn,
+            self.axes(),
+        )
+        .map_err(|source| self.options.in_file(source))?;
+        let gear = |counts: f64| {
+            let number = counts / 4.0;
+            let is_whole = number.fract() == 0.0 && (0.0..=65_535.0).contains(&number);
+            let gear = is_whole
+                .then(|| GearNumber::new(number as i32).ok())
+                .flatten();
+            gear.ok_or(MotionError::CountsPerTurn { actual: counts })
+        };
+        counts.into_iter().map(gear).collect()
+    }
+
     /// The positions at every cycle, checked against the step that each axis can follow.
     pub(crate) fn plan(&self, cycle_us: u32, max_step: StepLimit) -> Result<Plan, MotionError> {
         let (options, axes) = (self.options, self.axes());
@@ -283,6 +302,8 @@ pub(crate) enum MotionError {
     },
     /// The number of drive ids, of which there are 63, is not the number of axes.
     DriveCount { expected: usize, actual: usize },
+    /// No gear number makes so many counts of a turn.
+    CountsPerTurn { actual: f64 },
     /// Hub motors were asked for where servo drives are moved.
     HubMotors,
     /// Wheels do not stand in the first or the last line.
@@ -294,6 +315,10 @@ impl fmt::Display for MotionError {
         match self {
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Trajectory { path, source } => write!(f, "{path}: {source}"),
+            Self::CountsPerTurn { actual } => write!(
+                f,
+                "--counts-per-turn must be 4 times the gear number of the drive, 2000..=65536, got {actual}"
+            ),
             Self::HubMotors => f.write_str(
                 "hub motors follow speeds on a bus of their own: use `motionctl sim --drives zlac`",
             ),

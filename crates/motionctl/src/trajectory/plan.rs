@@ -97,18 +97,6 @@ impl Plan {
     pub(crate) fn last(&self) -> &[i32] {
         self.cycles.last().map_or(&[], Vec::as_slice)
     }
-
-    /// The largest step of any axis from one cycle to the next, in command counts.
-    pub(crate) fn largest_step(&self) -> u16 {
-        let steps = self.cycles.windows(2).flat_map(|pair| {
-            let (before, after) = (&pair[0], &pair[1]);
-            before.iter().zip(after).map(|(a, b)| a.abs_diff(*b))
-        });
-        // No step is above the limit of the protocol, which fits: the plan was checked.
-        steps
-            .max()
-            .map_or(0, |step| step.try_into().unwrap_or(u16::MAX))
-    }
 }
 
 /// Times from the first point on.
@@ -198,7 +186,6 @@ mod tests {
         assert_eq!(plan.cycles.len(), 101);
         assert_eq!(plan.cycles[0], [0]);
         assert_eq!(plan.last(), [4_096]);
-        assert_eq!(plan.largest_step(), 41);
     }
 
     #[test]

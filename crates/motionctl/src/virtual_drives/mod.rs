@@ -2,7 +2,7 @@
 
 use can_motion::plan::{self, BusSetup, ResponseWindow};
 use drive_sim::{BitRate, DynDrive, DynDriveConfig, ResponseDelay, TxOrder};
-use dyn_can::DriveId;
+use dyn_can::{DriveId, GearNumber};
 
 use crate::revision::RevisionOption;
 
@@ -32,6 +32,11 @@ impl VirtualDriveOptions {
     /// A simulated drive that was never given an id.
     pub(crate) fn fresh_drive(&self) -> DynDrive {
         self.drive_of(DynDriveConfig::fresh())
+    }
+
+    /// The gear number of a simulated drive.
+    pub(crate) fn gear(&self, drive: DriveId) -> GearNumber {
+        DynDriveConfig::new(drive).group3.gear_number
     }
 
     fn drive_of(&self, config: DynDriveConfig) -> DynDrive {

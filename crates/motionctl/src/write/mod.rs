@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::confirm::confirm;
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Parameter, Readings, Setting, WriteEnd};
+use crate::output::{self, print_json};
 use crate::station::AxisOptions;
 
 const EXAMPLES: &str = "\
@@ -76,6 +77,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         .map(|&setting| (setting, WriteEnd::Unchanged))
         .collect();
     if !different.is_empty() {
+        // Over the serial port a drive cannot be switched off, and the question says that its motor may react.
+        if before.state.enabled == Some(true) && !arguments.drives.is_serial() {
+            return Err(DrivesError::Enabled { drive });
+        }
         confirm(&question(drive, &before, &different), arguments.yes)
             .map_err(DrivesError::NotConfirmed)?;
         let written = drives.write(drive, &different, &mut |setting, end| {
@@ -156,8 +161,7 @@ fn print(
         changes: done.iter().map(change).collect(),
     };
     if arguments.json {
-        let text = serde_json::to_string_pretty(&changes).map_err(DrivesError::Json)?;
-        println!("{text}");
+        print_json(&changes).map_err(DrivesError::Print)?;
         return Ok(());
     }
     for change in &changes.changes {
@@ -165,7 +169,11 @@ fn print(
             WriteEnd::Unchanged => "is already",
             WriteEnd::Written => "is now",
         };
-        println!("{} {result} {}", change.parameter, change.value);
+        output::print(format_args!(
+            "{} {result} {}",
+            change.parameter, change.value
+        ))
+        .map_err(DrivesError::Print)?;
     }
     Ok(())
 }

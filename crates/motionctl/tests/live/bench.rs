@@ -109,6 +109,21 @@ impl BenchProcess {
         self.path.to_str().expect("a path of plain text")
     }
 
+    /// Runs a command on its adapter to its end.
+    pub(crate) fn run(&self, arguments: &[&str]) -> Output {
+        let (command, options) = arguments.split_first().expect("a command");
+        let link = [command, "--slcan", self.path()];
+        motionctl(&[&link, options].concat())
+            .output()
+            .expect("motionctl runs")
+    }
+
+    /// Switches drives off, which come up with their servo on.
+    pub(crate) fn disable(&self, drives: &str) {
+        let output = self.run(&["disable", "--drives", drives]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+    }
+
     /// Ends it as Ctrl-C does and returns what its drives have received.
     pub(crate) fn stop(mut self) -> serde_json::Value {
         let child = self.child.take().expect("it runs");

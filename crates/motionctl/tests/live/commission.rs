@@ -7,11 +7,7 @@ use crate::bench::{BenchProcess, interrupt, motionctl, start_and_wait_for, statu
 
 /// Runs a command on a bench; returns its exit status, what it printed, and its errors.
 fn on(bench: &BenchProcess, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let (command, options) = arguments.split_first().expect("a command");
-    let link = [command, "--slcan", bench.path()];
-    let output = motionctl(&[&link, options].concat())
-        .output()
-        .expect("motionctl runs");
+    let output = bench.run(arguments);
     let (status, errors) = status_and_errors(&output);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     (status, text, errors)
@@ -65,6 +61,11 @@ fn write_compares_asks_writes_and_reads_back() {
         let reading = parameters.find(|reading| reading["parameter"] == parameter);
         reading.expect("the parameter")["value"].as_i64()
     };
+    let (status, _, errors) = write(&["max-speed=40", "--yes"]);
+    assert_eq!(status, Some(2), "{errors}");
+    assert!(errors.contains("drive 3 is enabled"), "{errors}");
+    assert!(errors.contains("motionctl disable --drives 3"), "{errors}");
+    bench.disable("3");
     let (status, _, errors) = write(&["max-speed=40"]);
     assert_eq!(status, Some(2), "{errors}");
     assert!(errors.contains("needs a confirmation"), "{errors}");
@@ -108,6 +109,7 @@ fn write_compares_asks_writes_and_reads_back() {
 #[test]
 fn jog_moves_by_turns_whatever_the_gear_and_disables() {
     let bench = BenchProcess::start("jog", "1,2");
+    bench.disable("2");
     // A gear number of 8192 makes a turn of 32768 command counts.
     json_on(
         &bench,
@@ -123,7 +125,17 @@ fn jog_moves_by_turns_whatever_the_gear_and_disables() {
         end,
         json!({ "asked_counts": -16_384, "sent_counts": -16_384, "read_counts": -16_384, "interrupted": false, "enabled": false })
     );
-    let (status, _, errors) = on(&bench, &["jog", "--drive", "2", "--turns", "0.5"]);
+    let jog = ["jog", "--drive", "2", "--turns", "0.5"];
+    let (status, _, errors) = on(
+        &bench,
+        &[&jog[..], &["--gear-number", "4096", "--yes"]].concat(),
+    );
+    assert_eq!(status, Some(2), "{errors}");
+    assert!(
+        errors.contains("drive 2 has gear number 8192, --gear-number says 4096"),
+        "{errors}"
+    );
+    let (status, _, errors) = on(&bench, &jog);
     assert_eq!(status, Some(2), "{errors}");
     let (status, _, errors) = on(&bench, &["jog", "--drive", "2", "--turns", "11", "--yes"]);
     assert_eq!(status, Some(2));
@@ -137,6 +149,7 @@ fn jog_moves_by_turns_whatever_the_gear_and_disables() {
 #[test]
 fn ctrl_c_stops_a_jog_and_disables() {
     let bench = BenchProcess::start("jog-stop", "1");
+    bench.disable("1");
     // Ten turns at 60 rpm take 19 s.
     let arguments = [
         "jog",
@@ -162,13 +175,14 @@ fn ctrl_c_stops_a_jog_and_disables() {
 
 #[test]
 fn enable_holds_until_ctrl_c_and_then_disables() {
-    let bench = BenchProcess::start("enable", "1,2");
+    let bench = BenchProcess::start("enable", "1,2,3");
+    bench.disable("2");
     let arguments = [
         "enable",
         "--slcan",
         bench.path(),
         "--drives",
-        "2",
+        "2,3",
         "--yes",
         "--json",
     ];
@@ -177,11 +191,20 @@ fn enable_holds_until_ctrl_c_and_then_disables() {
     let output = child.wait_with_output().expect("its output");
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let ended: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(ended, json!({ "disabled": [2], "unconfirmed": [] }));
+    assert_eq!(
+        ended,
+        json!({ "disabled": [2], "unconfirmed": [], "left_enabled": [3] })
+    );
+    let (_, errors) = status_and_errors(&output);
+    assert!(
+        errors.contains("drives 3 were enabled before and STAY ENABLED"),
+        "{errors}"
+    );
     let report = bench.stop();
     assert_eq!(report["drives"][1]["received_counts"], 0);
     assert_eq!(report["drives"][1]["enabled"], false);
     assert_eq!(report["drives"][0]["enabled"], true);
+    assert_eq!(report["drives"][2]["enabled"], true);
 }
 
 #[test]
@@ -200,7 +223,7 @@ fn a_killed_holder_leaves_drives_that_disable_ends() {
     child.wait().expect("its end");
     assert_eq!(
         json_on(&bench, &["disable", "--drives", "1-2"]),
-        json!({ "disabled": [1, 2], "unconfirmed": [] })
+        json!({ "disabled": [1, 2], "unconfirmed": [], "left_enabled": [] })
     );
     let (status, text, errors) = on(&bench, &["disable", "--drives", "2,9", "--json"]);
     assert_eq!(status, Some(1), "{errors}");
@@ -268,7 +291,11 @@ fn a_vanished_adapter_ends_a_hold_with_a_warning() {
     let (status, errors) = status_and_errors(&output);
     assert_eq!(status, Some(3), "{errors}");
     assert!(errors.contains("the adapter is gone"), "{errors}");
-    assert!(errors.contains("may still be ENABLED"), "{errors}");
+    assert!(
+        errors
+            .contains("Drives 1 hold where the last set-point took them and may still be ENABLED"),
+        "{errors}"
+    );
 }
 
 #[test]

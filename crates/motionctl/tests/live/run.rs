@@ -28,6 +28,8 @@ fn numbers(list: &Value, field: &str) -> Vec<i64> {
 #[test]
 fn both_sides_have_the_same_sums_and_the_time_is_accounted_for() {
     let bench = BenchProcess::start("sums", "1-3");
+    // Drive 1 is off before, drive 3 is on.
+    bench.disable("1");
     let file = Scratch::new("sums.csv", SHORT);
     // The axes are not in the order of their drives, and drive 2 is left alone.
     let output = run(&[
@@ -58,8 +60,10 @@ fn both_sides_have_the_same_sums_and_the_time_is_accounted_for() {
     let enabled: Vec<_> = (0..3)
         .map(|drive| report["drives"][drive]["enabled"].as_bool())
         .collect();
-    // The drives that moved are disabled afterwards; the other one is as it was.
-    assert_eq!(enabled, [Some(false), Some(true), Some(false)]);
+    // Each is as it was before.
+    assert_eq!(enabled, [Some(false), Some(true), Some(true)]);
+    assert_eq!(summary["disabled"], serde_json::json!([1]));
+    assert_eq!(summary["left_enabled"], serde_json::json!([3]));
     let sent = numbers(&summary["axes"], "set_points");
     let received = numbers(&report["drives"], "set_points");
     assert_eq!((sent[0], sent[1]), (received[2], received[0]));
@@ -72,6 +76,7 @@ fn both_sides_have_the_same_sums_and_the_time_is_accounted_for() {
 #[test]
 fn ctrl_c_ramps_down_and_disables() {
     let bench = BenchProcess::start("interrupt", "1,2");
+    bench.disable("1,2");
     let file = Scratch::new("interrupt.csv", LONG);
     let arguments = [
         "run",
@@ -79,6 +84,8 @@ fn ctrl_c_ramps_down_and_disables() {
         bench.path(),
         "--trajectory",
         file.path(),
+        "--max-turns",
+        "100",
         "--yes",
     ];
     let child = start_and_wait_for(motionctl(&arguments), "the motion starts");
@@ -112,6 +119,8 @@ fn an_adapter_that_vanishes_ends_the_motion_with_a_clear_message() {
         bench.path(),
         "--trajectory",
         file.path(),
+        "--max-turns",
+        "100",
         "--yes",
     ];
     let child = start_and_wait_for(motionctl(&arguments), "the motion starts");
@@ -207,7 +216,7 @@ fn nothing_moves_without_a_confirmation() {
 }
 
 #[test]
-fn a_drive_that_is_not_there_stops_all_and_leaves_nobody_enabled() {
+fn a_drive_that_is_not_there_stops_all_and_leaves_the_others_as_they_were() {
     let bench = BenchProcess::start("missing", "1");
     let file = Scratch::new("missing.csv", SHORT);
     let output = run(&[
@@ -221,41 +230,50 @@ fn a_drive_that_is_not_there_stops_all_and_leaves_nobody_enabled() {
     let (status, errors) = status_and_errors(&output);
     assert_eq!(status, Some(1), "{output:?}");
     assert!(
-        errors.contains("axis 1: the drive does not answer"),
+        errors.contains("drive 2: the drive does not answer"),
         "{errors}"
     );
+    assert!(errors.contains("Nothing was switched"), "{errors}");
     let report = bench.stop();
-    assert_eq!(report["drives"][0]["enabled"], false);
+    // As it was.
+    assert_eq!(report["drives"][0]["enabled"], true);
     assert_eq!(report["drives"][0]["set_points"], 0);
 }
 
 #[test]
 fn a_motor_that_cannot_follow_stops_all_and_leaves_nobody_enabled() {
     let bench = BenchProcess::start("fast", "1,2");
+    bench.disable("1,2");
     // 5500 rpm; the simulated motor ends at 3028 rpm.
     let file = Scratch::new("fast.csv", "time_s,a,b\n0,0,0\n0.2,6600,10\n");
-    let output = run(&[
-        "--slcan",
-        bench.path(),
-        "--trajectory",
-        file.path(),
-        "--yes",
-    ]);
+    let motion = ["--trajectory", file.path(), "--yes"];
+    let slow = [&["run"][..], &motion].concat();
+    let (status, errors) = status_and_errors(&bench.run(&slow));
+    assert_eq!(status, Some(2), "{errors}");
+    assert!(errors.contains("drive 1 needs a speed of"), "{errors}");
+    assert!(errors.contains("allow it with --max-rpm"), "{errors}");
+    let all = [
+        "--max-rpm",
+        "20000",
+        "--max-acceleration",
+        "1e6",
+        "--max-turns",
+        "20",
+    ];
+    let output = bench.run(&[&slow[..], &all].concat());
     let (status, errors) = status_and_errors(&output);
     assert_eq!(status, Some(1), "{output:?}");
     // The drive's own alarm or the master's own limit, whichever comes first.
     let reasons = [
-        "axis 0: the drive reports an alarm",
+        "drive 1: alarm, lost phase",
         "counts off its set-points while moving",
     ];
     assert!(
         reasons.iter().any(|reason| errors.contains(reason)),
         "{errors}"
     );
-    assert!(
-        errors.contains("axis 1: another axis of the group has a fault"),
-        "{errors}"
-    );
+    // The cause is told, and once.
+    assert!(!errors.contains("another axis"), "{errors}");
     let report = bench.stop();
     assert_eq!(report["drives"][0]["enabled"], false);
     assert_eq!(report["drives"][1]["enabled"], false);

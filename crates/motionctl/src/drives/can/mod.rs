@@ -7,9 +7,9 @@ mod write;
 
 use can_motion::PollPeriods;
 use can_motion::commission::{Commissioner, Scan};
-use dyn_can::{DriveId, Revision, StoredDriveId};
+use dyn_can::{DriveId, GearNumber, Revision, StoredDriveId};
 
-use super::{Drives, DrivesError, FoundDrive, Jog, JogEnd, Readings, Setting, WriteEnd};
+use super::{Drives, DrivesError, FoundDrive, Jog, JogEnd, Parameter, Readings, Setting, WriteEnd};
 use crate::link::Link;
 use crate::station::{AxisOptions, Clock, serve_until};
 use procedure::answering_station;
@@ -68,8 +68,14 @@ impl Drives for CanDrives {
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError> {
         let drive = on_can(drive)?;
-        let mut station = answering_station(&mut self.link, self.axes, drive, PollPeriods::OFF)?;
-        for &setting in settings {
+        let gear = self.gear(drive)?;
+        let mut station =
+            answering_station(&mut self.link, self.axes, drive, gear, PollPeriods::OFF)?;
+        // With another gear number the drive is not the one that was checked any more.
+        let (gear, others): (Vec<Setting>, Vec<Setting>) = settings
+            .iter()
+            .partition(|setting| setting.parameter == Parameter::GearNumber);
+        for setting in others.into_iter().chain(gear) {
             on_end(setting, write(&mut station, drive, setting)?);
         }
         Ok(())
@@ -77,6 +83,18 @@ impl Drives for CanDrives {
 
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
         jog::jog(&mut self.link, self.axes, on_can(drive)?, jog)
+    }
+}
+
+impl CanDrives {
+    /// The gear number of a drive.
+    fn gear(&mut self, drive: DriveId) -> Result<GearNumber, DrivesError> {
+        let any = GearNumber::MIN;
+        let mut station =
+            answering_station(&mut self.link, self.axes, drive, any, PollPeriods::OFF)?;
+        let axis = station.master().snapshot(0);
+        let group3 = axis.and_then(|axis| axis.feedback.group3);
+        Ok(group3.map_or(any, |group3| group3.gear_number))
     }
 }
 

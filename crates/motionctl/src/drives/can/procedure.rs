@@ -3,7 +3,7 @@
 use can_motion::{
     AxisState, Confirmation, EventKind, Fault, PollPeriods, Procedure, ProcedureEnd, ProcedureError,
 };
-use dyn_can::{DriveId, StepLimit};
+use dyn_can::{DriveId, GearNumber};
 
 use crate::drives::DrivesError;
 use crate::link::Link;
@@ -16,14 +16,15 @@ const PROCEDURE_LIMIT_US: u64 = 10_000_000;
 /// Shortest cycle of the commissioning commands that stream nothing.
 const CYCLE_US: u32 = 1_000;
 
-/// A station with one axis, whose drive has answered: it is ready, or it has a fault that does not keep it from being read.
+/// A station with one axis, whose drive has answered: it was checked, or it has a fault that does not keep it from being read.
 pub(super) fn answering_station(
     link: &mut Link,
     axes: AxisOptions,
     drive: DriveId,
+    gear: GearNumber,
     polls: PollPeriods,
 ) -> Result<Station<'_>, DrivesError> {
-    let axis = axes.axis(drive, StepLimit::MAX, polls);
+    let axis = axes.still(drive, gear, polls);
     let mut station = Station::unhurried(link, &[axis], CYCLE_US).map_err(DrivesError::Config)?;
     let start = station.now();
     while station.now().us_since(start) < START_UP_LIMIT_US {
@@ -37,7 +38,7 @@ pub(super) fn answering_station(
                     drive: drive.into(),
                 });
             }
-            (AxisState::Ready | AxisState::Faulted, _) => return Ok(station),
+            (AxisState::Ready | AxisState::FoundOn | AxisState::Faulted, _) => return Ok(station),
             _ => {}
         }
     }

@@ -1,7 +1,7 @@
 //! Reads everything that a drive tells.
 
 use can_motion::{AxisSnapshot, Fault, PollPeriods, Procedure, ProcedureEnd};
-use dyn_can::{DriveId, Reply};
+use dyn_can::{DriveId, GearNumber, Reply};
 
 use super::procedure::{answering_station, perform};
 use crate::drives::{DriveState, DrivesError, Parameter, Readings};
@@ -23,7 +23,8 @@ pub(super) fn read(
     axes: AxisOptions,
     drive: DriveId,
 ) -> Result<Readings, DrivesError> {
-    let mut station = answering_station(link, axes, drive, EVERYTHING)?;
+    // Any gear number: a drive that has another one is read all the same.
+    let mut station = answering_station(link, axes, drive, GearNumber::MIN, EVERYTHING)?;
     let mut parameters = Vec::new();
     for procedure in [
         Procedure::ReadConfig,

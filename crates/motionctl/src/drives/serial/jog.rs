@@ -16,6 +16,7 @@ use super::line::Line;
 use super::parameters::read;
 use crate::drives::{DrivesError, Jog, JogEnd, Parameter};
 use crate::interrupt;
+use crate::output::tell;
 use crate::station::AxisOptions;
 
 /// Stops in every reading of the documents.
@@ -39,22 +40,22 @@ pub(super) fn jog(
     let before = line.position(drive)?;
     let distance = Counts28::new(asked_counts).map_err(|error| refused(drive, error))?;
     line.command(drive, &Request::GoRelativePos(distance))
-        .map_err(while_enabled)?;
-    eprintln!("drive {drive} moves; Ctrl-C stops it");
+        .map_err(|error| while_enabled(drive, error))?;
+    tell(format_args!("drive {drive} moves; Ctrl-C stops it"));
     let limit = Duration::from_secs_f64(2.0 * curve.total_time_s) + GRACE;
     let arrived = wait_for_end(line, drive, limit).map_err(|error| {
         // A drive that is not heard may hear. If this is lost too, the move still ends by itself.
         let _ = line.command(drive, &STOP);
-        while_enabled(error)
+        while_enabled(drive, error)
     })?;
     if !arrived {
-        stop(line, drive).map_err(while_enabled)?;
+        stop(line, drive).map_err(|error| while_enabled(drive, error))?;
     }
     let moved = standstill(line, drive)?.wrapping_sub(before);
     let end = JogEnd {
         asked_counts,
         sent_counts: asked_counts,
-        read_counts: axes.scale().to_command_counts(moved),
+        read_counts: axes.scale(gear(line, drive)?).to_command_counts(moved),
         interrupted: !arrived,
         enabled: true,
     };
@@ -68,8 +69,7 @@ pub(super) fn jog(
 fn require_arrival(line: &mut Line, drive: StoredDriveId, end: &JogEnd) -> Result<(), DrivesError> {
     let range = OnPosRange::new(read(line, drive, Parameter::OnPositionRange)?)
         .map_err(|error| refused(drive, error))?;
-    let gear = GearNumber::new(read(line, drive, Parameter::GearNumber)?)
-        .map_err(|error| refused(drive, error))?;
+    let gear = gear(line, drive)?;
     // Within the range before the move and within it afterwards, in command counts.
     let steps = f64::from(range.get()) / units::gear_ratio(gear);
     let tolerance = 2 * steps.ceil() as i64 + 1;
@@ -80,6 +80,11 @@ fn require_arrival(line: &mut Line, drive: StoredDriveId, end: &JogEnd) -> Resul
         Some(missing) if missing.abs() <= tolerance => Ok(()),
         _ => Err(refused(drive, not_arrived(end))),
     }
+}
+
+fn gear(line: &mut Line, drive: StoredDriveId) -> Result<GearNumber, DrivesError> {
+    GearNumber::new(read(line, drive, Parameter::GearNumber)?)
+        .map_err(|error| refused(drive, error))
 }
 
 fn not_arrived(end: &JogEnd) -> String {
@@ -162,9 +167,14 @@ fn refused(drive: StoredDriveId, error: impl core::fmt::Display) -> DrivesError 
 }
 
 /// What went wrong while the motor may have been turning.
-fn while_enabled(error: DrivesError) -> DrivesError {
+fn while_enabled(drive: StoredDriveId, error: DrivesError) -> DrivesError {
     match error {
-        DrivesError::Link(fault) => DrivesError::LinkWhileEnabled(fault),
+        DrivesError::Link(fault) => DrivesError::LinkWhileEnabled {
+            fault,
+            warning: format!(
+                "No command gets through any more. Drive {drive} is ENABLED and ends its move by itself: use the emergency stop before you go near."
+            ),
+        },
         other => other,
     }
 }
@@ -213,9 +223,9 @@ fn stop(line: &mut Line, drive: StoredDriveId) -> Result<(), DrivesError> {
         .and_then(ConfigByte::config)
         .map_err(|error| refused(drive, error))?;
     if config.servo_mode != ServoMode::Position {
-        eprintln!(
+        tell(format_args!(
             "note: the stop has left drive {drive} in speed mode; a power cycle, or writing config, brings it back"
-        );
+        ));
     }
     Ok(())
 }

@@ -7,7 +7,10 @@ mod run;
 use std::fs::File;
 use std::io::BufWriter;
 
-use can_motion::{AxisConfig, GroupId, Instant, Limits, Master, MasterConfig, PollPeriods};
+use can_motion::{
+    AxisConfig, GroupId, Instant, Limits, MasterConfig, PollPeriods, ServoMaster, StepChange,
+    Travel,
+};
 use drive_sim::{
     BitRate, Bus, ControllerConfig, DeviceId, DynDrive, LoadMark, LogMode, NodeId, ScriptedFaults,
     TxOrder,
@@ -44,7 +47,7 @@ pub(crate) struct Bench<'a> {
     bench: drive_sim::Bench<DynDrive, ScriptedFaults>,
     node: NodeId,
     devices: Vec<DeviceId>,
-    master: Master<MOST_AXES>,
+    master: ServoMaster<MOST_AXES>,
     /// Place in the master of each axis: the master wants its drives in ascending order.
     places: Vec<usize>,
     setup: Setup,
@@ -94,7 +97,7 @@ impl<'a> Bench<'a> {
                 .bus_setup(setup.bit_rate, setup.tx_order),
             ..MasterConfig::DEFAULT
         };
-        let master = Master::new(config, &axes).map_err(SimError::Config)?;
+        let master = ServoMaster::new(config, &axes).map_err(SimError::Config)?;
         let place = |drive| {
             ascending
                 .iter()
@@ -133,12 +136,10 @@ impl<'a> Bench<'a> {
 }
 
 fn axis_of(setup: &Setup, drive: DriveId) -> AxisConfig {
+    let limits = Limits::new(setup.max_step, StepChange::MAX, Travel::WHOLE);
     AxisConfig {
-        limits: Limits {
-            max_step: setup.max_step,
-            ..Limits::WIDEST
-        },
         polls: setup.polls,
-        ..AxisConfig::new(drive)
+        unwatched: setup.polls.status_us.is_none(),
+        ..AxisConfig::new(drive, setup.drive_options.gear(drive), limits)
     }
 }

@@ -2,10 +2,11 @@
 
 use std::io::Write;
 
-use can_motion::{Event, Instant};
+use can_motion::{Event, EventKind, Instant};
 use drive_sim::CandumpLine;
 
 use super::{Bench, GROUP};
+use crate::output::tell;
 use crate::sim::error::SimError;
 use crate::sim::recording::{AxisSample, Sample};
 use crate::sim::spectator::Order;
@@ -40,15 +41,16 @@ impl Bench<'_> {
         }
     }
 
-    fn report(&self, event: &Event) {
+    fn report(&self, event: &Event<EventKind>) {
         if self.spectator.owns_terminal() {
             return;
         }
-        if let can_motion::EventKind::Fault(fault) = event.kind {
-            let axis = event
-                .axis
-                .map_or(String::new(), |axis| format!(" axis {axis}:"));
-            eprintln!("{} s:{axis} {fault}", event.at);
+        if let EventKind::Fault(fault) = event.kind {
+            let mut axes = (0..).zip(&self.places);
+            let axis = axes.find(|(_, place)| Some(**place) == event.axis.map(usize::from));
+            let drive = axis.and_then(|(axis, _): (usize, _)| self.setup.drives.get(axis));
+            let drive = drive.map_or(String::new(), |drive| format!(" drive {drive}:"));
+            tell(format_args!("{} s:{drive} {fault}", event.at));
         }
     }
 

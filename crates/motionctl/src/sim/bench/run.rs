@@ -25,9 +25,10 @@ impl Bench<'_> {
         plan: &Plan,
         show_progress: bool,
     ) -> Result<(Summary, Option<Recording>), SimError> {
-        let ready = self.wait_for(AxisState::Ready)?
-            && self.master.enable(self.now(), GROUP).is_ok()
-            && self.wait_for(AxisState::Streaming)?;
+        let ready = self
+            .wait_until(|state| matches!(state, AxisState::Ready | AxisState::FoundOn))?
+            && self.enable()
+            && self.wait_until(|state| state == AxisState::Streaming)?;
         let anchors = self.targets();
         if ready {
             self.begin_motion();
@@ -76,11 +77,24 @@ impl Bench<'_> {
         self.places.iter().map(target).collect()
     }
 
-    fn wait_for(&mut self, state: AxisState) -> Result<bool, SimError> {
+    /// Simulated drives come up with their servo on: those are taken over, the others are enabled.
+    fn enable(&mut self) -> bool {
+        let now = self.now();
+        // Refused when no drive was found on.
+        let _ = self.master.adopt(now, GROUP);
+        self.master.enable(now, GROUP).is_ok()
+    }
+
+    fn wait_until(&mut self, is_so: impl Fn(AxisState) -> bool) -> Result<bool, SimError> {
         let deadline_us = self.now().as_us() + START_UP_LIMIT_US;
         while self.now().as_us() < deadline_us && !self.watch.saw_fault() && !self.stopped {
             self.one_cycle()?;
-            if self.master.all_are(GROUP, state) {
+            let mut axes = self.places.iter();
+            if axes.all(|&place| {
+                self.master
+                    .snapshot(place)
+                    .is_some_and(|axis| is_so(axis.state))
+            }) {
                 return Ok(true);
             }
         }

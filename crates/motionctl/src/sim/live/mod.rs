@@ -7,7 +7,7 @@ mod screen;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use can_motion::Master;
+use can_motion::ServoMaster;
 use dyn_can::DriveId;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
@@ -111,7 +111,7 @@ impl Spectator for LiveView {
     fn after_cycle(
         &mut self,
         recording: &Recording,
-        master: &Master<MOST_AXES>,
+        master: &ServoMaster<MOST_AXES>,
         places: &[usize],
     ) -> Result<Vec<Order>, SimError> {
         let now_us = recording.samples.last().map_or(0, |sample| sample.at_us);

@@ -5,7 +5,7 @@ mod intervals;
 
 use core::fmt;
 
-use can_motion::{AxisSnapshot, Event, Instant, PollKind};
+use can_motion::{AxisSnapshot, Event, EventKind, Instant, PollKind};
 use drive_sim::{NodeId, Record};
 use dyn_can::DriveId;
 
@@ -96,7 +96,7 @@ impl Recording {
     }
 
     /// `axis` is its place in the motion, not in the master.
-    pub(crate) fn event(&mut self, event: &Event, axis: Option<usize>) {
+    pub(crate) fn event(&mut self, event: &Event<EventKind>, axis: Option<usize>) {
         let (kind, text) = words(event);
         self.happened(event.at.as_us(), axis, kind, text);
     }
@@ -167,7 +167,7 @@ impl AxisSample {
 }
 
 /// An event of the master in plain words.
-fn words(event: &Event) -> (Kind, String) {
+fn words(event: &Event<EventKind>) -> (Kind, String) {
     use can_motion::EventKind as E;
     match event.kind {
         E::State { from, to, reason } => (
@@ -175,6 +175,16 @@ fn words(event: &Event) -> (Kind, String) {
             format!("{from} -> {to} ({})", reason_words(reason)),
         ),
         E::Fault(fault) => (Kind::Fault, fault.to_string()),
+        E::FoundOn => (
+            Kind::Notice,
+            "the drive is enabled, and this master did not enable it".to_owned(),
+        ),
+        E::DisableUnconfirmed { repeated } => (
+            Kind::Notice,
+            format!(
+                "the drive did not confirm that it is disabled; told again, {repeated} times so far"
+            ),
+        ),
         E::Revision(revision) => (Kind::Notice, format!("the drive has revision {revision}")),
         E::SetPointMerged => (
             Kind::Notice,
@@ -207,6 +217,7 @@ const fn reason_words(reason: can_motion::Reason) -> &'static str {
         R::Displaced => "displaced",
         R::Elapsed => "time is over",
         R::Standstill => "standstill",
+        R::Group => "the group is ready",
         R::Fault => "fault",
     }
 }

@@ -6,6 +6,7 @@ use std::io::{BufWriter, Write};
 use can_motion::plan;
 use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelEventKind, WheelLimits, WheelMaster, WheelMasterConfig,
+    WheelMode,
 };
 use can_motion::{AxisState, GroupId, Instant};
 use drive_sim::{
@@ -89,8 +90,7 @@ impl Bench {
             .iter()
             .map(|node| wheel_of(*node, setup.speed_resolution))
             .collect();
-        let master =
-            WheelMaster::wheels(master_config(&setup), &wheels).map_err(SimError::Wheels)?;
+        let master = WheelMaster::new(master_config(&setup), &wheels).map_err(SimError::Wheels)?;
         let place = |node| {
             ascending
                 .iter()
@@ -287,14 +287,12 @@ fn master_config(setup: &Setup) -> WheelMasterConfig {
 fn wheel_of(node: NodeId, speed_resolution: u16) -> WheelConfig {
     WheelConfig {
         speed_resolution,
-        limits: WheelLimits {
-            min: -MOST_SPEED,
-            max: MOST_SPEED,
-            // The file says how fast speeds change.
-            max_step: u32::MAX,
-            ..WheelLimits::SPEED
-        },
-        ..WheelConfig::new(node)
+        // The file says how fast speeds change.
+        ..WheelConfig::new(
+            node,
+            WheelMode::Velocity,
+            WheelLimits::speed(MOST_SPEED as u16, 2 * MOST_SPEED as u32),
+        )
     }
 }
 

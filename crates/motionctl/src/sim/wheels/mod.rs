@@ -10,6 +10,7 @@ use zlac8030l::NodeId;
 use super::arguments::Arguments;
 use super::error::SimError;
 use crate::exit;
+use crate::output::{print, print_json};
 use crate::trajectory::Plan;
 use bench::{Bench, Setup};
 
@@ -39,10 +40,9 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .transpose()?;
     let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
     if arguments.json {
-        let text = serde_json::to_string_pretty(&summary).map_err(SimError::Json)?;
-        println!("{text}");
+        print_json(&summary).map_err(SimError::Print)?;
     } else {
-        println!("{summary}");
+        print(&summary).map_err(SimError::Print)?;
     }
     Ok(if summary.promises_kept {
         ExitCode::SUCCESS
