@@ -1,0 +1,12 @@
+//! What broke once, in the words of the field: one test for each finding, judged by what drives and bus saw.
+
+mod bus_plan;
+mod clear;
+mod commands_in_transition;
+mod outage;
+mod procedures;
+mod ramps;
+mod refusals;
+mod support;
+mod watch;
+mod wheels;

@@ -1,0 +1,178 @@
+//! What the master must notice, and when.
+
+use dyn_can::FunctionCode;
+
+use crate::support::servos::{Servos, line, servo, servos};
+use crate::support::{Call, assert_none};
+
+/// Finding 15.
+#[test]
+fn a_lost_axis_does_not_flood_the_application() {
+    let mut machine = Servos::streaming(&servos(1));
+    machine.faults_mut(0).leave_bus();
+    machine.run(300);
+    assert!(machine.fault(0).is_some());
+    let before = machine.events();
+    machine.run(5_000);
+    let events = machine.events() - before;
+    assert!(events <= 5, "a lost axis told {events} events in 5 s");
+}
+
+/// Finding 15: the same while it is being brought up.
+#[test]
+fn a_drive_that_is_not_there_does_not_flood_the_application() {
+    let mut machine = Servos::new(&servos(2));
+    machine.faults_mut(0).leave_bus();
+    machine.run(1_000);
+    let before = machine.events();
+    machine.run(5_000);
+    let events = machine.events() - before;
+    assert!(
+        events <= 5,
+        "a drive that is not there told {events} events in 5 s"
+    );
+}
+
+/// Finding 15: with a reply 18 cycles after its request, a set-point that the drive missed is found at standstill.
+#[test]
+fn a_drive_that_answers_late_is_judged_too() {
+    let mut found = Vec::new();
+    for (cycle_us, delay_us) in [(1_000, 500), (500, 4_000), (500, 9_000), (250, 8_000)] {
+        let slow = servo(1).drive(|drive| {
+            drive.response_delay = drive_sim::ResponseDelay::fixed(delay_us * 1_000);
+        });
+        let line = line().cycle_us(cycle_us).responses_up_to_us(9_500);
+        let mut machine = Servos::on(line, &[slow]);
+        machine.stream();
+        machine.move_all(&[40], 50);
+        machine.lose_set_points(0, 2);
+        machine.move_all(&[40], 50);
+        machine.run(8_000);
+        if machine.fault(0).is_none() {
+            found.push(format!(
+                "replies after {delay_us} us, cycle {cycle_us} us: the drive stands 80 counts off for seconds and there is no fault"
+            ));
+        }
+    }
+    assert_none(&found);
+}
+
+/// Finding 18.
+#[test]
+fn a_drive_error_of_any_length_stops_the_motion() {
+    let mut found = Vec::new();
+    let contents: [&[u8]; 7] = [
+        &[],
+        &[0xEE],
+        &[0xFF],
+        &[0x12],
+        &[0xEE, 0x00],
+        &[0xFF, 0xFF],
+        &[0, 0, 0, 0, 0, 0, 0, 0],
+    ];
+    for data in contents {
+        let mut machine = Servos::streaming(&servos(2));
+        machine.move_all(&[20, 20], 50);
+        let stranger = machine.add_stranger();
+        let id = machine.reply_id(0, FunctionCode::DriveError);
+        machine.stranger_sends(stranger, id, data);
+        machine.run(2);
+        let mark = machine.mark();
+        machine.move_all(&[20, 20], 50);
+        let set_points: usize = (0..2)
+            .map(|axis| machine.steps_since(mark, axis).len())
+            .sum();
+        if set_points > 0 || machine.fault(0).is_none() {
+            found.push(format!(
+                "Drive_Error with {data:02X?}: {set_points} set-points in the 50 cycles behind it, fault {:?}",
+                machine.fault(0)
+            ));
+        }
+    }
+    assert_none(&found);
+}
+
+/// Cycles of motion at 20 counts until set-points stop; the last cycle that was tried when they do not.
+fn cycles_to_notice(machine: &mut Servos) -> usize {
+    for cycle in 0..500 {
+        let mark = machine.mark();
+        machine.move_all(&[20], 1);
+        if machine.steps_since(mark, 0).is_empty() {
+            return cycle;
+        }
+    }
+    500
+}
+
+/// Finding 18: the drive restarts in motion and reports another position from then on.
+#[test]
+fn a_restart_in_motion_is_noticed_in_motion() {
+    let mut found = Vec::new();
+    for on_after_power in [true, false] {
+        for sign in [1, -1] {
+            let quick = servo(1).drive(|drive| {
+                drive.power_on_delay_ns = 0;
+                drive.enabled_after_power_on = on_after_power;
+            });
+            let mut machine = Servos::new(&[quick]);
+            machine.become_ready();
+            machine.call(Call::Disable).unwrap();
+            machine.run(100);
+            machine.call(Call::Enable).unwrap();
+            machine.run(400);
+            machine.move_all(&[20 * sign], 150);
+            machine.faults_mut(0).reboot();
+            let cycles = cycles_to_notice(&mut machine);
+            if cycles > 100 {
+                found.push(format!(
+                    "on after power-on: {on_after_power}, direction {sign}: {cycles} cycles of motion after the restart, the master is {} counts off, fault {:?}",
+                    i64::from(machine.target(0)) - machine.0.drive(0).position_counts(machine.now_ns()),
+                    machine.fault(0)
+                ));
+            }
+        }
+    }
+    assert_none(&found);
+}
+
+/// Finding 18: somebody sets the origin of a drive in motion, so that its position jumps from one reading to the next.
+#[test]
+fn a_jump_of_the_position_in_motion_is_noticed_in_motion() {
+    let mut found = Vec::new();
+    for sign in [1, -1] {
+        let mut machine = Servos::streaming(&[servo(1)]);
+        machine.move_all(&[20 * sign], 150);
+        let stranger = machine.add_stranger();
+        let id = machine.reply_id(0, FunctionCode::SetOrigin);
+        machine.stranger_sends(stranger, id, &[0]);
+        let cycles = cycles_to_notice(&mut machine);
+        if cycles > 100 {
+            found.push(format!(
+                "direction {sign}: {cycles} cycles of motion after the jump, the master is {} counts off, fault {:?}",
+                i64::from(machine.target(0)) - machine.0.drive(0).position_counts(machine.now_ns()),
+                machine.fault(0)
+            ));
+        }
+    }
+    assert_none(&found);
+}
+
+/// Finding 18: many set-points that the drive did not get.
+#[test]
+fn set_points_that_were_lost_in_motion_are_noticed_in_motion() {
+    let mut found = Vec::new();
+    for sign in [1, -1] {
+        let mut machine = Servos::streaming(&[servo(1)]);
+        machine.move_all(&[20 * sign], 150);
+        machine.lose_set_points(0, 100);
+        machine.move_all(&[20 * sign], 100);
+        let cycles = cycles_to_notice(&mut machine);
+        if cycles > 200 {
+            found.push(format!(
+                "direction {sign}: 100 set-points were lost, {cycles} cycles of motion later there is no fault: {:?}",
+                machine.fault(0)
+            ));
+        }
+    }
+    assert_none(&found);
+}
