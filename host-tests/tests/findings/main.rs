@@ -3,6 +3,8 @@
 mod bus_plan;
 mod clear;
 mod commands_in_transition;
+mod faults_servo;
+mod faults_wheel;
 mod outage;
 mod procedures;
 mod ramps;

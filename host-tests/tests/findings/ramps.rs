@@ -23,7 +23,7 @@ fn beyond(sign: i32, stop: impl Fn(&mut Servos)) -> i64 {
     machine.move_all(&[300 * sign, 20 * sign, 0], 200);
     stop(&mut machine);
     machine.run(400);
-    let reached = i64::from(machine.taken(1));
+    let reached = machine.taken(1);
     (reached - i64::from(end)) * i64::from(sign)
 }
 

@@ -14,7 +14,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 /// Names of the variants of the first enum with one of these names.
-pub fn variants(names: &[&str]) -> Vec<String> {
+pub(crate) fn variants(names: &[&str]) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/can-motion/src");
     let mut files = Vec::new();
     sources(&root, &mut files);
@@ -42,7 +42,7 @@ fn variant(line: &str) -> Option<String> {
 }
 
 /// The name of a variant by its text for debugging.
-pub fn name_of(fault: &impl core::fmt::Debug) -> String {
+pub(crate) fn name_of(fault: &impl core::fmt::Debug) -> String {
     let text = format!("{fault:?}");
     text.chars()
         .take_while(char::is_ascii_alphanumeric)

@@ -1,9 +1,9 @@
 //! Everything that touches the interface of the master and of the simulated drives. The tests say what an application does and
 //! what drives and bus saw of it.
 
-pub mod enums;
-pub mod servos;
-pub mod wheels;
+pub(crate) mod enums;
+pub(crate) mod servos;
+pub(crate) mod wheels;
 
 use can_motion::{AxisState, CycleConfig, Family, GroupId};
 use drive_sim::{Device, Frame, Outage, OutageKind, Record};
@@ -12,11 +12,11 @@ use embedded_can::{Frame as _, Id, StandardId};
 use host_tests::rig::{GROUP, Rig};
 
 /// A master with its bus and drives.
-pub struct Machine<D: Device, F: Family>(pub Rig<D, F>);
+pub(crate) struct Machine<D: Device, F: Family>(pub(crate) Rig<D, F>);
 
 /// A call of the application that acts on a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Call {
+pub(crate) enum Call {
     Enable,
     Resume,
     Stop,
@@ -31,12 +31,12 @@ where
     F::Config: CycleConfig,
 {
     /// A call for group 0; the text of a refusal.
-    pub fn call(&mut self, call: Call) -> Result<(), String> {
+    pub(crate) fn call(&mut self, call: Call) -> Result<(), String> {
         self.call_group(call, GROUP)
     }
 
     /// A call for a group; the text of a refusal.
-    pub fn call_group(&mut self, call: Call, group: GroupId) -> Result<(), String> {
+    pub(crate) fn call_group(&mut self, call: Call, group: GroupId) -> Result<(), String> {
         let (now, master) = (self.0.now(), &mut self.0.master);
         let refused = |error: can_motion::CommandError<F::Fault>| error.to_string();
         match call {
@@ -59,36 +59,36 @@ where
     }
 
     /// Cycles in which the application does nothing.
-    pub fn run(&mut self, cycles: usize) {
+    pub(crate) fn run(&mut self, cycles: usize) {
         self.0.cycles(cycles);
     }
 
     /// From power-on to set-points in group 0.
-    pub fn stream(&mut self) {
+    pub(crate) fn stream(&mut self) {
         self.0.stream();
     }
 
     /// From power-on to the moment when the group can be enabled.
-    pub fn become_ready(&mut self) {
+    pub(crate) fn become_ready(&mut self) {
         self.0.run_until(AxisState::Ready);
     }
 
-    pub fn now_ns(&self) -> u64 {
+    pub(crate) fn now_ns(&self) -> u64 {
         self.0.bench.now_ns()
     }
 
     /// The place in the traffic from which [`Self::frames_since`] counts.
-    pub fn mark(&self) -> usize {
+    pub(crate) fn mark(&self) -> usize {
         self.0.traffic.len()
     }
 
     /// Frames that were on the bus since a mark, of anybody.
-    pub fn records_since(&self, mark: usize) -> &[Record] {
+    pub(crate) fn records_since(&self, mark: usize) -> &[Record] {
         &self.0.traffic[mark..]
     }
 
     /// Frames of the master that were received by the drives since a mark.
-    pub fn frames_since(&self, mark: usize) -> impl Iterator<Item = &Record> {
+    pub(crate) fn frames_since(&self, mark: usize) -> impl Iterator<Item = &Record> {
         let node = self.0.node;
         self.records_since(mark)
             .iter()
@@ -96,11 +96,11 @@ where
     }
 
     /// A drive's plug is pulled: it neither sends, receives nor acknowledges, and what moves goes on.
-    pub fn unplug(&mut self, axis: usize) {
+    pub(crate) fn unplug(&mut self, axis: usize) {
         self.set_plugged(axis, false);
     }
 
-    pub fn plug_in(&mut self, axis: usize) {
+    pub(crate) fn plug_in(&mut self, axis: usize) {
         self.set_plugged(axis, true);
     }
 
@@ -109,12 +109,12 @@ where
         self.0.bench.bus_mut().set_connected(node, plugged);
     }
 
-    pub fn drives(&self) -> usize {
+    pub(crate) fn drives(&self) -> usize {
         self.0.drives.len()
     }
 
     /// Nobody can send for so long from now on; what waits in the controllers stays there.
-    pub fn block_bus_for_ms(&mut self, ms: u64) {
+    pub(crate) fn block_bus_for_ms(&mut self, ms: u64) {
         let from_ns = self.now_ns();
         let outage = Outage {
             kind: OutageKind::Blocked,
@@ -125,30 +125,30 @@ where
     }
 
     /// The adapter takes no frame and hands none over, until it works again.
-    pub fn freeze_adapter(&mut self, frozen: bool) {
+    pub(crate) fn freeze_adapter(&mut self, frozen: bool) {
         self.0.adapter_is_frozen = frozen;
     }
 
     /// Another node, which sends what a test wants.
-    pub fn add_stranger(&mut self) -> drive_sim::NodeId {
+    pub(crate) fn add_stranger(&mut self) -> drive_sim::NodeId {
         let config = drive_sim::ControllerConfig::device();
         self.0.bench.add_master(config)
     }
 
     /// A frame of a stranger waits for the bus.
-    pub fn stranger_sends(&mut self, stranger: drive_sim::NodeId, id: u16, data: &[u8]) {
+    pub(crate) fn stranger_sends(&mut self, stranger: drive_sim::NodeId, id: u16, data: &[u8]) {
         let frame = Frame::new(StandardId::new(id).unwrap(), data).unwrap();
         self.0.bench.port(stranger).transmit(&frame).unwrap();
     }
 
     /// Events of one axis, or of the bus, that the application could read so far.
-    pub fn events(&self) -> usize {
+    pub(crate) fn events(&self) -> usize {
         self.0.events.len()
     }
 }
 
 /// The identifier of a frame; the families have no extended frames.
-pub fn id_of(record: &Record) -> u16 {
+pub(crate) fn id_of(record: &Record) -> u16 {
     match record.frame.id() {
         Id::Standard(id) => id.as_raw(),
         Id::Extended(_) => panic!("an extended frame: {:?}", record.frame),
@@ -157,7 +157,7 @@ pub fn id_of(record: &Record) -> u16 {
 
 /// Fails with all violations at once, so that a failure tells the whole finding.
 #[track_caller]
-pub fn assert_none(violations: &[String]) {
+pub(crate) fn assert_none(violations: &[String]) {
     assert!(
         violations.is_empty(),
         "{} of these:\n  {}",

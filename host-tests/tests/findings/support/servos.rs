@@ -2,7 +2,7 @@
 
 use can_motion::plan::{BusPlan, BusSetup, ResponseWindow, TxOrder};
 use can_motion::{
-    AxisConfig, AxisState, Confirmation, Dyn, Fault, GroupId, MasterConfig, PollPeriods, Procedure,
+    AxisConfig, AxisState, Confirmation, Dyn, Fault, MasterConfig, PollPeriods, Procedure,
     Reactions, Timeouts,
 };
 use drive_sim::{DynDrive, DynDriveConfig, FrameMatch};
@@ -15,17 +15,17 @@ use host_tests::rig::{GROUP, Rig};
 
 use super::{Machine, id_of};
 
-pub type Servos = Machine<DynDrive, Dyn>;
+pub(crate) type Servos = Machine<DynDrive, Dyn>;
 
 /// A servo as the application declares it, and the drive that is really there.
 #[derive(Clone)]
-pub struct Servo {
+pub(crate) struct Servo {
     axis: AxisConfig,
     drive: DynDriveConfig,
 }
 
 /// A servo whose drive is off after power-on, so that whatever is on was switched on by the master.
-pub fn servo(id: i32) -> Servo {
+pub(crate) fn servo(id: i32) -> Servo {
     let id = DriveId::new(id).unwrap();
     let drive = DynDriveConfig {
         enabled_after_power_on: false,
@@ -37,93 +37,74 @@ pub fn servo(id: i32) -> Servo {
     }
 }
 
-pub fn servos(count: i32) -> Vec<Servo> {
+pub(crate) fn servos(count: i32) -> Vec<Servo> {
     (1..=count).map(servo).collect()
 }
 
 impl Servo {
-    pub fn travel(mut self, min: i32, max: i32) -> Self {
+    pub(crate) fn travel(mut self, min: i32, max: i32) -> Self {
         (self.axis.limits.travel_min, self.axis.limits.travel_max) = (min, max);
         self
     }
 
-    pub fn max_step(mut self, counts: i32) -> Self {
+    pub(crate) fn max_step(mut self, counts: i32) -> Self {
         self.axis.limits.max_step = StepLimit::new(counts).unwrap();
         self
     }
 
-    pub fn ramp_change(mut self, counts: u16) -> Self {
+    pub(crate) fn ramp_change(mut self, counts: u16) -> Self {
         self.axis.limits.ramp_change = counts;
         self
     }
 
-    pub fn backlog(mut self, counts: u32) -> Self {
+    pub(crate) fn backlog(mut self, counts: u32) -> Self {
         self.axis.limits.backlog = counts;
         self
     }
 
-    pub fn following_error(mut self, counts: u32) -> Self {
-        self.axis.limits.following_error = counts;
-        self
-    }
-
-    pub fn group(mut self, group: u8) -> Self {
-        self.axis.group = GroupId(group);
-        self
-    }
-
     /// Nothing is read while the axis streams.
-    pub fn unwatched(mut self) -> Self {
+    pub(crate) fn unwatched(mut self) -> Self {
         self.axis.polls = PollPeriods::OFF;
         self
     }
 
     /// The diagnostic counter is read too, every 20 ms.
-    pub fn counter_polled(mut self) -> Self {
+    pub(crate) fn counter_polled(mut self) -> Self {
         self.axis.polls.counter_us = Some(20_000);
         self
     }
 
-    pub fn status_polled_only(mut self) -> Self {
-        self.axis.polls = PollPeriods {
-            status_us: Some(20_000),
-            ..PollPeriods::OFF
-        };
-        self
-    }
-
-    pub fn position_polled_only(mut self) -> Self {
-        self.axis.polls = PollPeriods {
-            position_us: Some(20_000),
-            ..PollPeriods::OFF
-        };
-        self
-    }
-
-    pub fn react(mut self, change: impl Fn(&mut Reactions)) -> Self {
+    pub(crate) fn react(mut self, change: impl Fn(&mut Reactions)) -> Self {
         change(&mut self.axis.reactions);
         self
     }
 
-    pub fn drive(mut self, change: impl Fn(&mut DynDriveConfig)) -> Self {
+    pub(crate) fn drive(mut self, change: impl Fn(&mut DynDriveConfig)) -> Self {
         change(&mut self.drive);
         self
     }
 
+    /// The drive follows any step and does not mind, and the master neither: only the frames count.
+    pub(crate) fn any_step(mut self) -> Self {
+        self.axis.limits.following_error = u32::MAX;
+        self.axis.limits.drift_tolerance = u32::MAX;
+        self.drive(|drive| drive.lost_phase_steps = None)
+    }
+
     /// The drive is in speed mode, in which no set-point may be sent to it.
-    pub fn in_speed_mode(self) -> Self {
+    pub(crate) fn in_speed_mode(self) -> Self {
         self.drive(|drive| drive.config_byte = ConfigByte::from_byte(0x08))
     }
 }
 
 /// The bus, where it is not 1 kHz, 1 Mbit/s and first in, first out.
 #[derive(Clone, Copy)]
-pub struct Line {
+pub(crate) struct Line {
     config: MasterConfig,
     order: drive_sim::TxOrder,
 }
 
-pub fn line() -> Line {
+pub(crate) fn line() -> Line {
     Line {
         config: MasterConfig::DEFAULT,
         order: drive_sim::TxOrder::Fifo,
@@ -131,32 +112,36 @@ pub fn line() -> Line {
 }
 
 impl Line {
-    pub fn by_identifier(mut self) -> Self {
+    pub(crate) fn by_identifier(mut self) -> Self {
         self.order = drive_sim::TxOrder::ByIdentifier;
         self.config.bus.order = TxOrder::Identifier;
         self
     }
 
-    pub fn cycle_us(mut self, cycle_us: u32) -> Self {
+    pub(crate) fn cycle_us(mut self, cycle_us: u32) -> Self {
         self.config.cycle_us = cycle_us;
         self
     }
 
-    pub fn responses_up_to_us(mut self, max_us: u32) -> Self {
+    pub(crate) fn responses_up_to_us(self, max_us: u32) -> Self {
+        self.responses_us(0, max_us)
+    }
+
+    pub(crate) fn responses_us(mut self, min_us: u32, max_us: u32) -> Self {
         self.config.bus = BusSetup {
-            response: ResponseWindow { min_us: 0, max_us },
+            response: ResponseWindow { min_us, max_us },
             ..self.config.bus
         };
         self
     }
 
-    pub fn timeouts(mut self, change: impl Fn(&mut Timeouts)) -> Self {
+    pub(crate) fn timeouts(mut self, change: impl Fn(&mut Timeouts)) -> Self {
         change(&mut self.config.timeouts);
         self
     }
 
     /// Whether the plan takes these servos; the text of its refusal.
-    pub fn admits(&self, servos: &[Servo]) -> Result<(), String> {
+    pub(crate) fn admits(&self, servos: &[Servo]) -> Result<(), String> {
         let axes: Vec<AxisConfig> = servos.iter().map(|servo| servo.axis).collect();
         can_motion::Master::<16>::new(self.config, &axes)
             .map(|_| ())
@@ -164,7 +149,7 @@ impl Line {
     }
 
     /// Bits from the start of a cycle after which the set-point of an axis is through, by the plan.
-    pub fn set_point_bound_bits(&self, servos: &[Servo], axis: usize) -> u32 {
+    pub(crate) fn set_point_bound_bits(&self, servos: &[Servo], axis: usize) -> u32 {
         let axes: Vec<AxisConfig> = servos.iter().map(|servo| servo.axis).collect();
         let plan = BusPlan::new(&self.config, &axes);
         plan.set_point(axis).unwrap().bits.unwrap()
@@ -173,7 +158,7 @@ impl Line {
 
 /// What the master told a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Told {
+pub(crate) enum Told {
     SetPoint(i32),
     On,
     Off,
@@ -184,15 +169,15 @@ pub enum Told {
 
 /// A frame to an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ToDrive {
-    pub axis: usize,
-    pub told: Told,
-    pub start_ns: u64,
-    pub free_ns: u64,
+pub(crate) struct ToDrive {
+    pub(crate) axis: usize,
+    pub(crate) told: Told,
+    pub(crate) start_ns: u64,
+    pub(crate) free_ns: u64,
 }
 
 /// Everything that writes a drive's memory or resets it.
-pub fn writes() -> [(&'static str, Procedure); 6] {
+pub(crate) fn writes() -> [(&'static str, Procedure); 6] {
     let group1 = SetParamGroup1 {
         main_gain: MainGain::new(17).ok(),
         ..SetParamGroup1::default()
@@ -222,78 +207,69 @@ pub fn writes() -> [(&'static str, Procedure); 6] {
 }
 
 impl Servos {
-    pub fn new(servos: &[Servo]) -> Self {
+    pub(crate) fn new(servos: &[Servo]) -> Self {
         Self::on(line(), servos)
     }
 
-    pub fn on(line: Line, servos: &[Servo]) -> Self {
+    pub(crate) fn on(line: Line, servos: &[Servo]) -> Self {
         let axes: Vec<AxisConfig> = servos.iter().map(|servo| servo.axis).collect();
         let drives = servos.iter().map(|servo| servo.drive.clone()).collect();
         Self(Rig::new(line.config, &axes, drives, line.order))
     }
 
-    pub fn streaming(servos: &[Servo]) -> Self {
+    pub(crate) fn streaming(servos: &[Servo]) -> Self {
         let mut machine = Self::new(servos);
         machine.stream();
         machine
     }
 
     /// Whether the simulated drive is on.
-    pub fn energised(&self, axis: usize) -> bool {
+    pub(crate) fn energised(&self, axis: usize) -> bool {
         self.0.drive(axis).is_enabled()
     }
 
-    /// Counts that the shaft of the simulated drive has turned since it was made.
-    pub fn travel(&self, axis: usize) -> i64 {
-        self.0.drive(axis).travel_counts(self.now_ns())
-    }
-
     /// Counts of all set-points that the simulated drive took.
-    pub fn taken(&self, axis: usize) -> i64 {
+    pub(crate) fn taken(&self, axis: usize) -> i64 {
         self.0.drive(axis).commanded_counts()
     }
 
     /// What the master says of the drive's power.
-    pub fn believed_on(&self, axis: usize) -> bool {
+    pub(crate) fn believed_on(&self, axis: usize) -> bool {
         self.0.axis(axis).state.is_enabled()
     }
 
-    pub fn fault(&self, axis: usize) -> Option<Fault> {
+    pub(crate) fn fault(&self, axis: usize) -> Option<Fault> {
         self.0.axis(axis).fault
     }
 
     /// Whether set-points go out now.
-    pub fn streams(&self, axis: usize) -> bool {
+    pub(crate) fn streams(&self, axis: usize) -> bool {
         self.0.axis(axis).state == AxisState::Streaming
     }
 
-    pub fn all_stream(&self) -> bool {
+    pub(crate) fn all_stream(&self) -> bool {
         self.0.master.all_are(GROUP, AxisState::Streaming)
     }
 
-    pub fn eeprom_writes_counted(&self, axis: usize) -> u64 {
+    pub(crate) fn eeprom_writes_counted(&self, axis: usize) -> u64 {
         self.0.axis(axis).counters.eeprom_writes.into()
     }
 
-    pub fn eeprom_writes_made(&self, axis: usize) -> u64 {
+    pub(crate) fn eeprom_writes_made(&self, axis: usize) -> u64 {
         self.0.drive(axis).eeprom_writes().total()
     }
 
-    pub fn requests(&self, axis: usize) -> u32 {
-        self.0.axis(axis).counters.requests
-    }
-
-    pub fn target(&self, axis: usize) -> i32 {
+    pub(crate) fn target(&self, axis: usize) -> i32 {
         self.0.axis(axis).target_counts
     }
 
     /// True when the target was taken.
-    pub fn set_target(&mut self, axis: usize, counts: i32) -> bool {
+    pub(crate) fn set_target(&mut self, axis: usize, counts: i32) -> bool {
         self.0.master.set_target(axis, counts).is_ok()
     }
 
     /// Cycles with constant velocity of every axis, whatever happens to it; a target that is refused is forgotten.
-    pub fn move_all(&mut self, steps: &[i32], cycles: i32) {
+    pub(crate) fn move_all(&mut self, steps: &[i32], cycles: i32) {
         let start: Vec<i32> = (0..steps.len()).map(|axis| self.target(axis)).collect();
         for cycle in 1..=cycles {
             for (axis, (start, step)) in start.iter().zip(steps).enumerate() {
@@ -304,7 +280,7 @@ impl Servos {
     }
 
     /// Starts a write or reset; the text of a refusal.
-    pub fn start(&mut self, axis: usize, procedure: Procedure) -> Result<(), String> {
+    pub(crate) fn start(&mut self, axis: usize, procedure: Procedure) -> Result<(), String> {
         let now = self.0.now();
         self.0
             .master
@@ -312,12 +288,12 @@ impl Servos {
             .map_err(|error| error.to_string())
     }
 
-    pub fn faults_mut(&mut self, axis: usize) -> &mut drive_sim::DriveFaults {
+    pub(crate) fn faults_mut(&mut self, axis: usize) -> &mut drive_sim::DriveFaults {
         self.0.drive_mut(axis).faults_mut()
     }
 
     /// The drive does not get its next set-points, and nobody knows.
-    pub fn lose_set_points(&mut self, axis: usize, count: u32) {
+    pub(crate) fn lose_set_points(&mut self, axis: usize, count: u32) {
         let (node, id) = self.set_point_of(axis);
         self.0
             .bench
@@ -327,7 +303,7 @@ impl Servos {
     }
 
     /// The drive gets its next set-points twice, and nobody knows.
-    pub fn double_set_points(&mut self, axis: usize, count: u32) {
+    pub(crate) fn double_set_points(&mut self, axis: usize, count: u32) {
         let (_, id) = self.set_point_of(axis);
         self.0
             .bench
@@ -350,30 +326,96 @@ impl Servos {
     }
 
     /// A frame that the drive of an axis would send with this function and these bytes.
-    pub fn reply_id(&self, axis: usize, function: FunctionCode) -> u16 {
+    pub(crate) fn reply_id(&self, axis: usize, function: FunctionCode) -> u16 {
         self.drive_id(axis).can_id(function)
     }
 
     /// A frame of the drive of an axis comes in at this moment.
-    pub fn comes_in(rig: &mut Rig, axis: usize, function: FunctionCode, data: &[u8]) {
+    pub(crate) fn comes_in(rig: &mut Rig, axis: usize, function: FunctionCode, data: &[u8]) {
         let id = rig.axis(axis).drive.can_id(function);
         let frame = DataFrame::new(id, data).unwrap();
         let now = rig.now();
         can_motion::BusUser::on_frame(&mut rig.master, now, &frame);
     }
 
-    pub fn bus_off(&mut self) {
+    /// Another master makes the present position the zero of a drive.
+    pub(crate) fn stranger_sets_origin(&mut self, stranger: drive_sim::NodeId, axis: usize) {
+        let to = dyn_can::Address::Drive(self.drive_id(axis));
+        let frame = Request::SetOrigin
+            .encode(to, &dyn_can::Dialect::V1_6A)
+            .unwrap();
+        self.stranger_sends(stranger, frame.id(), frame.data());
+    }
+
+    /// Cycles until the master has just asked an axis for this, and its drive has not answered yet. Drives of such a machine answer
+    /// after more than a cycle.
+    pub(crate) fn until_asked(
+        &mut self,
+        axis: usize,
+        function: FunctionCode,
+        mut cycle: impl FnMut(&mut Self),
+    ) {
+        for _ in 0..2_000 {
+            let mark = self.mark();
+            cycle(self);
+            let asked = ToDrive {
+                axis,
+                told: Told::Reading(function),
+                start_ns: 0,
+                free_ns: 0,
+            };
+            let told = self.told_since(mark);
+            if told
+                .iter()
+                .any(|to| (to.axis, to.told) == (asked.axis, asked.told))
+            {
+                return;
+            }
+        }
+        panic!("axis {axis} is never asked {function:?}");
+    }
+
+    /// A reply of the drive of an axis comes in at this moment.
+    pub(crate) fn reply_comes_in(rig: &mut Rig, axis: usize, reply: dyn_can::Reply) {
+        let from = dyn_can::Address::Drive(rig.axis(axis).drive);
+        let frame = reply.encode(from, &dyn_can::Dialect::V1_6A);
+        let now = rig.now();
+        can_motion::BusUser::on_frame(&mut rig.master, now, &frame);
+    }
+
+    /// The drive does not get its next commands to switch, and nobody knows.
+    pub(crate) fn lose_switches(&mut self, axis: usize, count: u32) {
+        let id = self.drive_id(axis).can_id(FunctionCode::ServoDisable);
+        let which = FrameMatch::with_id(embedded_can::StandardId::new(id).unwrap());
+        let node = self.0.bench.node_of(self.0.drives[axis]);
+        self.0
+            .bench
+            .bus_mut()
+            .faults_mut()
+            .drop_next(node, which, count);
+    }
+
+    /// The controller gives a command to switch back unsent.
+    pub(crate) fn switch_comes_back(&mut self, axis: usize, on: bool) {
+        let switch = match on {
+            true => dyn_can::ServoSwitch::Enable,
+            false => dyn_can::ServoSwitch::Disable,
+        };
+        let to = dyn_can::Address::Drive(self.drive_id(axis));
+        let frame = Request::ServoDisable(switch)
+            .encode(to, &dyn_can::Dialect::V1_6A)
+            .unwrap();
+        let now = self.0.now();
+        can_motion::BusUser::on_displaced(&mut self.0.master, now, &frame);
+    }
+
+    pub(crate) fn bus_off(&mut self) {
         let now = self.0.now();
         self.0.master.on_bus_off(now);
     }
 
-    pub fn bus_recovered(&mut self) {
-        let now = self.0.now();
-        self.0.master.on_bus_recovered(now);
-    }
-
     /// What the master told its drives since a mark.
-    pub fn told_since(&self, mark: usize) -> Vec<ToDrive> {
+    pub(crate) fn told_since(&self, mark: usize) -> Vec<ToDrive> {
         self.frames_since(mark)
             .map(|record| {
                 let (id, data) = (id_of(record), record.frame.data());
@@ -392,7 +434,7 @@ impl Servos {
     }
 
     /// Steps of the set-points to an axis since a mark.
-    pub fn steps_since(&self, mark: usize, axis: usize) -> Vec<i32> {
+    pub(crate) fn steps_since(&self, mark: usize, axis: usize) -> Vec<i32> {
         let told = self.told_since(mark).into_iter();
         told.filter(|to| to.axis == axis)
             .filter_map(|to| match to.told {
@@ -403,7 +445,7 @@ impl Servos {
     }
 
     /// Everything but readings that an axis was told since a mark, set-points left out.
-    pub fn commands_since(&self, mark: usize, axis: usize) -> Vec<Told> {
+    pub(crate) fn commands_since(&self, mark: usize, axis: usize) -> Vec<Told> {
         let told = self.told_since(mark).into_iter();
         told.filter(|to| to.axis == axis)
             .map(|to| to.told)

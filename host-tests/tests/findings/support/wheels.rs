@@ -6,28 +6,28 @@ use can_motion::wheel::{
     WheelReactions, WheelTimeouts, Zlac,
 };
 use can_motion::{AxisState, Master};
-use drive_sim::{ZlacDrive, ZlacDriveConfig};
-use embedded_can::Frame as _;
+use drive_sim::{FrameMatch, ReplyDamage, ZlacDrive, ZlacDriveConfig};
+use embedded_can::{Frame as _, StandardId};
 use host_tests::rig::{GROUP, WheelRig};
 use zlac8030l::{DataFrame, NodeId};
 
 use super::{Machine, id_of};
 
-pub type Wheels = Machine<ZlacDrive, Zlac>;
+pub(crate) type Wheels = Machine<ZlacDrive, Zlac>;
 
-pub const DISABLE_VOLTAGE: u16 = 0x0000;
-pub const QUICK_STOP: u16 = 0x0002;
-pub const ENABLE_OPERATION: u16 = 0x000F;
+pub(crate) const DISABLE_VOLTAGE: u16 = 0x0000;
+pub(crate) const QUICK_STOP: u16 = 0x0002;
+pub(crate) const ENABLE_OPERATION: u16 = 0x000F;
 
 /// A wheel as the application declares it, and the drive that is really there.
 #[derive(Clone)]
-pub struct Hub {
+pub(crate) struct Hub {
     wheel: WheelConfig,
     drive: ZlacDriveConfig,
 }
 
 /// A wheel that follows speeds.
-pub fn hub(node: i32) -> Hub {
+pub(crate) fn hub(node: i32) -> Hub {
     let node = NodeId::new(node).unwrap();
     Hub {
         wheel: WheelConfig::new(node),
@@ -35,13 +35,13 @@ pub fn hub(node: i32) -> Hub {
     }
 }
 
-pub fn hubs(count: i32) -> Vec<Hub> {
+pub(crate) fn hubs(count: i32) -> Vec<Hub> {
     (1..=count).map(hub).collect()
 }
 
 impl Hub {
     /// A wheel that moves to absolute positions by itself, at this speed.
-    pub fn position(mut self, profile_speed_rpm: u16) -> Self {
+    pub(crate) fn position(mut self, profile_speed_rpm: u16) -> Self {
         self.wheel.mode = WheelMode::Position { profile_speed_rpm };
         self.wheel.limits = WheelLimits {
             // The drive makes its own profile: a target may be anywhere.
@@ -52,27 +52,27 @@ impl Hub {
         self
     }
 
-    pub fn limits(mut self, change: impl Fn(&mut WheelLimits)) -> Self {
+    pub(crate) fn limits(mut self, change: impl Fn(&mut WheelLimits)) -> Self {
         change(&mut self.wheel.limits);
         self
     }
 
-    pub fn react(mut self, change: impl Fn(&mut WheelReactions)) -> Self {
+    pub(crate) fn react(mut self, change: impl Fn(&mut WheelReactions)) -> Self {
         change(&mut self.wheel.reactions);
         self
     }
 
-    pub fn resolution(mut self, n: u16) -> Self {
+    pub(crate) fn resolution(mut self, n: u16) -> Self {
         self.wheel.speed_resolution = n;
         self
     }
 
-    pub fn firmware(mut self, firmware: zlac8030l::Firmware) -> Self {
+    pub(crate) fn firmware(mut self, firmware: zlac8030l::Firmware) -> Self {
         self.wheel.firmware = firmware;
         self
     }
 
-    pub fn drive(mut self, change: impl Fn(&mut ZlacDriveConfig)) -> Self {
+    pub(crate) fn drive(mut self, change: impl Fn(&mut ZlacDriveConfig)) -> Self {
         change(&mut self.drive);
         self
     }
@@ -80,40 +80,40 @@ impl Hub {
 
 /// The bus, where it is not 100 Hz and 500 kbit/s.
 #[derive(Clone, Copy)]
-pub struct WheelLine(pub WheelMasterConfig);
+pub(crate) struct WheelLine(WheelMasterConfig);
 
-pub fn wheel_line() -> WheelLine {
+pub(crate) fn wheel_line() -> WheelLine {
     WheelLine(WheelMasterConfig::DEFAULT)
 }
 
 impl WheelLine {
-    pub fn cycle_us(mut self, cycle_us: u32) -> Self {
+    pub(crate) fn cycle_us(mut self, cycle_us: u32) -> Self {
         self.0.cycle_us = cycle_us;
         self
     }
 
-    pub fn kbit1000(mut self) -> Self {
+    pub(crate) fn kbit1000(mut self) -> Self {
         self.0.bit_rate = BitRate::Kbit1000;
         self
     }
 
-    pub fn by_sync(mut self) -> Self {
+    pub(crate) fn by_sync(mut self) -> Self {
         self.0.feedback = FeedbackTiming::Sync;
         self
     }
 
-    pub fn feedback_ticks(mut self, ticks: u16) -> Self {
+    pub(crate) fn feedback_ticks(mut self, ticks: u16) -> Self {
         self.0.feedback = FeedbackTiming::Timer { ticks };
         self
     }
 
-    pub fn timeouts(mut self, change: impl Fn(&mut WheelTimeouts)) -> Self {
+    pub(crate) fn timeouts(mut self, change: impl Fn(&mut WheelTimeouts)) -> Self {
         change(&mut self.0.timeouts);
         self
     }
 
     /// Whether a master with much room takes these wheels; the text of its refusal.
-    pub fn admits(&self, hubs: &[Hub]) -> Result<(), String> {
+    pub(crate) fn admits(&self, hubs: &[Hub]) -> Result<(), String> {
         let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
         Master::<127, Zlac>::wheels(self.0, &wheels)
             .map(|_| ())
@@ -123,70 +123,70 @@ impl WheelLine {
 
 /// The frame with control word and target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Command {
-    pub word: u16,
-    pub target: i32,
-    pub start_ns: u64,
+pub(crate) struct Command {
+    pub(crate) word: u16,
+    pub(crate) target: i32,
+    pub(crate) start_ns: u64,
 }
 
 impl Wheels {
-    pub fn new(hubs: &[Hub]) -> Self {
+    pub(crate) fn new(hubs: &[Hub]) -> Self {
         Self::on(wheel_line(), hubs)
     }
 
-    pub fn on(line: WheelLine, hubs: &[Hub]) -> Self {
+    pub(crate) fn on(line: WheelLine, hubs: &[Hub]) -> Self {
         let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
         let drives = hubs.iter().map(|hub| hub.drive.clone()).collect();
         Self(WheelRig::wheels(line.0, &wheels, drives))
     }
 
-    pub fn streaming(hubs: &[Hub]) -> Self {
+    pub(crate) fn streaming(hubs: &[Hub]) -> Self {
         let mut machine = Self::new(hubs);
         machine.stream();
         machine
     }
 
     /// Bits 0 to 3 of the status word: the motor holds, follows or brakes.
-    pub fn energised(&self, axis: usize) -> bool {
+    pub(crate) fn energised(&self, axis: usize) -> bool {
         self.0.drive(axis).status_word(self.now_ns()) & 0xF == 0x7
     }
 
-    pub fn is_operational(&self, axis: usize) -> bool {
+    pub(crate) fn is_operational(&self, axis: usize) -> bool {
         self.0.drive(axis).is_operational()
     }
 
-    pub fn speed_rpm(&self, axis: usize) -> f64 {
+    pub(crate) fn speed_rpm(&self, axis: usize) -> f64 {
         self.0.drive(axis).speed_rpm(self.now_ns())
     }
 
-    pub fn travel(&self, axis: usize) -> i64 {
+    pub(crate) fn travel(&self, axis: usize) -> i64 {
         self.0.drive(axis).travel_counts(self.now_ns())
     }
 
     /// What the master says of the drive's power.
-    pub fn believed_on(&self, axis: usize) -> bool {
+    pub(crate) fn believed_on(&self, axis: usize) -> bool {
         self.0.axis(axis).state.is_enabled()
     }
 
-    pub fn fault(&self, axis: usize) -> Option<WheelFault> {
+    pub(crate) fn fault(&self, axis: usize) -> Option<WheelFault> {
         self.0.axis(axis).fault
     }
 
-    pub fn all_stream(&self) -> bool {
+    pub(crate) fn all_stream(&self) -> bool {
         self.0.master.all_are(GROUP, AxisState::Streaming)
     }
 
-    pub fn sent(&self, axis: usize) -> i32 {
+    pub(crate) fn sent(&self, axis: usize) -> i32 {
         self.0.axis(axis).sent
     }
 
     /// True when the target was taken.
-    pub fn set_target(&mut self, axis: usize, target: i32) -> bool {
+    pub(crate) fn set_target(&mut self, axis: usize, target: i32) -> bool {
         self.0.master.set_target(axis, target).is_ok()
     }
 
     /// Cycles with the same target for every wheel, whatever happens to it.
-    pub fn drive_at(&mut self, targets: &[i32], cycles: usize) {
+    pub(crate) fn drive_at(&mut self, targets: &[i32], cycles: usize) {
         for _ in 0..cycles {
             for (axis, target) in targets.iter().enumerate() {
                 let _ = self.set_target(axis, *target);
@@ -195,28 +195,69 @@ impl Wheels {
         }
     }
 
-    pub fn faults_mut(&mut self, axis: usize) -> &mut drive_sim::ZlacFaults {
+    pub(crate) fn faults_mut(&mut self, axis: usize) -> &mut drive_sim::ZlacFaults {
         self.0.drive_mut(axis).faults_mut()
     }
 
-    pub fn node(&self, axis: usize) -> u16 {
+    pub(crate) fn node(&self, axis: usize) -> u16 {
         u16::from(self.0.axis(axis).node.get())
     }
 
     /// A frame comes in at this moment.
-    pub fn comes_in(rig: &mut WheelRig, id: u16, data: &[u8]) {
+    pub(crate) fn comes_in(rig: &mut WheelRig, id: u16, data: &[u8]) {
         let frame = DataFrame::new(id, data).unwrap();
         let now = rig.now();
         can_motion::BusUser::on_frame(&mut rig.master, now, &frame);
     }
 
-    pub fn bus_off(&mut self) {
+    pub(crate) fn bus_off(&mut self) {
         let now = self.0.now();
         self.0.master.on_bus_off(now);
     }
 
+    /// The master does not get the next frames of a wheel with this base of the identifier.
+    pub(crate) fn lose_frames_of(&mut self, axis: usize, base: u16, count: u32) {
+        let which = FrameMatch::with_id(StandardId::new(base + self.node(axis)).unwrap());
+        let node = self.0.node;
+        self.0
+            .bench
+            .bus_mut()
+            .faults_mut()
+            .drop_next(node, which, count);
+    }
+
+    /// A wheel does not get its next commands.
+    pub(crate) fn lose_commands_to(&mut self, axis: usize, count: u32) {
+        let which = FrameMatch::with_id(StandardId::new(0x300 + self.node(axis)).unwrap());
+        let node = self.0.bench.node_of(self.0.drives[axis]);
+        self.0
+            .bench
+            .bus_mut()
+            .faults_mut()
+            .drop_next(node, which, count);
+    }
+
+    /// The transfer of a start with this number is answered with an abort (general error) and nothing else.
+    pub(crate) fn abort_transfer(&mut self, axis: usize, number: usize) {
+        let mut is_dropped = false;
+        for _ in 0..400 {
+            if self.transfers_since(0, axis).len() == number && !is_dropped {
+                self.faults_mut(axis).damage_next_reply(ReplyDamage::Drop);
+                is_dropped = true;
+            }
+            self.run(1);
+            if let Some(request) = self.transfers_since(0, axis).get(number) {
+                let reply = [0x80, request[1], request[2], request[3], 0, 0, 0, 8];
+                let id = 0x580 + self.node(axis);
+                self.0.cycle_with(|rig| Self::comes_in(rig, id, &reply));
+                return;
+            }
+        }
+        panic!("there is no transfer {number}");
+    }
+
     /// Control words and targets to a wheel since a mark.
-    pub fn commands_since(&self, mark: usize, axis: usize) -> Vec<Command> {
+    pub(crate) fn commands_since(&self, mark: usize, axis: usize) -> Vec<Command> {
         let id = 0x300 + self.node(axis);
         self.frames_since(mark)
             .filter(|record| id_of(record) == id)
@@ -232,7 +273,7 @@ impl Wheels {
     }
 
     /// Control words to a wheel since a mark, repeated ones once.
-    pub fn words_since(&self, mark: usize, axis: usize) -> Vec<u16> {
+    pub(crate) fn words_since(&self, mark: usize, axis: usize) -> Vec<u16> {
         let commands = self.commands_since(mark, axis);
         let mut words: Vec<u16> = commands.iter().map(|command| command.word).collect();
         words.dedup();
@@ -240,7 +281,7 @@ impl Wheels {
     }
 
     /// SDO requests of the master to a wheel since a mark.
-    pub fn transfers_since(&self, mark: usize, axis: usize) -> Vec<Vec<u8>> {
+    pub(crate) fn transfers_since(&self, mark: usize, axis: usize) -> Vec<Vec<u8>> {
         let id = 0x600 + self.node(axis);
         self.frames_since(mark)
             .filter(|record| id_of(record) == id)
@@ -251,7 +292,7 @@ impl Wheels {
 
 impl WheelLine {
     /// Sets up as many wheels as there are without drives: each request is answered as it likes best, and cycles begin.
-    pub fn set_up_and_begin_cycles(&self, hubs: &[Hub]) {
+    pub(crate) fn set_up_and_begin_cycles(&self, hubs: &[Hub]) {
         let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
         let mut master = Master::<127, Zlac>::wheels(self.0, &wheels).expect("accepted before");
         let drives = hubs.iter().map(|hub| hub.drive.clone());
