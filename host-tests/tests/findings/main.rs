@@ -2,6 +2,7 @@
 
 mod bus_plan;
 mod clear;
+mod combinations;
 mod commands_in_transition;
 mod faults_servo;
 mod faults_wheel;

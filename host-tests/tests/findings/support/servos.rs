@@ -414,6 +414,11 @@ impl Servos {
         self.0.master.on_bus_off(now);
     }
 
+    pub(crate) fn bus_recovered(&mut self) {
+        let now = self.0.now();
+        self.0.master.on_bus_recovered(now);
+    }
+
     /// What the master told its drives since a mark.
     pub(crate) fn told_since(&self, mark: usize) -> Vec<ToDrive> {
         self.frames_since(mark)

@@ -215,6 +215,11 @@ impl Wheels {
         self.0.master.on_bus_off(now);
     }
 
+    pub(crate) fn bus_recovered(&mut self) {
+        let now = self.0.now();
+        self.0.master.on_bus_recovered(now);
+    }
+
     /// The master does not get the next frames of a wheel with this base of the identifier.
     pub(crate) fn lose_frames_of(&mut self, axis: usize, base: u16, count: u32) {
         let which = FrameMatch::with_id(StandardId::new(base + self.node(axis)).unwrap());
