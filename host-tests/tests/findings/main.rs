@@ -6,6 +6,7 @@ mod combinations;
 mod commands_in_transition;
 mod faults_servo;
 mod faults_wheel;
+mod found_on;
 mod outage;
 mod procedures;
 mod ramps;

@@ -181,3 +181,21 @@ fn a_jump_of_the_position_in_motion_is_noticed_in_motion() {
     }
     assert_none(&found);
 }
+
+/// Finding 15: a cycle count of half its range does not end the polls of an axis that was lost so long, 50 days at 500 us.
+#[test]
+#[ignore = "2^31 cycles: two minutes with cargo test --release -- --ignored half_a_range"]
+fn an_axis_that_was_lost_for_half_a_range_of_cycles_is_polled_again() {
+    let mut machine = Servos::streaming(&servos(1));
+    machine.faults_mut(0).leave_bus();
+    machine.run(300);
+    assert!(machine.fault(0).is_some());
+    machine.let_empty_cycles_pass((1 << 31) + 1_000);
+    machine.faults_mut(0).wake();
+    machine.call(Call::Clear).unwrap();
+    machine.run(1_000);
+    let mark = machine.mark();
+    machine.run(200);
+    let asked = machine.told_since(mark).len();
+    assert!(asked >= 10, "{asked} polls in 200 ms, 20 are due");
+}

@@ -347,6 +347,23 @@ impl Servos {
         self.stranger_sends(stranger, frame.id(), frame.data());
     }
 
+    /// Another master switches a drive.
+    pub(crate) fn stranger_switches(&mut self, stranger: drive_sim::NodeId, axis: usize, on: bool) {
+        let frame = self.switch_frame(axis, on);
+        self.stranger_sends(stranger, frame.id(), frame.data());
+    }
+
+    fn switch_frame(&self, axis: usize, on: bool) -> DataFrame {
+        let switch = match on {
+            true => dyn_can::ServoSwitch::Enable,
+            false => dyn_can::ServoSwitch::Disable,
+        };
+        let to = dyn_can::Address::Drive(self.drive_id(axis));
+        Request::ServoDisable(switch)
+            .encode(to, &dyn_can::Dialect::V1_6A)
+            .unwrap()
+    }
+
     /// Cycles until the master has just asked an axis for this, and its drive has not answered yet. Drives of such a machine answer
     /// after more than a cycle.
     pub(crate) fn until_asked(
@@ -397,14 +414,7 @@ impl Servos {
 
     /// The controller gives a command to switch back unsent.
     pub(crate) fn switch_comes_back(&mut self, axis: usize, on: bool) {
-        let switch = match on {
-            true => dyn_can::ServoSwitch::Enable,
-            false => dyn_can::ServoSwitch::Disable,
-        };
-        let to = dyn_can::Address::Drive(self.drive_id(axis));
-        let frame = Request::ServoDisable(switch)
-            .encode(to, &dyn_can::Dialect::V1_6A)
-            .unwrap();
+        let frame = self.switch_frame(axis, on);
         let now = self.0.now();
         can_motion::BusUser::on_displaced(&mut self.0.master, now, &frame);
     }
@@ -417,6 +427,14 @@ impl Servos {
     pub(crate) fn bus_recovered(&mut self) {
         let now = self.0.now();
         self.0.master.on_bus_recovered(now);
+    }
+
+    /// So many cycles begin, all at this moment, and nothing is sent in them.
+    pub(crate) fn let_empty_cycles_pass(&mut self, cycles: u64) {
+        let now = self.0.now();
+        for _ in 0..cycles {
+            self.0.master.begin_cycle(now);
+        }
     }
 
     /// What the master told its drives since a mark.
