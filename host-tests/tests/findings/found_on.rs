@@ -175,3 +175,22 @@ fn a_fault_in_the_ramp_of_a_disable_does_not_keep_a_wheel_on() {
     }
     assert_none(&found);
 }
+
+/// Finding 19: bus-off is not ignored by the exit, and a disable that was asked for meanwhile follows the recovery.
+#[test]
+fn while_the_bus_is_off_nothing_leaves_and_a_disable_follows_its_recovery() {
+    let mut machine = Servos::streaming(&servos(2));
+    machine.move_all(&[10, 10], 50);
+    machine.bus_off();
+    machine.run(2);
+    let mark = machine.mark();
+    machine.call(Call::Disable).unwrap();
+    machine.run(50);
+    assert_eq!(machine.told_since(mark), [], "while the bus is off");
+    machine.bus_recovered();
+    machine.run(300);
+    for axis in 0..2 {
+        assert!(!machine.energised(axis), "axis {axis} is still on");
+        assert_eq!(machine.commands_since(mark, axis), [Told::Off]);
+    }
+}
