@@ -1,6 +1,6 @@
 //! The bus or the adapter is gone while axes move. Nothing may resume by itself afterwards.
 
-use crate::support::servos::{Servos, servos};
+use crate::support::servos::{Servos, servo, servos};
 use crate::support::wheels::{Wheels, hubs};
 use crate::support::{Call, assert_none};
 
@@ -96,8 +96,7 @@ fn an_adapter_that_was_frozen_for_eight_seconds_does_not_go_on() {
 fn a_short_gap_is_caught_up_without_a_jump() {
     let mut found = Vec::new();
     for gap_ms in [3, 8, 15] {
-        let mut machine =
-            Servos::streaming(&[crate::support::servos::servo(1).max_step(60).ramp_change(4)]);
+        let mut machine = Servos::streaming(&[servo(1).max_step(60).ramp_change(4)]);
         machine.move_all(&[40], 200);
         let mark = machine.mark();
         machine.block_bus_for_ms(gap_ms);
@@ -142,6 +141,32 @@ fn wheels_do_not_go_on_after_an_outage() {
                     "{silent_ms} ms without a bus: wheel {axis} turns at {speed} r/min after clear"
                 ));
             }
+        }
+    }
+    assert_none(&found);
+}
+
+/// Beyond the list: the application itself hangs and then asks for where its motion would be by now.
+#[test]
+fn an_application_that_hung_in_motion_is_not_caught_up_with_a_jump() {
+    let mut found = Vec::new();
+    for hung in [5, 15, 200] {
+        let mut machine = Servos::streaming(&[servo(1).ramp_change(4)]);
+        machine.move_all(&[40], 200);
+        let (mark, target) = (machine.mark(), machine.target(0));
+        machine.hang(hung);
+        let _ = machine.set_target(0, target + 40 * (hung + 1));
+        machine.run(1);
+        machine.move_all(&[40], 100);
+        let steps = machine.steps_since(mark, 0);
+        let most = steps.iter().map(|step| step.abs()).max().unwrap_or(0);
+        let change = |pair: &[i32]| (pair[1] - pair[0]).abs();
+        let jump = steps.windows(2).map(change).max().unwrap_or(0);
+        if steps.len() > 1 && jump > 4 {
+            found.push(format!(
+                "no cycle for {hung} ms: the step grows to {most} counts in one frame, by {jump} in a cycle, 4 are allowed; fault {:?}",
+                machine.fault(0)
+            ));
         }
     }
     assert_none(&found);

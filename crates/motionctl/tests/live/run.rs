@@ -138,7 +138,6 @@ fn an_adapter_that_froze_in_motion_does_not_complete_it() {
         "--trajectory",
         file.path(),
         "--yes",
-        "--json",
     ];
     let child = start_and_wait_for(motionctl(&arguments), "the motion starts");
     std::thread::sleep(Duration::from_millis(500));
@@ -146,16 +145,12 @@ fn an_adapter_that_froze_in_motion_does_not_complete_it() {
     std::thread::sleep(Duration::from_secs(8));
     bench.freeze(false);
     let output = child.wait_with_output().expect("its output");
-    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let text = String::from_utf8_lossy(&output.stdout);
     let report = bench.stop();
-    assert_eq!(
-        (
-            summary["completed"].as_bool(),
-            output.status.code() == Some(0)
-        ),
-        (Some(false), false),
-        "nothing got through for 8 s: {summary}, status {:?}, the drives: {}",
+    assert_ne!(
         output.status.code(),
+        Some(0),
+        "nothing got through for 8 s in motion, and the tool says:\n{text}\nthe drives say: {}",
         report["drives"]
     );
 }

@@ -63,6 +63,11 @@ where
         self.0.cycles(cycles);
     }
 
+    /// Cycles that the application does not begin.
+    pub(crate) fn hang(&mut self, cycles: i32) {
+        (0..cycles).for_each(|_| self.0.skip_cycle());
+    }
+
     /// From power-on to set-points in group 0.
     pub(crate) fn stream(&mut self) {
         self.0.stream();
