@@ -164,9 +164,9 @@ fn alarms() -> Vec<Row> {
     for (data, fault) in [
         (&[0xEE_u8] as &[u8], Fault::AlarmFrame),
         (&[0xFF], Fault::DataError),
-        (&[0x00], Fault::UnknownError(0x00)),
-        (&[0x12], Fault::UnknownError(0x12)),
-        (&[0xFE], Fault::UnknownError(0xFE)),
+        (&[0x00], Fault::UnknownError { byte: Some(0x00) }),
+        (&[0x12], Fault::UnknownError { byte: Some(0x12) }),
+        (&[0xFE], Fault::UnknownError { byte: Some(0xFE) }),
     ] {
         rows.push(row(
             &format!("Drive_Error with {data:02X?}"),
@@ -189,7 +189,7 @@ fn power() -> Vec<Row> {
             moving,
             |machine| machine.faults_mut(0).disable_itself(),
             60,
-            Expected::Exactly(Fault::DisabledWhileStreaming),
+            Expected::Exactly(Fault::SwitchedOff),
             [Nothing, Nothing],
         ),
         row(
@@ -197,7 +197,7 @@ fn power() -> Vec<Row> {
             moving,
             answers(move |_| Reply::DriveStatus(off)),
             2,
-            Expected::Exactly(Fault::DisabledWhileStreaming),
+            Expected::Exactly(Fault::SwitchedOff),
             [Nothing, Nothing],
         ),
         row(
@@ -210,7 +210,7 @@ fn power() -> Vec<Row> {
             },
             answers(move |_| Reply::DriveStatus(off)),
             2,
-            Expected::Exactly(Fault::DisabledWhileStreaming),
+            Expected::Exactly(Fault::SwitchedOff),
             [Nothing, Nothing],
         ),
         row(

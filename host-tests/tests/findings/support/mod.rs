@@ -5,7 +5,8 @@ pub(crate) mod enums;
 pub(crate) mod servos;
 pub(crate) mod wheels;
 
-use can_motion::{AxisState, CycleConfig, Family, GroupId};
+use can_motion::GroupId;
+use can_motion::family::{CycleConfig, Family};
 use drive_sim::{Device, Frame, Outage, OutageKind, Record};
 use embedded_can::nb::Can;
 use embedded_can::{Frame as _, Id, StandardId};
@@ -18,6 +19,7 @@ pub(crate) struct Machine<D: Device, F: Family>(pub(crate) Rig<D, F>);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Call {
     Enable,
+    Adopt,
     Resume,
     Stop,
     Halt,
@@ -41,6 +43,7 @@ where
         let refused = |error: can_motion::CommandError<F::Fault>| error.to_string();
         match call {
             Call::Enable => master.enable(now, group).map_err(refused),
+            Call::Adopt => master.adopt(now, group).map_err(refused),
             Call::Resume => master.resume(now, group).map_err(refused),
             Call::Clear => master.clear(now, group).map_err(refused),
             Call::Stop => {
@@ -73,9 +76,14 @@ where
         self.0.stream();
     }
 
-    /// From power-on to the moment when the group can be enabled.
+    /// From power-on to the moment when the drives are checked and off.
     pub(crate) fn become_ready(&mut self) {
-        self.0.run_until(AxisState::Ready);
+        self.0.ready();
+    }
+
+    /// From power-on to the moment when the drives are checked, whether they are on or not.
+    pub(crate) fn become_checked(&mut self) {
+        self.0.run_until_checked();
     }
 
     pub(crate) fn now_ns(&self) -> u64 {

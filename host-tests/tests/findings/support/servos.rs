@@ -3,15 +3,16 @@
 use can_motion::plan::{BusPlan, BusSetup, ResponseWindow, TxOrder};
 use can_motion::{
     AxisConfig, AxisState, Confirmation, Dyn, Fault, MasterConfig, PollPeriods, Procedure,
-    Reactions, Timeouts,
+    Reactions, ServoMaster, StepChange, Timeouts, Travel,
 };
+use can_motion::facts::Power;
 use drive_sim::{DynDrive, DynDriveConfig, FrameMatch};
 use dyn_can::{
     CommandMode, ConfigByte, DataFrame, DriveConfig, DriveId, FunctionCode, GearNumber, MainGain,
     MaxSpeed, Request, ServoMode, SetParamGroup1, SetParamGroup2, SetParamGroup3, StepLimit,
 };
 use embedded_can::Frame as _;
-use host_tests::rig::{GROUP, Rig};
+use host_tests::rig::{GROUP, Rig, axis_config};
 
 use super::{Machine, id_of};
 
@@ -32,7 +33,7 @@ pub(crate) fn servo(id: i32) -> Servo {
         ..DynDriveConfig::new(id)
     };
     Servo {
-        axis: AxisConfig::new(id),
+        axis: axis_config(id),
         drive,
     }
 }
@@ -43,7 +44,10 @@ pub(crate) fn servos(count: i32) -> Vec<Servo> {
 
 impl Servo {
     pub(crate) fn travel(mut self, min: i32, max: i32) -> Self {
-        (self.axis.limits.travel_min, self.axis.limits.travel_max) = (min, max);
+        self.axis.limits.travel = Travel {
+            min_counts: min,
+            max_counts: max,
+        };
         self
     }
 
@@ -53,19 +57,25 @@ impl Servo {
     }
 
     pub(crate) fn ramp_change(mut self, counts: u16) -> Self {
-        self.axis.limits.ramp_change = counts;
+        self.axis.limits.max_step_change = StepChange::from_counts(counts.into()).unwrap();
         self
     }
 
     pub(crate) fn backlog(mut self, counts: u32) -> Self {
-        self.axis.limits.backlog = counts;
+        self.axis.limits.backlog_counts = counts;
         self
     }
 
     /// Nothing is read while the axis streams.
-    pub(crate) fn unwatched(mut self) -> Self {
+    pub(crate) fn without_polls(mut self) -> Self {
         self.axis.polls = PollPeriods::OFF;
         self
+    }
+
+    /// Nothing is read while the axis streams, and whoever configured it says that he knows.
+    pub(crate) fn unwatched(mut self) -> Self {
+        self.axis.unwatched = true;
+        self.without_polls()
     }
 
     /// The diagnostic counter is read too, every 20 ms.
@@ -86,8 +96,8 @@ impl Servo {
 
     /// The drive follows any step and does not mind, and the master neither: only the frames count.
     pub(crate) fn any_step(mut self) -> Self {
-        self.axis.limits.following_error = u32::MAX;
-        self.axis.limits.drift_tolerance = u32::MAX;
+        self.axis.limits.following_error_counts = u32::MAX;
+        self.axis.limits.drift_tolerance_counts = u32::MAX;
         self.drive(|drive| drive.lost_phase_steps = None)
     }
 
@@ -143,7 +153,7 @@ impl Line {
     /// Whether the plan takes these servos; the text of its refusal.
     pub(crate) fn admits(&self, servos: &[Servo]) -> Result<(), String> {
         let axes: Vec<AxisConfig> = servos.iter().map(|servo| servo.axis).collect();
-        can_motion::Master::<16>::new(self.config, &axes)
+        ServoMaster::<16>::new(self.config, &axes)
             .map(|_| ())
             .map_err(|error| error.to_string())
     }
@@ -233,9 +243,14 @@ impl Servos {
         self.0.drive(axis).commanded_counts()
     }
 
-    /// What the master says of the drive's power.
+    /// What the master says of the drive's power: false also while it says that it does not know.
     pub(crate) fn believed_on(&self, axis: usize) -> bool {
-        self.0.axis(axis).state.is_enabled()
+        matches!(self.0.axis(axis).facts.power, Power::On | Power::FoundOn)
+    }
+
+    /// The master says that the drive is off.
+    pub(crate) fn believed_off(&self, axis: usize) -> bool {
+        matches!(self.0.axis(axis).facts.power, Power::Off | Power::OnWanted)
     }
 
     pub(crate) fn fault(&self, axis: usize) -> Option<Fault> {

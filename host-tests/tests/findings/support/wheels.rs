@@ -5,10 +5,11 @@ use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelFault, WheelLimits, WheelMasterConfig, WheelMode,
     WheelReactions, WheelTimeouts, Zlac,
 };
+use can_motion::facts::Power;
 use can_motion::{AxisState, Master};
 use drive_sim::{FrameMatch, ReplyDamage, ZlacDrive, ZlacDriveConfig};
 use embedded_can::{Frame as _, StandardId};
-use host_tests::rig::{GROUP, WheelRig};
+use host_tests::rig::{GROUP, WheelRig, wheel_config};
 use zlac8030l::{DataFrame, NodeId};
 
 use super::{Machine, id_of};
@@ -30,7 +31,7 @@ pub(crate) struct Hub {
 pub(crate) fn hub(node: i32) -> Hub {
     let node = NodeId::new(node).unwrap();
     Hub {
-        wheel: WheelConfig::new(node),
+        wheel: wheel_config(node),
         drive: ZlacDriveConfig::new(node),
     }
 }
@@ -43,11 +44,11 @@ impl Hub {
     /// A wheel that moves to absolute positions by itself, at this speed.
     pub(crate) fn position(mut self, profile_speed_rpm: u16) -> Self {
         self.wheel.mode = WheelMode::Position { profile_speed_rpm };
+        // The drive makes its own profile: a target may be anywhere.
+        let most = zlac8030l::MoveKind::Absolute.limit();
         self.wheel.limits = WheelLimits {
-            // The drive makes its own profile: a target may be anywhere.
-            max_step: 1_000_000,
             following_error: u32::MAX,
-            ..WheelLimits::POSITION
+            ..WheelLimits::position(-most, most, 1_000_000, 20)
         };
         self
     }
@@ -115,7 +116,7 @@ impl WheelLine {
     /// Whether a master with much room takes these wheels; the text of its refusal.
     pub(crate) fn admits(&self, hubs: &[Hub]) -> Result<(), String> {
         let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
-        Master::<127, Zlac>::wheels(self.0, &wheels)
+        Master::<64, Zlac>::new(self.0, &wheels)
             .map(|_| ())
             .map_err(|error| error.to_string())
     }
@@ -163,9 +164,14 @@ impl Wheels {
         self.0.drive(axis).travel_counts(self.now_ns())
     }
 
-    /// What the master says of the drive's power.
+    /// What the master says of the drive's power: false also while it says that it does not know.
     pub(crate) fn believed_on(&self, axis: usize) -> bool {
-        self.0.axis(axis).state.is_enabled()
+        matches!(self.0.axis(axis).facts.power, Power::On | Power::FoundOn)
+    }
+
+    /// The master says that the drive is off.
+    pub(crate) fn believed_off(&self, axis: usize) -> bool {
+        matches!(self.0.axis(axis).facts.power, Power::Off | Power::OnWanted)
     }
 
     pub(crate) fn fault(&self, axis: usize) -> Option<WheelFault> {
@@ -299,7 +305,7 @@ impl WheelLine {
     /// Sets up as many wheels as there are without drives: each request is answered as it likes best, and cycles begin.
     pub(crate) fn set_up_and_begin_cycles(&self, hubs: &[Hub]) {
         let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
-        let mut master = Master::<127, Zlac>::wheels(self.0, &wheels).expect("accepted before");
+        let mut master = Master::<64, Zlac>::new(self.0, &wheels).expect("accepted before");
         let drives = hubs.iter().map(|hub| hub.drive.clone());
         let (mut bench, _) =
             drive_sim::Bench::with_zlac_drives(drive_sim::BitRate::Kbit1000, drives);
