@@ -214,6 +214,19 @@ fn power() -> Vec<Row> {
             [Nothing, Nothing],
         ),
         row(
+            "status: on, of a drive that is to be enabled and was not yet",
+            || {
+                let mut machine = fresh();
+                machine.become_ready();
+                machine.call(Call::Enable).unwrap();
+                machine
+            },
+            answers(move |_| Reply::DriveStatus(DriveStatus::from_byte(0x00))),
+            2,
+            Expected::Exactly(Fault::SwitchedOn),
+            [Nothing, Nothing],
+        ),
+        row(
             "status: away from its position, which a moving drive is",
             moving,
             answers(move |_| Reply::DriveStatus(away_from_position)),
@@ -232,14 +245,18 @@ fn position_off_by(counts: i32) -> impl Fn(&Servos) -> Reply + 'static {
 fn positions() -> Vec<Row> {
     let mut rows = Vec::new();
     for sign in [1, -1] {
-        let cause = DriftCause::MoreThanOneStep;
         rows.push(row(
             &format!(
-                "standing, {} counts off, one more than is allowed",
+                "standing, {} and then {} counts off, one more than is allowed",
+                10 * sign,
                 17 * sign
             ),
             standing,
-            answers_while([0, 0], position_off_by(17 * sign)),
+            move |machine| {
+                for counts in [10 * sign, 17 * sign] {
+                    answers_while([0, 0], position_off_by(counts))(machine);
+                }
+            },
             2,
             Expected::Like("Drift of 17", |fault| {
                 matches!(
@@ -261,14 +278,31 @@ fn positions() -> Vec<Row> {
             [GoesOn, GoesOn],
         ));
         rows.push(row(
-            &format!("standing, {} counts off, more than any step", 500 * sign),
+            &format!("standing, another {} counts off at each reading, more than any step", 16 * sign),
             standing,
-            answers_while([0, 0], position_off_by(500 * sign)),
+            move |machine| {
+                for counts in [16 * sign, 32 * sign] {
+                    answers_while([0, 0], position_off_by(counts))(machine);
+                }
+            },
             2,
-            Expected::Exactly(Fault::Drift {
-                counts: 500 * sign,
-                cause,
+            Expected::Like("Drift of 32", |fault| {
+                matches!(
+                    fault,
+                    Fault::Drift {
+                        counts: 32 | -32,
+                        ..
+                    }
+                )
             }),
+            [Nothing, Nothing],
+        ));
+        rows.push(row(
+            &format!("standing, the position jumps by {} counts, one more than is allowed", 17 * sign),
+            standing,
+            answers_while([0, 0], position_off_by(17 * sign)),
+            2,
+            Expected::Exactly(Fault::PositionJump { counts: 17 * sign }),
             [Nothing, Nothing],
         ));
         rows.push(row(
@@ -298,6 +332,19 @@ fn positions() -> Vec<Row> {
             ),
             moving,
             answers(position_off_by(8_000 * sign)),
+            2,
+            Expected::Like("PositionJump of about 8000", |fault| {
+                matches!(fault, Fault::PositionJump { counts: 7_900..=8_100 | -8_100..=-7_900 })
+            }),
+            [Nothing, Nothing],
+        ));
+        rows.push(row(
+            &format!(
+                "moving, 1000 counts {}, as a drive may lag",
+                if sign > 0 { "ahead" } else { "behind" }
+            ),
+            moving,
+            answers(position_off_by(1_000 * sign)),
             2,
             Expected::None,
             [GoesOn, GoesOn],
@@ -390,12 +437,12 @@ fn backlogs() -> Vec<Row> {
             [Nothing, Nothing],
         ));
         rows.push(row(
-            &format!("a gap of 3 ms in a motion of {} counts a cycle", 50 * sign),
+            &format!("a gap of 3 ms in a motion of {} counts a cycle, and time to catch up", 50 * sign),
             || {
                 moving_with(
                     &two()
                         .into_iter()
-                        .map(|one| one.backlog(200).max_step(60))
+                        .map(|one| one.backlog(1_000).max_step(60))
                         .collect::<Vec<_>>(),
                 )
             },
@@ -483,6 +530,33 @@ fn bring_up() -> Vec<Row> {
             row
         })
         .collect();
+    for gear in [500_u16, 4_095, 4_097, 8_192, 16_384] {
+        let mut row = row(
+            &format!("gear number {gear} in place of 4096"),
+            fresh,
+            answers(move |machine| machine.group3_with(0, gear, 1)),
+            2,
+            Expected::Exactly(Fault::Gear {
+                expected: 4_096,
+                actual: Some(gear),
+            }),
+            [Nothing, GoesOn],
+        );
+        row.partner = None;
+        rows.push(row);
+    }
+    for (range, fault) in [(126_u8, Some(Fault::NoBrake)), (127, None)] {
+        let mut row = row(
+            &format!("a load that can fall, and an on-position range of {range}"),
+            || Servos::on(line_for_answers(), &[slow(1).load_can_fall(), slow(2)]),
+            answers(move |machine| machine.group3_with(0, 4_096, range)),
+            2,
+            fault.map_or(Expected::None, Expected::Exactly),
+            [Nothing, GoesOn],
+        );
+        row.partner = None;
+        rows.push(row);
+    }
     for position in [1_001, -1_001] {
         let mut row = row(
             &format!("a position of {position} at the start, the travel is 1000 both ways"),
@@ -662,7 +736,7 @@ fn judge(machine: &mut Servos, row: &Row) -> Vec<String> {
             !steps.is_empty()
                 && steps.len() < 20
                 && steps.windows(2).all(change)
-                && steps.last() == Some(&0)
+                && steps.last().is_some_and(|last| last.abs() <= 5)
         };
         let is_right = match row.after[axis] {
             Nothing => steps.is_empty() && commands.is_empty(),

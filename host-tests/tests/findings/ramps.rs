@@ -61,7 +61,7 @@ fn a_common_ramp_does_not_leave_the_travel() {
 fn a_target_far_away_in_mid_cycle_moves_nothing() {
     let mut found = Vec::new();
     for sign in [1, -1] {
-        let mut machine = Servos::streaming(&[servo(1).backlog(1_000)]);
+        let mut machine = Servos::streaming(&[servo(1).max_step(1_000).backlog(1_000)]);
         let target = machine.target(0) + sign * 1_000_000;
         machine.0.cycle_with(|rig| {
             let _ = rig.master.set_target(0, target);
@@ -104,7 +104,7 @@ fn a_wheel_that_is_stopped_at_rest_does_not_start() {
     }
     for call in [Call::Stop, Call::Disable] {
         let position =
-            [1, 2].map(|node| hub(node).position(60).limits(|limits| limits.max_step = 40));
+            [1, 2].map(|node| hub(node).position(60).limits(|limits| limits.values.max_step = 40));
         let mut machine = Wheels::streaming(&position);
         machine.run(20);
         machine.set_target(0, 20_000);

@@ -84,6 +84,12 @@ impl Servo {
         self
     }
 
+    /// A load hangs on it.
+    pub(crate) fn load_can_fall(mut self) -> Self {
+        self.axis.load_can_fall = true;
+        self
+    }
+
     pub(crate) fn react(mut self, change: impl Fn(&mut Reactions)) -> Self {
         change(&mut self.axis.reactions);
         self
@@ -450,6 +456,15 @@ impl Servos {
         for _ in 0..cycles {
             self.0.master.begin_cycle(now);
         }
+    }
+
+    /// The parameters of group 3 as a drive with this gear number and on-position range would report them.
+    pub(crate) fn group3_with(&self, axis: usize, gear: u16, range: u8) -> dyn_can::Reply {
+        dyn_can::Reply::ParamGroup3(dyn_can::ParamGroup3 {
+            gear_number: GearNumber::new(gear.into()).unwrap(),
+            on_pos_range: dyn_can::OnPosRange::new(range.into()).unwrap(),
+            ..self.0.drive(axis).config().group3
+        })
     }
 
     /// What the master told its drives since a mark.
