@@ -61,8 +61,26 @@ pub struct Rig<D: Device = DynDrive, F: Family = Dyn> {
     pub events: Vec<Event<F::EventKind>>,
     /// Everything that was on the wire so far.
     pub traffic: Vec<Record>,
+    /// The adapter between master and bus takes nothing and hands nothing over.
+    pub adapter_is_frozen: bool,
     cycle_us: u64,
     cycles: u64,
+}
+
+/// An adapter that has no room and received nothing.
+struct FrozenAdapter;
+
+impl embedded_can::nb::Can for FrozenAdapter {
+    type Frame = drive_sim::Frame;
+    type Error = drive_sim::ControllerError;
+
+    fn transmit(&mut self, _: &Self::Frame) -> nb::Result<Option<Self::Frame>, Self::Error> {
+        Err(nb::Error::WouldBlock)
+    }
+
+    fn receive(&mut self) -> nb::Result<Self::Frame, Self::Error> {
+        Err(nb::Error::WouldBlock)
+    }
 }
 
 impl<D: Device, F: Family> Rig<D, F> {
@@ -87,6 +105,7 @@ impl<D: Device, F: Family> Rig<D, F> {
             master,
             events: Vec::new(),
             traffic: Vec::new(),
+            adapter_is_frozen: false,
             cycle_us: u64::from(config.cycle_us()),
             cycles: 0,
         }
@@ -101,6 +120,14 @@ impl<D: Device, F: Family> Rig<D, F> {
     pub fn cycle(&mut self) {
         let now = self.now();
         self.master.begin_cycle(now);
+        self.serve_cycle();
+    }
+
+    /// One cycle in which something happens after its begin and before its first frame is offered.
+    pub fn cycle_with(&mut self, happens: impl FnOnce(&mut Self)) {
+        let now = self.now();
+        self.master.begin_cycle(now);
+        happens(self);
         self.serve_cycle();
     }
 
@@ -122,7 +149,11 @@ impl<D: Device, F: Family> Rig<D, F> {
         loop {
             let now = self.now();
             // Whether it is idle or blocked, the next event on the bus is the next chance.
-            let _ = can_motion::service(&mut self.master, &mut self.bench.port(self.node), now);
+            let _ = if self.adapter_is_frozen {
+                can_motion::service(&mut self.master, &mut FrozenAdapter, now)
+            } else {
+                can_motion::service(&mut self.master, &mut self.bench.port(self.node), now)
+            };
             if !self.bench.step_to(end_ns) {
                 break;
             }

@@ -26,6 +26,11 @@ use crate::core::targets::{AbsoluteLedger, ValueKind};
 use crate::wheel::process_data;
 use crate::wheel::set_up;
 
+/// Counts of a turn of the wheel with the 1024 encoder lines of its hub motors (200Bh).
+const COUNTS_PER_TURN: u32 = 4_096;
+/// A wheel that follows its set-points is not farther behind than it turns in this time at the speed of its profile.
+const LAG_MS: u32 = 100;
+
 /// Where a wheel writes its events.
 pub(super) type Log<'a> = EventLog<'a, WheelEventKind>;
 
@@ -50,6 +55,8 @@ pub struct Wheel {
     pub(super) is_known: bool,
     /// The wheel is stopped by control word 2, until it moves again.
     pub(super) quick_stop: bool,
+    /// For so many cycles a ramp may still wait for a wheel that was in a move of its own.
+    braking_cycles: u32,
     pub(super) reset: Reset,
     /// The abort of a transfer that was given up waits for the controller.
     pub(super) abort: Option<SdoRequest>,
@@ -98,6 +105,7 @@ impl Wheel {
             may_be_mapped: false,
             is_known: false,
             quick_stop: false,
+            braking_cycles: 0,
             reset: Reset::No,
             abort: None,
             procedure: None,
@@ -118,6 +126,17 @@ impl Wheel {
         self.is_set_up && self.heartbeat.state() == Some(NmtState::Operational)
     }
 
+    /// The drive has farther to go than a wheel that follows its set-points lags behind: it makes a profile of its own, which goes on
+    /// to its end however the set-points slow down.
+    fn makes_own_move(&self) -> bool {
+        let WheelMode::Position { profile_speed_rpm } = self.config.mode else {
+            return false;
+        };
+        let lag = u32::from(profile_speed_rpm) * COUNTS_PER_TURN * LAG_MS / 60_000;
+        let position = self.feedback.position_counts.map(|position| position.value);
+        position.is_none_or(|position| position.abs_diff(self.ledger.sent()) > lag)
+    }
+
     pub(super) fn status(&self) -> Option<StatusWord> {
         self.feedback.status.map(|status| status.value)
     }
@@ -131,6 +150,7 @@ impl Wheel {
             false => ControlWord::ENABLE_OPERATION,
         };
         match class {
+            Class::SetPoint if self.quick_stop => ControlWord::QUICK_STOP,
             Class::SetPoint => moves,
             Class::SwitchOff => ControlWord::DISABLE_VOLTAGE,
             Class::SwitchOn => match self.status().map(StatusWord::state) {
@@ -238,8 +258,13 @@ impl Drive for Wheel {
         self.off_since = None;
     }
 
+    /// A move of the drive itself ends by quick stop, and the ramp with its standstill.
     fn begin_ramp(&mut self, cycles: u32) {
         self.ledger.begin_ramp(cycles);
+        if self.makes_own_move() {
+            self.quick_stop = true;
+            self.braking_cycles = self.standstill_limit_us() / self.master.cycle_us.max(1);
+        }
     }
 
     fn cycles_to_stop(&self) -> u32 {
@@ -251,11 +276,12 @@ impl Drive for Wheel {
     }
 
     fn has_stopped(&self) -> bool {
-        self.ledger.has_stopped()
+        self.ledger.has_stopped() && self.braking_cycles == 0
     }
 
     /// At once is by quick stop: the drive brakes as 605Ah says and stays energised.
     fn end_motion(&mut self, by_ramp: bool) {
+        self.braking_cycles = 0;
         self.quick_stop |= !by_ramp;
         if self.is_position() {
             self.ledger.end_motion();
@@ -347,6 +373,10 @@ impl Drive for Wheel {
 
     fn tick(&mut self, context: &mut Context<'_, Zlac>) -> Meaning<WheelFault> {
         self.ledger.begin_cycle();
+        self.braking_cycles = match self.still_since {
+            Some(_) => 0,
+            None => self.braking_cycles.saturating_sub(1),
+        };
         self.pass_time(context)
     }
 

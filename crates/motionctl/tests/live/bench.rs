@@ -133,6 +133,13 @@ impl BenchProcess {
         serde_json::from_slice(&output.stdout).expect("JSON")
     }
 
+    /// It does nothing any more until it is let go on, as an adapter that hangs.
+    pub(crate) fn freeze(&self, frozen: bool) {
+        let child = self.child.as_ref().expect("it runs");
+        let signal = if frozen { Signal::STOP } else { Signal::CONT };
+        kill_process(Pid::from_child(child), signal).expect("the process is there");
+    }
+
     /// Ends it as a pulled plug does.
     pub(crate) fn kill(&mut self) {
         let child = self.child.as_mut().expect("it runs");

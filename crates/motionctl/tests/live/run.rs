@@ -135,6 +135,35 @@ fn an_adapter_that_vanishes_ends_the_motion_with_a_clear_message() {
     assert!(text.contains("may still be ENABLED"), "{text}");
 }
 
+/// Finding 1: the motion would have ended while the adapter was frozen.
+#[test]
+fn an_adapter_that_froze_in_motion_does_not_complete_it() {
+    let bench = BenchProcess::start("freeze", "1,2");
+    let file = Scratch::new("freeze.csv", "time_s,a,b\n0,0,0\n3,1800,-1800\n");
+    let arguments = [
+        "run",
+        "--slcan",
+        bench.path(),
+        "--trajectory",
+        file.path(),
+        "--yes",
+    ];
+    let child = start_and_wait_for(motionctl(&arguments), "the motion starts");
+    std::thread::sleep(Duration::from_millis(500));
+    bench.freeze(true);
+    std::thread::sleep(Duration::from_secs(8));
+    bench.freeze(false);
+    let output = child.wait_with_output().expect("its output");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let report = bench.stop();
+    assert_ne!(
+        output.status.code(),
+        Some(0),
+        "nothing got through for 8 s in motion, and the tool says:\n{text}\nthe drives say: {}",
+        report["drives"]
+    );
+}
+
 #[test]
 fn a_busy_port_is_named() {
     let bench = BenchProcess::start("busy", "1,2");

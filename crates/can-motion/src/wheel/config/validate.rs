@@ -87,7 +87,13 @@ impl WheelMasterConfig {
             FeedbackTiming::Timer { ticks } => u32::from(ticks) * 1_000,
             FeedbackTiming::Sync => cycle_us,
         };
+        // An event timer of 0 is off, and the feedback never comes.
+        let ticks = match self.feedback {
+            FeedbackTiming::Timer { ticks } => u32::from(ticks),
+            FeedbackTiming::Sync => 1,
+        };
         let timeouts = [
+            ("feedback.ticks", 1, ticks),
             ("sdo.reply_us", 1, sdo.reply_us),
             ("heartbeat_ms", 1, u32::from(heartbeat_ms)),
             // One heartbeat may be lost.
