@@ -20,21 +20,8 @@ pub trait BusFrame: Sized {
     fn to_can<F: Frame>(&self) -> Option<F>;
 }
 
-impl BusFrame for dyn_can::DataFrame {
-    type Error = dyn_can::FrameError;
-
-    fn from_can(frame: &impl Frame) -> Result<Self, Self::Error> {
-        Self::from_can(frame)
-    }
-
-    fn to_can<F: Frame>(&self) -> Option<F> {
-        self.to_can()
-    }
-}
-
-#[cfg(feature = "zlac")]
-impl BusFrame for zlac8030l::DataFrame {
-    type Error = zlac8030l::FrameError;
+impl BusFrame for can_frame::DataFrame {
+    type Error = can_frame::FrameError;
 
     fn from_can(frame: &impl Frame) -> Result<Self, Self::Error> {
         Self::from_can(frame)

@@ -1,6 +1,6 @@
 //! The family of DYN drives: what only a master of theirs has.
 
-use dyn_can::{DataFrame, FrameError, PdStep, Request};
+use dyn_can::{DataFrame, DynFrame, FrameError, PdStep, Request};
 
 use crate::axis::Axis;
 use crate::command::TargetError;

@@ -9,54 +9,6 @@ use dyn_values::RangeError;
 use crate::Revision;
 use crate::id::FunctionCode;
 
-/// A frame that this protocol cannot carry (1.6A and 1.2A section 1: CAN 2.0A data frames only).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FrameError {
-    /// A 29-bit identifier; the drives know 11-bit identifiers only.
-    Extended {
-        /// The 29-bit identifier.
-        id: u32,
-    },
-    /// A remote frame; the drives do not answer remote frames (section 4, RTR field).
-    Remote {
-        /// The identifier asked for.
-        id: u32,
-    },
-    /// An identifier beyond 11 bits, such as drive 64 would need.
-    Identifier {
-        /// The identifier that was given.
-        id: u32,
-    },
-    /// More than the 8 data bytes of a classic CAN frame.
-    DataLength {
-        /// The number of data bytes that was given.
-        actual: usize,
-    },
-}
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Extended { id } => {
-                write!(
-                    f,
-                    "expected an 11-bit identifier, got the 29-bit identifier 0x{id:08X}"
-                )
-            }
-            Self::Remote { id } => write!(
-                f,
-                "expected a data frame, got a remote frame for 0x{id:03X}"
-            ),
-            Self::Identifier { id } => write!(f, "identifier must be 0..=0x7FF, got 0x{id:X}"),
-            Self::DataLength { actual } => write!(f, "expected at most 8 data bytes, got {actual}"),
-        }
-    }
-}
-
-impl core::error::Error for FrameError {}
-
 /// A request that must not be sent to this address or in this revision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -16,11 +16,12 @@ mod request;
 mod selectors;
 pub mod units;
 
+pub use can_frame::{DataFrame, FrameError};
 pub use dialect::{
     Dialect, Group3ReplyOrder, Revision, SetOriginData, TorqueFullScale, ZeroAddress,
 };
-pub use error::{DecodeError, EncodeError, FrameError, Refusal};
-pub use frame::DataFrame;
+pub use error::{DecodeError, EncodeError, Refusal};
+pub use frame::DynFrame;
 pub use id::{Address, DriveId, FunctionCode};
 pub use number::ByteOrder;
 pub use parameters::{

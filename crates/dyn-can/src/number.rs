@@ -1,7 +1,9 @@
 //! Signed numbers in one to four bytes (1.6A section 4, data length field).
 
+use can_frame::DataFrame;
+
 use crate::error::DecodeError;
-use crate::frame::{DataFrame, Payload};
+use crate::frame::{DynFrame, Payload, expect_len, first_word};
 use crate::id::FunctionCode;
 
 /// Order of the bytes of a number (D18).
@@ -44,7 +46,7 @@ pub(crate) const fn encode_in(value: i32, len: u8, order: ByteOrder) -> Payload 
 
 /// Reads the whole data field as one number; the caller has checked that it has 1 ..= 4 bytes.
 pub(crate) const fn decode(frame: &DataFrame, order: ByteOrder) -> i32 {
-    let word = frame.first_word();
+    let word = first_word(frame);
     // Frames are zero-filled behind their data, so the shift alone extends the sign.
     let unused_bits = 8 * (4_u32.wrapping_sub(frame.len() as u32) & 3);
     match order {
@@ -61,7 +63,7 @@ pub(crate) fn decode_checked(
     strict_minimal: bool,
 ) -> Result<i32, DecodeError> {
     let function = frame.function();
-    frame.expect_len(min, max)?;
+    expect_len(frame, min, max)?;
     let value = decode(frame, order);
     if strict_minimal {
         require_shortest(function, value, frame.len())?;

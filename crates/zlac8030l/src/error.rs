@@ -22,52 +22,6 @@ impl fmt::Display for NodeError {
 
 impl core::error::Error for NodeError {}
 
-/// A frame that CANopen drives do not know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FrameError {
-    /// A 29-bit identifier.
-    Extended {
-        /// The identifier.
-        id: u32,
-    },
-    /// A remote frame, such as a node guarding request.
-    Remote {
-        /// The identifier.
-        id: u32,
-    },
-    /// An identifier beyond 0x7FF.
-    Identifier {
-        /// The identifier.
-        id: u32,
-    },
-    /// More than 8 data bytes.
-    DataLength {
-        /// The number of bytes.
-        actual: usize,
-    },
-}
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Extended { id } => {
-                write!(f, "expected an 11-bit identifier, got 29-bit 0x{id:08X}")
-            }
-            Self::Remote { id } => {
-                write!(f, "expected a data frame, got a remote frame 0x{id:03X}")
-            }
-            Self::Identifier { id } => {
-                write!(f, "expected an identifier up to 0x7FF, got 0x{id:X}")
-            }
-            Self::DataLength { actual } => write!(f, "expected at most 8 data bytes, got {actual}"),
-        }
-    }
-}
-
-impl core::error::Error for FrameError {}
-
 /// A frame that is no message of this protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -25,11 +25,12 @@ mod set_up;
 mod status_word;
 
 pub use abort::AbortCode;
+pub use can_frame::{DataFrame, FrameError};
 pub use control_word::{ControlWord, Mode, MoveKind, TargetPositionError};
 pub use emcy::{Emcy, Sync};
-pub use error::{DecodeError, FrameError, NodeError, WidthError, WriteError};
+pub use error::{DecodeError, NodeError, WidthError, WriteError};
 pub use fault_code::FaultCode;
-pub use frame::DataFrame;
+pub use frame::CanopenFrame;
 pub use heartbeat_watch::{HeartbeatEvent, HeartbeatWatch};
 pub use message::Message;
 pub use nmt::{Heartbeat, NmtCommand, NmtRequest, NmtState};

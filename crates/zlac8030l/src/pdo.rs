@@ -2,8 +2,10 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
+
 use crate::error::DecodeError;
-use crate::frame::DataFrame;
+use crate::frame::{compose, exactly};
 use crate::node::{NodeId, PdoNumber, Service};
 use crate::object::{DataType, Object, ObjectAddress, ObjectData, ObjectValue};
 
@@ -168,7 +170,7 @@ impl PdoMapping {
             word |= (u64::from(value.raw()) & mask) << at;
             at += u32::from(entry.bits);
         }
-        DataFrame::compose(service, self.len(), word.to_le_bytes())
+        compose(service, self.len(), word.to_le_bytes())
     }
 
     /// The values in a PDO, in the order of the objects.
@@ -179,7 +181,7 @@ impl PdoMapping {
         &self,
         frame: &DataFrame,
     ) -> Result<[Option<ObjectData>; MAX_ENTRIES], DecodeError> {
-        let mut word = u64::from_le_bytes(frame.exactly(self.len())?);
+        let mut word = u64::from_le_bytes(exactly(frame, self.len())?);
         Ok(self.entries.map(|entry| {
             let entry = entry?;
             let value = ObjectData::from_raw(word as u32, entry.bits / 8);

@@ -1,7 +1,7 @@
 //! Frames of one axis on their way in.
 
 use dyn_can::{
-    DataFrame, DecodeError, Dialect, DriveError, FunctionCode, Reply, ReplyKind, Revision,
+    DataFrame, DecodeError, Dialect, DriveError, DynFrame, FunctionCode, Reply, ReplyKind, Revision,
 };
 
 use super::{Axis, Log};

@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use zlac8030l::{DataFrame, FrameError, NmtRequest, NodeId, SdoRequest, Service, Sync, objects};
+use zlac8030l::{
+    CanopenFrame, DataFrame, FrameError, NmtRequest, NodeId, SdoRequest, Service, Sync, objects,
+};
 
 use super::axis::Wheel;
 use super::config::{FeedbackTiming, WheelConfig, WheelConfigError, WheelMasterConfig};

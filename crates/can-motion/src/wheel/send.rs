@@ -1,6 +1,6 @@
 //! Frames of one wheel on their way out, and back.
 
-use zlac8030l::{DataFrame, NmtCommand, NmtRequest, SdoRequest, Service, objects};
+use zlac8030l::{CanopenFrame, DataFrame, NmtCommand, NmtRequest, SdoRequest, Service, objects};
 
 use super::axis::{Log, Reset, Wheel};
 use super::config::WheelMasterConfig;

@@ -3,7 +3,6 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
-use can_motion::plan;
 use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelEventKind, WheelLimits, WheelMaster, WheelMasterConfig,
 };
@@ -276,9 +275,7 @@ impl Bench {
 fn master_config(setup: &Setup) -> WheelMasterConfig {
     WheelMasterConfig {
         cycle_us: setup.cycle_us,
-        // Both sides know the rates of the drives.
-        bit_rate: plan::BitRate::from_kbit_per_s(setup.bit_rate.kbit_per_s())
-            .unwrap_or(plan::BitRate::Kbit500),
+        bit_rate: setup.bit_rate,
         feedback: FeedbackTiming::Sync,
         ..WheelMasterConfig::DEFAULT
     }
