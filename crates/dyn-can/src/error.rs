@@ -6,8 +6,7 @@ use core::fmt;
 
 use dyn_values::RangeError;
 
-use crate::Revision;
-use crate::id::FunctionCode;
+use crate::function::{FunctionCode, Refusal};
 
 /// A request that must not be sent to this address or in this revision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,46 +47,6 @@ impl fmt::Display for EncodeError {
 }
 
 impl core::error::Error for EncodeError {}
-
-/// Why a function code is not a request, or not a reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Refusal {
-    /// 0x0F, reserved for the factory in both revisions (section 6, ForMotorDefine).
-    Factory,
-    /// 0x1D, which only a drive sends (section 6, Drive Error; D38).
-    DriveOnly,
-    /// The drive sends no reply to this function (column "Return Data" of section 5).
-    NoReply {
-        /// The function without a reply.
-        function: FunctionCode,
-    },
-    /// The function does not exist in this revision: 0x02 and 0x04 in 1.6A, 0x1B in 1.2A.
-    Revision {
-        /// The function that is missing.
-        function: FunctionCode,
-        /// The revision in which it is missing.
-        revision: Revision,
-    },
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Factory => {
-                f.write_str("function code 0x0F is reserved for the factory: never send it")
-            }
-            Self::DriveOnly => f.write_str("Drive_Error (0x1D) is sent by drives only"),
-            Self::NoReply { function } => write!(f, "{function} has no reply"),
-            Self::Revision { function, revision } => {
-                write!(f, "{function} does not exist in revision {revision}")
-            }
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
 
 /// A frame that does not decode as the message it claims to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,8 @@
 use can_frame::DataFrame;
 
 use crate::error::DecodeError;
-use crate::id::{Address, FunctionCode};
+use crate::function::FunctionCode;
+use crate::id::Address;
 
 /// What the identifier of a frame says.
 pub trait DynFrame {

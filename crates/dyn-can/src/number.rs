@@ -2,19 +2,10 @@
 
 use can_frame::DataFrame;
 
+use crate::byte_order::ByteOrder;
 use crate::error::DecodeError;
 use crate::frame::{DynFrame, Payload, expect_len, first_word};
-use crate::id::FunctionCode;
-
-/// Order of the bytes of a number (D18).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ByteOrder {
-    /// Most significant byte first, as in the one example of the documents.
-    MsbFirst,
-    /// Least significant byte first.
-    LsbFirst,
-}
+use crate::function::FunctionCode;
 
 /// Number of bytes of the shortest two's-complement form, 1 ..= 4.
 pub(crate) const fn shortest_len(value: i32) -> u8 {

@@ -6,10 +6,11 @@ use dyn_values::{
     RangeError, SpeedGain, TorqueFilter,
 };
 
-use crate::dialect::{Dialect, Group3ReplyOrder, Revision};
+use crate::byte_order::ByteOrder;
+use crate::dialect::{Dialect, Group3ReplyOrder};
 use crate::error::DecodeError;
 use crate::frame::{Payload, expect_len, first_word};
-use crate::number::ByteOrder;
+use crate::revision::Revision;
 
 /// Parameter group 1 as a drive reports it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,8 @@ use dyn_values::{ConfigByte, Counts28, DriveStatus, Quantity};
 use crate::dialect::{Dialect, TorqueFullScale};
 use crate::error::DecodeError;
 use crate::frame::{DynFrame, Payload, compose, expect_len, first_word, one_byte};
-use crate::id::{Address, FunctionCode};
+use crate::function::FunctionCode;
+use crate::id::Address;
 use crate::number;
 use crate::parameters::{ParamGroup1, ParamGroup2, ParamGroup3};
 use crate::selectors::{DriveError, StoredDriveId};
@@ -258,7 +259,7 @@ fn decode_torque(frame: &DataFrame, dialect: &Dialect) -> Result<Torque, DecodeE
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Refusal;
+    use crate::function::Refusal;
 
     fn decode(data: &[u8], id: u16, kind: Option<ReplyKind>) -> Result<Reply, DecodeError> {
         let frame = DataFrame::new(id, data).unwrap();

@@ -3,11 +3,13 @@
 use can_frame::DataFrame;
 use dyn_values::{Amplitude, Counts28, DriveConfig, FrequencyHz, PdStep, SpeedRpm};
 
+use crate::byte_order::ByteOrder;
 use crate::dialect::{Dialect, SetOriginData, ZeroAddress};
 use crate::error::{DecodeError, EncodeError};
 use crate::frame::{DynFrame, Payload, compose, expect_len, first_word, one_byte};
-use crate::id::{Address, DriveId, FunctionCode};
-use crate::number::{self, ByteOrder};
+use crate::function::{FunctionCode, Refusal};
+use crate::id::{Address, DriveId};
+use crate::number;
 use crate::parameters::{SetParamGroup1, SetParamGroup2, SetParamGroup3};
 use crate::reply::ReplyKind;
 use crate::selectors::{
@@ -339,8 +341,8 @@ impl Request {
                 Ok(Self::EchoFunction(first_word(frame)))
             }
             FunctionCode::DiagnosticCounter => read(Self::DiagnosticCounter),
-            FunctionCode::ForMotorDefine => Err(crate::error::Refusal::Factory.into()),
-            FunctionCode::DriveError => Err(crate::error::Refusal::DriveOnly.into()),
+            FunctionCode::ForMotorDefine => Err(Refusal::Factory.into()),
+            FunctionCode::DriveError => Err(Refusal::DriveOnly.into()),
         }
     }
 }

@@ -207,7 +207,7 @@ pub(crate) fn expect_magic(frame: &DataFrame, expected: u8) -> Result<(), Decode
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::id::FunctionCode;
+    use crate::function::FunctionCode;
 
     #[test]
     fn zero_enables_and_is_never_a_default() {

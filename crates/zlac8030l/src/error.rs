@@ -112,28 +112,6 @@ impl fmt::Display for DecodeError {
 
 impl core::error::Error for DecodeError {}
 
-/// Data of another width than the object has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct WidthError {
-    /// Bytes of the object.
-    pub expected: u8,
-    /// Bytes that came.
-    pub actual: u8,
-}
-
-impl fmt::Display for WidthError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "the object has {} bytes, got {}",
-            self.expected, self.actual
-        )
-    }
-}
-
-impl core::error::Error for WidthError {}
-
 /// Why a value may not be written to an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -7,7 +7,8 @@ use can_frame::DataFrame;
 use crate::error::DecodeError;
 use crate::frame::{compose, exactly};
 use crate::node::{NodeId, PdoNumber, Service};
-use crate::object::{DataType, Object, ObjectAddress, ObjectData, ObjectValue};
+use crate::object::{DataType, ObjectAddress, ObjectData, ObjectValue};
+use crate::typed_object::Object;
 
 /// The most objects that one PDO of this drive can hold (1600h..1603h, 1A00h..1A03h: entries 1 to 4).
 pub const MAX_ENTRIES: usize = 4;
