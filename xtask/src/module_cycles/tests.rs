@@ -140,6 +140,19 @@ fn a_private_use_of_a_child_is_a_need() {
 }
 
 #[test]
+fn who_may_use_an_item_is_no_need() {
+    let files = [
+        ("lib.rs", "mod a;"),
+        ("a.rs", "mod child; pub fn f() { child::f() }"),
+        (
+            "a/child.rs",
+            "pub(in crate::a) fn f() {} pub(super) struct S { pub(in crate::a) x: u8 }",
+        ),
+    ];
+    assert!(cycles(&files).is_empty());
+}
+
+#[test]
 fn tests_do_not_count() {
     let files = [
         ("lib.rs", "mod a; mod b;"),
