@@ -6,7 +6,6 @@ use super::cycles::shortest_cycles;
 use super::need::Need;
 use super::resolve::needs;
 use super::source::read_crate;
-use super::*;
 
 /// The cycles of a crate of these files, each as the files it goes through.
 fn cycles(files: &[(&str, &str)]) -> Vec<Vec<String>> {
@@ -238,13 +237,4 @@ fn a_file_that_is_missing_or_does_not_parse_is_named() {
             .to_string()
             .starts_with("lib.rs: line 2: ")
     );
-}
-
-#[test]
-fn the_roots_of_libraries_and_programs_are_read_from_the_metadata() {
-    let json = br#"{"packages":[{"name":"p","targets":[
-        {"kind":["lib"],"src_path":"/w/p/src/lib.rs"},
-        {"kind":["test"],"src_path":"/w/p/tests/t.rs"}]}]}"#;
-    let roots = roots_in_metadata(json, Path::new("/w")).unwrap();
-    assert_eq!(roots["p"], [Path::new("p/src/lib.rs")]);
 }
