@@ -7,7 +7,7 @@
 use std::num::NonZero;
 use std::thread;
 
-use dyn_can::{DataFrame, Dialect, FunctionCode, Reply, ReplyKind, Request};
+use dyn_can::{DataFrame, Dialect, DynFrame, FunctionCode, Reply, ReplyKind, Request};
 
 const IDS: u16 = 0x800;
 

@@ -5,11 +5,11 @@ use std::collections::HashSet;
 
 use dyn_can::{
     Address, Alarm, Amplitude, ByteOrder, CommandMode, ConfigByte, Counts28, DecodeError, Dialect,
-    DriveConfig, DriveError, DriveId, DriveStatus, EncodeError, FrequencyHz, FunctionCode,
-    GearNumber, Group3ReplyOrder, LineNumber, OnPosRange, ParamGroup1, ParamGroup2, ParamGroup3,
-    PdStep, RangeError, ReadSelector, Reply, ReplyKind, Request, Revision, ServoMode, ServoSwitch,
-    SetOriginData, SetParamGroup1, SetParamGroup2, SetParamGroup3, SpeedRpm, StoredDriveId,
-    SyncKind, Torque, TorqueFullScale, ZeroAddress, go_relative_pos_pd,
+    DriveConfig, DriveError, DriveId, DriveStatus, DynFrame, EncodeError, FrequencyHz,
+    FunctionCode, GearNumber, Group3ReplyOrder, LineNumber, OnPosRange, ParamGroup1, ParamGroup2,
+    ParamGroup3, PdStep, RangeError, ReadSelector, Reply, ReplyKind, Request, Revision, ServoMode,
+    ServoSwitch, SetOriginData, SetParamGroup1, SetParamGroup2, SetParamGroup3, SpeedRpm,
+    StoredDriveId, SyncKind, Torque, TorqueFullScale, ZeroAddress, go_relative_pos_pd,
 };
 use proptest::collection::vec;
 use proptest::option;

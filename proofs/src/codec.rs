@@ -2,7 +2,7 @@
 
 use dyn_can::{
     Address, Alarm, Amplitude, ByteOrder, CommandMode, ConfigByte, Counts28, DataFrame, Dialect,
-    DriveConfig, DriveError, DriveId, DriveStatus, FrequencyHz, FunctionCode, GearNumber,
+    DriveConfig, DriveError, DriveId, DriveStatus, DynFrame, FrequencyHz, FunctionCode, GearNumber,
     Group3ReplyOrder, IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
     PdStep, Quantity, Reply, ReplyKind, Request, Revision, ServoMode, SetOriginData, SpeedGain,
     SpeedRpm, StepLimit, StoredDriveId, Torque, TorqueFilter, TorqueFullScale, ZeroAddress,

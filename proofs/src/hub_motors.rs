@@ -11,11 +11,11 @@ use can_motion::wheel::{
 };
 use can_motion::{BusUser, Confirmation, Reaction, service};
 use zlac8030l::{
-    AbortCode, DataFrame, DataType, Emcy, FaultCode, Firmware, Heartbeat, HeartbeatWatch,
-    MappingEntry, Message, Mode, MoveKind, NmtCommand, NmtRequest, NodeId, ObjectAddress,
-    ObjectData, ObjectValue, PdoDirection, PdoMapping, PdoNumber, PdoSetUp, SdoClient, SdoQuirks,
-    SdoReply, SdoRequest, SdoTimeouts, SetUp, SetUpOptions, SetUpStep, Setting, StatusWord,
-    dictionary, objects,
+    AbortCode, CanopenFrame, DataFrame, DataType, Emcy, FaultCode, Firmware, Heartbeat,
+    HeartbeatWatch, MappingEntry, Message, Mode, MoveKind, NmtCommand, NmtRequest, NodeId,
+    ObjectAddress, ObjectData, ObjectValue, PdoDirection, PdoMapping, PdoNumber, PdoSetUp,
+    SdoClient, SdoQuirks, SdoReply, SdoRequest, SdoTimeouts, SetUp, SetUpOptions, SetUpStep,
+    Setting, StatusWord, dictionary, objects,
 };
 
 use crate::fake_can::FakeCan;

@@ -82,6 +82,18 @@ pub(crate) enum Error {
         /// What was wrong with it, with the line where there is one.
         reason: String,
     },
+    /// cargo-mutants is missing or does not understand.
+    MutantsMissing {
+        /// How it ended.
+        status: ExitStatus,
+    },
+    /// Too many seeded mistakes were not found.
+    Survivors {
+        /// The share that was found.
+        found_percent: usize,
+        /// The share that must be found.
+        at_least_percent: u8,
+    },
     /// Files of a crate need each other.
     ModuleCycles {
         /// The number of ways around that were printed.
@@ -107,6 +119,17 @@ impl fmt::Display for Error {
                 "the workspace has no package {package}: `cargo metadata --no-deps` lists them"
             ),
             Self::Source { path, reason } => write!(f, "{}: {reason}", path.display()),
+            Self::MutantsMissing { status } => write!(
+                f,
+                "cargo mutants --list failed ({status}): where it is missing, `cargo install cargo-mutants --locked` installs it"
+            ),
+            Self::Survivors {
+                found_percent,
+                at_least_percent,
+            } => write!(
+                f,
+                "expected at least {at_least_percent} % of the mistakes to be found, got {found_percent} %: see the survivors above"
+            ),
             Self::ModuleCycles { cycles } => write!(
                 f,
                 "{cycles} cycles of files: break each at one of the lines above, see `cargo xtask module-cycles --help`"

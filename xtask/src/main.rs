@@ -8,6 +8,7 @@ mod firmware;
 mod hot_path;
 mod images;
 mod module_cycles;
+mod mutants;
 mod proofs;
 mod size;
 mod symbols;
@@ -41,6 +42,8 @@ enum Task {
     FirmwareTests(emulator::Arguments),
     /// Show which files of a crate need each other.
     ModuleCycles(module_cycles::Arguments),
+    /// Seed mistakes into a crate and count those that its tests find.
+    Mutants(mutants::Arguments),
     /// Show that the libraries cannot panic, and how large they are on the target.
     Proofs(proofs::Arguments),
 }
@@ -53,6 +56,7 @@ fn main() -> ExitCode {
         Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
         Task::ModuleCycles(arguments) => module_cycles::run(&arguments),
+        Task::Mutants(arguments) => mutants::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),
     };
     match result {

@@ -56,8 +56,14 @@ const UNDEFINED: &str = "error(panic-never)";
 const MEMORY: &str = "memory";
 const MASTER_OF: &str = "MASTER_OF_";
 /// The crates that need none but [`SHARED`], and the small crates that they share, which need none.
-const ALONE: [&str; 4] = ["dyn-can", "dyn-serial", "dyn-values", "zlac8030l"];
-const SHARED: [&str; 1] = ["dyn-values"];
+const ALONE: [&str; 5] = [
+    "can-frame",
+    "dyn-can",
+    "dyn-serial",
+    "dyn-values",
+    "zlac8030l",
+];
+const SHARED: [&str; 2] = ["can-frame", "dyn-values"];
 
 /// Links the libraries for the target without a panic handler, so that a possible panic is an error, and prints their size.
 #[derive(clap::Args)]

@@ -2,7 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
@@ -20,6 +20,36 @@ pub(crate) struct Workspace {
     pub(crate) root: PathBuf,
     /// The folder of host builds.
     pub(crate) target: PathBuf,
+    /// The packages.
+    pub(crate) packages: Vec<Package>,
+}
+
+/// A package of the workspace.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Package {
+    pub(crate) name: String,
+    /// The folder of its Cargo.toml.
+    pub(crate) folder: PathBuf,
+    /// The root files of its libraries and programs.
+    pub(crate) roots: Vec<PathBuf>,
+}
+
+impl Package {
+    fn from_metadata(package: &Value) -> Option<Self> {
+        let mut roots = Vec::new();
+        for target in package.get("targets")?.as_array()? {
+            let kinds = target.get("kind")?.as_array()?;
+            if kinds.iter().any(|kind| kind == "lib" || kind == "bin") {
+                roots.push(target.get("src_path")?.as_str()?.into());
+            }
+        }
+        let manifest = Path::new(package.get("manifest_path")?.as_str()?);
+        Some(Self {
+            name: package.get("name")?.as_str()?.to_owned(),
+            folder: manifest.parent()?.to_path_buf(),
+            roots,
+        })
+    }
 }
 
 impl Workspace {
@@ -45,7 +75,18 @@ impl Workspace {
         }
         Self::from_metadata(&output.stdout).ok_or(Error::Answer {
             program: program.into(),
-            expected: "`workspace_root` and `target_directory`",
+            expected: "`workspace_root`, `target_directory` and `packages`",
+        })
+    }
+
+    /// The package with this name.
+    ///
+    /// # Errors
+    /// [`Error::UnknownPackage`].
+    pub(crate) fn package(&self, name: &str) -> Result<&Package, Error> {
+        let found = self.packages.iter().find(|package| package.name == name);
+        found.ok_or_else(|| Error::UnknownPackage {
+            package: name.to_owned(),
         })
     }
 
@@ -54,14 +95,18 @@ impl Workspace {
         Some(Self {
             root: metadata.get("workspace_root")?.as_str()?.into(),
             target: metadata.get("target_directory")?.as_str()?.into(),
+            packages: metadata
+                .get("packages")?
+                .as_array()?
+                .iter()
+                .map(Package::from_metadata)
+                .collect::<Option<_>>()?,
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     #[test]
@@ -70,6 +115,20 @@ mod tests {
         let workspace = Workspace::from_metadata(json).unwrap();
         assert_eq!(workspace.root, Path::new("/a"));
         assert_eq!(workspace.target, Path::new("/b/target"));
+    }
+
+    #[test]
+    fn packages_are_read_with_the_roots_of_libraries_and_programs() {
+        let json = br#"{"workspace_root":"/w","target_directory":"/w/target","packages":[
+            {"name":"p","manifest_path":"/w/p/Cargo.toml","targets":[
+                {"kind":["lib"],"src_path":"/w/p/src/lib.rs"},
+                {"kind":["test"],"src_path":"/w/p/tests/t.rs"}]}]}"#;
+        let package = Package {
+            name: "p".into(),
+            folder: "/w/p".into(),
+            roots: vec!["/w/p/src/lib.rs".into()],
+        };
+        assert_eq!(Workspace::from_metadata(json).unwrap().packages, [package]);
     }
 
     #[test]

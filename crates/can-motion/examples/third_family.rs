@@ -9,6 +9,8 @@
 //!
 //! `cargo run -p can-motion --example third_family` lets a simulated one follow a line, stop, and switch off.
 
+#![expect(missing_docs, reason = "an example to copy")]
+
 use can_frame::DataFrame;
 use can_motion::facts::{Class, Facts, Loss};
 use can_motion::family::{
@@ -198,6 +200,10 @@ impl Drive for ToyDrive {
         self.missed = 0;
         Stage::Probing
     }
+    fn tick(&mut self, _: &mut Context<'_, Toy>) -> Meaning<ToyFault> {
+        self.ledger.begin_cycle();
+        Meaning::NONE
+    }
     fn receive(&mut self, frame: &DataFrame, _: &mut Context<'_, Toy>) -> Meaning<ToyFault> {
         // One answer to one question.
         let asked_at = self.asked_at.filter(|_| self.missed > 0);
@@ -266,22 +272,20 @@ pub fn cycle<const N: usize>(
     }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let limits = ValueLimits {
-        min: 0,
-        max: 10_000,
-        max_step: 20,
-        max_step_change: 1,
-    };
+fn main() {
+    let limits = ValueLimits::new(0, 10_000, 20, 1);
     let axes = [1, 2].map(|drive| ToyAxis { drive, limits });
     let mut drives = [SimulatedToy::default(), SimulatedToy::default()];
-    let mut master = Master::<2, Toy>::new(CycleUs(1_000), &axes)?;
+    let mut master = Master::<2, Toy>::new(CycleUs(1_000), &axes).expect("axes that work");
     let group = GroupId(0);
     for ms in 0..1_000 {
         let now = Instant::from_us(ms * 1_000);
         match ms {
-            50 => master.enable(now, group)?,
-            200..=599 => master.set_target(0, ms as i32 * 10 - 2_000)?,
+            50 => master.enable(now, group).expect("a ready group"),
+            200..=599 => {
+                let target = master.set_target(0, ms as i32 * 10 - 2_000);
+                target.expect("a streaming axis");
+            }
             600 => master.stop(now, group),
             800 => master.disable(now, group),
             _ => {}
@@ -293,5 +297,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("in the end: {drives:?}");
     assert!(drives[0].position > 3_900 && !drives[0].is_on);
-    Ok(())
 }

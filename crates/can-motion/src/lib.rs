@@ -40,9 +40,9 @@ pub mod facts {
 /// What a family of drives implements: `examples/third_family.rs` is one.
 pub mod family {
     pub use crate::core::family::{
-        CommonFault, Context, CycleConfig, CycleUs, Drive, Family, FaultKind, FaultOf, FrameOf, Meaning,
-        OutOfTravel, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned, Unplanned, View,
-        Wanted,
+        CommonFault, Context, CycleConfig, CycleUs, Drive, Family, FaultKind, FaultOf, FrameOf,
+        Meaning, OutOfTravel, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned, Unplanned,
+        View, Wanted,
     };
     pub use crate::core::placement::{BehindFrames, RequestPlacement};
     pub use crate::core::targets::{AbsoluteLedger, ValueKind, ValueLimits};

@@ -193,11 +193,11 @@ impl<D: Device, F: FaultModel> Bench<D, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bit_rate::BitRate;
     use crate::frame::Frame;
     use crate::frame::tests::standard;
     use crate::log::LogMode;
     use crate::mailbox::TxOrder;
+    use can_frame::BitRate;
 
     /// Answers each frame after a delay, with the identifier one higher.
     struct Echo {

@@ -13,7 +13,8 @@
 
 mod transmission;
 
-use crate::bit_rate::BitRate;
+use can_frame::BitRate;
+
 use crate::controller::{Controller, ControllerConfig};
 use crate::fault::{FaultModel, NoFaults};
 use crate::log::{LogMode, TrafficLog};

@@ -50,8 +50,9 @@ pub use settings::{
     ReadBackScale, ResponseDelay, ServoDynamics, ServoLimits,
 };
 
+use can_frame::BitRate;
+
 use crate::bench::{Bench, DeviceId};
-use crate::bit_rate::BitRate;
 use crate::bus::Bus;
 use crate::controller::ControllerConfig;
 use crate::device::Device;

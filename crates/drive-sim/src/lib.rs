@@ -18,7 +18,6 @@
 //! |---|---|
 //! | [`frame`] | what a classic CAN frame may contain, and which of two frames wins arbitration |
 //! | [`wire`] | CRC-15, bit stuffing, exact length on the wire |
-//! | [`bit_rate`] | the bit rates of the drives, as whole nanoseconds a bit |
 //! | [`mailbox`] | three transmit mailboxes: order, displacement, abort |
 //! | [`receive`] | acceptance filter and three-deep receive FIFO with overrun |
 //! | [`confinement`] | error counters, error-passive, bus-off |
@@ -71,7 +70,6 @@
 
 pub mod arbitration;
 pub mod bench;
-pub mod bit_rate;
 pub mod bus;
 pub mod candump;
 pub mod confinement;
@@ -93,8 +91,8 @@ pub mod wire;
 pub mod zlac_drive;
 
 pub use bench::{Bench, DeviceId};
-pub use bit_rate::{BitRate, UnsupportedBitRate};
 pub use bus::{Bus, LoadMark};
+pub use can_frame::{BitRate, UnsupportedBitRate};
 pub use candump::CandumpLine;
 pub use confinement::ErrorState;
 pub use controller::{

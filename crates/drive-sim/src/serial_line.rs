@@ -151,8 +151,8 @@ impl SerialLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bit_rate::BitRate;
     use crate::dyn_drive::{DynDrive, DynDriveConfig};
+    use can_frame::BitRate;
 
     const MS: u64 = 1_000_000;
     /// Read_Drive_Status of drive 2.

@@ -35,8 +35,9 @@ pub use config::{OfflineReaction, ZlacDriveConfig, ZlacQuirks};
 pub use faults::{ReplyDamage, ZlacFaults};
 pub use memory::EepromWear;
 
+use can_frame::BitRate;
+
 use crate::bench::{Bench, DeviceId};
-use crate::bit_rate::BitRate;
 use crate::bus::Bus;
 use crate::controller::ControllerConfig;
 use crate::device::Device;

@@ -6,56 +6,7 @@ use core::fmt;
 
 use dyn_values::RangeError;
 
-use crate::Revision;
-use crate::id::FunctionCode;
-
-/// A frame that this protocol cannot carry (1.6A and 1.2A section 1: CAN 2.0A data frames only).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FrameError {
-    /// A 29-bit identifier; the drives know 11-bit identifiers only.
-    Extended {
-        /// The 29-bit identifier.
-        id: u32,
-    },
-    /// A remote frame; the drives do not answer remote frames (section 4, RTR field).
-    Remote {
-        /// The identifier asked for.
-        id: u32,
-    },
-    /// An identifier beyond 11 bits, such as drive 64 would need.
-    Identifier {
-        /// The identifier that was given.
-        id: u32,
-    },
-    /// More than the 8 data bytes of a classic CAN frame.
-    DataLength {
-        /// The number of data bytes that was given.
-        actual: usize,
-    },
-}
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Extended { id } => {
-                write!(
-                    f,
-                    "expected an 11-bit identifier, got the 29-bit identifier 0x{id:08X}"
-                )
-            }
-            Self::Remote { id } => write!(
-                f,
-                "expected a data frame, got a remote frame for 0x{id:03X}"
-            ),
-            Self::Identifier { id } => write!(f, "identifier must be 0..=0x7FF, got 0x{id:X}"),
-            Self::DataLength { actual } => write!(f, "expected at most 8 data bytes, got {actual}"),
-        }
-    }
-}
-
-impl core::error::Error for FrameError {}
+use crate::function::{FunctionCode, Refusal};
 
 /// A request that must not be sent to this address or in this revision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,46 +47,6 @@ impl fmt::Display for EncodeError {
 }
 
 impl core::error::Error for EncodeError {}
-
-/// Why a function code is not a request, or not a reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Refusal {
-    /// 0x0F, reserved for the factory in both revisions (section 6, ForMotorDefine).
-    Factory,
-    /// 0x1D, which only a drive sends (section 6, Drive Error; D38).
-    DriveOnly,
-    /// The drive sends no reply to this function (column "Return Data" of section 5).
-    NoReply {
-        /// The function without a reply.
-        function: FunctionCode,
-    },
-    /// The function does not exist in this revision: 0x02 and 0x04 in 1.6A, 0x1B in 1.2A.
-    Revision {
-        /// The function that is missing.
-        function: FunctionCode,
-        /// The revision in which it is missing.
-        revision: Revision,
-    },
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Factory => {
-                f.write_str("function code 0x0F is reserved for the factory: never send it")
-            }
-            Self::DriveOnly => f.write_str("Drive_Error (0x1D) is sent by drives only"),
-            Self::NoReply { function } => write!(f, "{function} has no reply"),
-            Self::Revision { function, revision } => {
-                write!(f, "{function} does not exist in revision {revision}")
-            }
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
 
 /// A frame that does not decode as the message it claims to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

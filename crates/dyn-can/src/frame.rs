@@ -1,9 +1,29 @@
-//! A classic CAN data frame with an 11-bit identifier, the only kind that the drives know.
+//! What the frames of these drives carry: address and function in the identifier, a message in the data.
 
-use core::fmt;
+use can_frame::DataFrame;
 
-use crate::error::{DecodeError, FrameError};
-use crate::id::{Address, FunctionCode};
+use crate::error::DecodeError;
+use crate::function::FunctionCode;
+use crate::id::Address;
+
+/// What the identifier of a frame says.
+pub trait DynFrame {
+    /// The address in the identifier.
+    fn address(&self) -> Address;
+
+    /// The function code in the identifier.
+    fn function(&self) -> FunctionCode;
+}
+
+impl DynFrame for DataFrame {
+    fn address(&self) -> Address {
+        Address::from_can_id(self.id())
+    }
+
+    fn function(&self) -> FunctionCode {
+        FunctionCode::from_can_id(self.id())
+    }
+}
 
 /// Data bytes of a message that is being built; behind `len` they are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,206 +70,32 @@ impl Payload {
     }
 }
 
-/// A data frame: identifier 0 ..= 0x7FF and 0 ..= 8 data bytes.
-///
-/// The bytes behind the data are zero, so that equal frames compare equal.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct DataFrame {
-    id: u16,
-    len: u8,
-    data: [u8; 8],
+/// The frame of a message.
+pub(crate) const fn compose(to: Address, function: FunctionCode, payload: Payload) -> DataFrame {
+    DataFrame::from_fields(to.can_id(function), payload.len, payload.data)
 }
 
-impl DataFrame {
-    /// A data frame from its identifier and data.
-    ///
-    /// # Errors
-    /// [`FrameError::Identifier`] beyond 0x7FF, [`FrameError::DataLength`] beyond 8 bytes.
-    pub fn new(id: u16, data: &[u8]) -> Result<Self, FrameError> {
-        Self::from_parts(u32::from(id), false, false, data)
-    }
-
-    /// A data frame from what a CAN controller reports of it.
-    ///
-    /// # Errors
-    /// [`FrameError`] for 29-bit identifiers, remote frames, identifiers beyond 0x7FF and more than 8 bytes.
-    pub fn from_parts(
-        id: u32,
-        extended: bool,
-        remote: bool,
-        data: &[u8],
-    ) -> Result<Self, FrameError> {
-        if extended {
-            return Err(FrameError::Extended { id });
-        }
-        if remote {
-            return Err(FrameError::Remote { id });
-        }
-        if id > 0x7FF {
-            return Err(FrameError::Identifier { id });
-        }
-        let mut frame = Self {
-            id: id as u16,
-            len: data.len() as u8,
-            data: [0; 8],
-        };
-        let Some(destination) = frame.data.get_mut(..data.len()) else {
-            return Err(FrameError::DataLength { actual: data.len() });
-        };
-        destination.copy_from_slice(data);
-        Ok(frame)
-    }
-
-    pub(crate) const fn compose(to: Address, function: FunctionCode, payload: Payload) -> Self {
-        Self {
-            id: to.can_id(function),
-            len: payload.len,
-            data: payload.data,
-        }
-    }
-
-    /// The identifier, 0 ..= 0x7FF.
-    #[must_use]
-    pub const fn id(&self) -> u16 {
-        self.id
-    }
-
-    /// The address in the identifier.
-    #[must_use]
-    pub const fn address(&self) -> Address {
-        Address::from_can_id(self.id)
-    }
-
-    /// The function code in the identifier.
-    #[must_use]
-    pub const fn function(&self) -> FunctionCode {
-        FunctionCode::from_can_id(self.id)
-    }
-
-    /// The number of data bytes, 0 ..= 8.
-    #[must_use]
-    #[expect(clippy::len_without_is_empty, reason = "a frame is not a collection")]
-    pub const fn len(&self) -> u8 {
-        self.len
-    }
-
-    /// The data bytes.
-    #[must_use]
-    pub fn data(&self) -> &[u8] {
-        self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
-    }
-
-    /// All eight bytes, zero behind the data.
-    pub(crate) const fn bytes(&self) -> &[u8; 8] {
-        &self.data
-    }
-
-    /// The first four bytes, zero behind the data.
-    pub(crate) const fn first_word(&self) -> [u8; 4] {
-        let [a, b, c, d, ..] = self.data;
-        [a, b, c, d]
-    }
-
-    pub(crate) fn expect_len(&self, min: u8, max: u8) -> Result<(), DecodeError> {
-        if self.len < min || self.len > max {
-            return Err(DecodeError::Length {
-                function: self.function(),
-                min,
-                max,
-                actual: self.len,
-            });
-        }
-        Ok(())
-    }
-
-    /// The only data byte.
-    pub(crate) fn one_byte(&self) -> Result<u8, DecodeError> {
-        self.expect_len(1, 1)?;
-        let [byte, ..] = self.data;
-        Ok(byte)
-    }
+/// The first four bytes, zero behind the data.
+pub(crate) const fn first_word(frame: &DataFrame) -> [u8; 4] {
+    let [a, b, c, d, ..] = *frame.bytes();
+    [a, b, c, d]
 }
 
-impl AsRef<Self> for DataFrame {
-    fn as_ref(&self) -> &Self {
-        self
+pub(crate) fn expect_len(frame: &DataFrame, min: u8, max: u8) -> Result<(), DecodeError> {
+    if frame.len() < min || frame.len() > max {
+        return Err(DecodeError::Length {
+            function: frame.function(),
+            min,
+            max,
+            actual: frame.len(),
+        });
     }
+    Ok(())
 }
 
-impl fmt::Display for DataFrame {
-    /// `03C#FF88`, the form of candump logs.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:03X}#", self.id)?;
-        self.data()
-            .iter()
-            .try_for_each(|byte| write!(f, "{byte:02X}"))
-    }
-}
-
-impl fmt::Debug for DataFrame {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "DataFrame({self})")
-    }
-}
-
-#[cfg(feature = "embedded-can")]
-mod embedded {
-    use super::DataFrame;
-    use crate::error::FrameError;
-    use embedded_can::{Frame, Id};
-
-    impl DataFrame {
-        /// A data frame from any `embedded_can` frame.
-        ///
-        /// # Errors
-        /// [`FrameError`] for 29-bit identifiers and remote frames.
-        pub fn from_can(frame: &impl Frame) -> Result<Self, FrameError> {
-            let (id, extended) = match frame.id() {
-                Id::Standard(id) => (u32::from(id.as_raw()), false),
-                Id::Extended(id) => (id.as_raw(), true),
-            };
-            Self::from_parts(id, extended, frame.is_remote_frame(), frame.data())
-        }
-
-        /// The same frame in another `embedded_can` frame type; `None` only when that type refuses 8 bytes or fewer.
-        #[must_use]
-        pub fn to_can<F: Frame>(&self) -> Option<F> {
-            F::new(embedded_can::StandardId::new(self.id())?, self.data())
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_the_drives_do_not_know_is_refused() {
-        use FrameError::{DataLength, Extended, Identifier, Remote};
-        assert_eq!(
-            DataFrame::from_parts(0x121, true, false, &[0]),
-            Err(Extended { id: 0x121 })
-        );
-        assert_eq!(
-            DataFrame::from_parts(0x0E9, false, true, &[]),
-            Err(Remote { id: 0x0E9 })
-        );
-        // Drive 64 would need identifier 0x800.
-        assert_eq!(DataFrame::new(0x800, &[]), Err(Identifier { id: 0x800 }));
-        assert_eq!(
-            DataFrame::new(0x7FF, &[0; 9]),
-            Err(DataLength { actual: 9 })
-        );
-    }
-
-    #[test]
-    fn prints_like_a_candump_log() {
-        let frame = DataFrame::new(0x03C, &[0xFF, 0x88]).unwrap();
-        assert_eq!(std::format!("{frame}"), "03C#FF88");
-        assert_eq!(
-            std::format!("{}", DataFrame::new(0x7E9, &[]).unwrap()),
-            "7E9#"
-        );
-    }
+/// The only data byte.
+pub(crate) fn one_byte(frame: &DataFrame) -> Result<u8, DecodeError> {
+    expect_len(frame, 1, 1)?;
+    let [byte, ..] = *frame.bytes();
+    Ok(byte)
 }

@@ -5,29 +5,33 @@
 #[cfg(test)]
 extern crate std;
 
+mod byte_order;
 mod dialect;
 mod error;
 mod frame;
+mod function;
 mod id;
 mod number;
 mod parameters;
 mod reply;
 mod request;
+mod revision;
 mod selectors;
 pub mod units;
 
-pub use dialect::{
-    Dialect, Group3ReplyOrder, Revision, SetOriginData, TorqueFullScale, ZeroAddress,
-};
-pub use error::{DecodeError, EncodeError, FrameError, Refusal};
-pub use frame::DataFrame;
-pub use id::{Address, DriveId, FunctionCode};
-pub use number::ByteOrder;
+pub use byte_order::ByteOrder;
+pub use can_frame::{DataFrame, FrameError};
+pub use dialect::{Dialect, Group3ReplyOrder, SetOriginData, TorqueFullScale, ZeroAddress};
+pub use error::{DecodeError, EncodeError};
+pub use frame::DynFrame;
+pub use function::{FunctionCode, Refusal};
+pub use id::{Address, DriveId};
 pub use parameters::{
     ParamGroup1, ParamGroup2, ParamGroup3, SetParamGroup1, SetParamGroup2, SetParamGroup3,
 };
 pub use reply::{Reply, ReplyKind, Torque};
 pub use request::{Request, go_relative_pos_pd};
+pub use revision::Revision;
 pub use selectors::{DriveError, ReadSelector, ServoSwitch, StoredDriveId, SyncKind};
 // The values that the serial protocol of the same drives carries as well, and those of this one.
 pub use dyn_values::{

@@ -1,18 +1,11 @@
 //! Signed numbers in one to four bytes (1.6A section 4, data length field).
 
-use crate::error::DecodeError;
-use crate::frame::{DataFrame, Payload};
-use crate::id::FunctionCode;
+use can_frame::DataFrame;
 
-/// Order of the bytes of a number (D18).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ByteOrder {
-    /// Most significant byte first, as in the one example of the documents.
-    MsbFirst,
-    /// Least significant byte first.
-    LsbFirst,
-}
+use crate::byte_order::ByteOrder;
+use crate::error::DecodeError;
+use crate::frame::{DynFrame, Payload, expect_len, first_word};
+use crate::function::FunctionCode;
 
 /// Number of bytes of the shortest two's-complement form, 1 ..= 4.
 pub(crate) const fn shortest_len(value: i32) -> u8 {
@@ -44,7 +37,7 @@ pub(crate) const fn encode_in(value: i32, len: u8, order: ByteOrder) -> Payload 
 
 /// Reads the whole data field as one number; the caller has checked that it has 1 ..= 4 bytes.
 pub(crate) const fn decode(frame: &DataFrame, order: ByteOrder) -> i32 {
-    let word = frame.first_word();
+    let word = first_word(frame);
     // Frames are zero-filled behind their data, so the shift alone extends the sign.
     let unused_bits = 8 * (4_u32.wrapping_sub(frame.len() as u32) & 3);
     match order {
@@ -61,7 +54,7 @@ pub(crate) fn decode_checked(
     strict_minimal: bool,
 ) -> Result<i32, DecodeError> {
     let function = frame.function();
-    frame.expect_len(min, max)?;
+    expect_len(frame, min, max)?;
     let value = decode(frame, order);
     if strict_minimal {
         require_shortest(function, value, frame.len())?;

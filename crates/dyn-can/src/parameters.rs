@@ -1,14 +1,16 @@
 //! The three parameter groups (1.6A section 6, #16 to #21).
 
+use can_frame::DataFrame;
 use dyn_values::{
     GearNumber, IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
     RangeError, SpeedGain, TorqueFilter,
 };
 
-use crate::dialect::{Dialect, Group3ReplyOrder, Revision};
+use crate::byte_order::ByteOrder;
+use crate::dialect::{Dialect, Group3ReplyOrder};
 use crate::error::DecodeError;
-use crate::frame::{DataFrame, Payload};
-use crate::number::ByteOrder;
+use crate::frame::{Payload, expect_len, first_word};
+use crate::revision::Revision;
 
 /// Parameter group 1 as a drive reports it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,8 +126,8 @@ impl ParamGroup1 {
     }
 
     pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        frame.expect_len(4, 4)?;
-        let [main, speed, integration, filter] = frame.first_word().map(i32::from);
+        expect_len(frame, 4, 4)?;
+        let [main, speed, integration, filter] = first_word(frame).map(i32::from);
         Ok(Self {
             main_gain: MainGain::new(main)?,
             speed_gain: SpeedGain::new(speed)?,
@@ -149,8 +151,8 @@ impl SetParamGroup1 {
     }
 
     pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        frame.expect_len(4, 4)?;
-        let [main, speed, integration, filter] = frame.first_word().map(i32::from);
+        expect_len(frame, 4, 4)?;
+        let [main, speed, integration, filter] = first_word(frame).map(i32::from);
         Ok(Self {
             main_gain: optional(main, MainGain::new)?,
             speed_gain: optional(speed, SpeedGain::new)?,
@@ -166,8 +168,8 @@ impl ParamGroup2 {
     }
 
     pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        frame.expect_len(2, 2)?;
-        let [speed, acceleration, ..] = frame.first_word().map(i32::from);
+        expect_len(frame, 2, 2)?;
+        let [speed, acceleration, ..] = first_word(frame).map(i32::from);
         Ok(Self {
             max_speed: MaxSpeed::new(speed)?,
             max_acceleration: MaxAcceleration::new(acceleration)?,
@@ -183,8 +185,8 @@ impl SetParamGroup2 {
     }
 
     pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        frame.expect_len(2, 2)?;
-        let [speed, acceleration, ..] = frame.first_word().map(i32::from);
+        expect_len(frame, 2, 2)?;
+        let [speed, acceleration, ..] = first_word(frame).map(i32::from);
         Ok(Self {
             max_speed: optional(speed, MaxSpeed::new)?,
             max_acceleration: optional(acceleration, MaxAcceleration::new)?,
@@ -214,12 +216,12 @@ impl ParamGroup3 {
         let [a, b, c, d, e, f, ..] = *frame.bytes();
         match dialect.revision {
             Revision::V1_2A => {
-                frame.expect_len(5, 5)?;
+                expect_len(frame, 5, 5)?;
                 let order = dialect.group3_reply_order_1_2a;
                 Self::from_raw(i32::from(a), [b, c], [d, e], order)
             }
             Revision::V1_6A => {
-                frame.expect_len(6, 6)?;
+                expect_len(frame, 6, 6)?;
                 let order = match dialect.group3_reply_order_1_6a {
                     Group3ReplyOrder::Fixed(order) => order,
                     Group3ReplyOrder::Recognise => recognise_order([a, b])?,
@@ -260,7 +262,7 @@ impl SetParamGroup3 {
     }
 
     pub(crate) fn decode(frame: &DataFrame, order: ByteOrder) -> Result<Self, DecodeError> {
-        frame.expect_len(5, 5)?;
+        expect_len(frame, 5, 5)?;
         let [on_pos_range, b, c, d, e, ..] = *frame.bytes();
         Ok(Self {
             on_pos_range: optional(i32::from(on_pos_range), OnPosRange::new)?,

@@ -1,11 +1,13 @@
 //! Replies: what a drive sends, decoded against the outstanding request.
 
+use can_frame::DataFrame;
 use dyn_values::{ConfigByte, Counts28, DriveStatus, Quantity};
 
 use crate::dialect::{Dialect, TorqueFullScale};
 use crate::error::DecodeError;
-use crate::frame::{DataFrame, Payload};
-use crate::id::{Address, FunctionCode};
+use crate::frame::{DynFrame, Payload, compose, expect_len, first_word, one_byte};
+use crate::function::FunctionCode;
+use crate::id::Address;
 use crate::number;
 use crate::parameters::{ParamGroup1, ParamGroup2, ParamGroup3};
 use crate::selectors::{DriveError, StoredDriveId};
@@ -143,7 +145,7 @@ impl Reply {
     /// The frame of this reply, for simulated drives. A fresh drive answers on the broadcast identifiers (D2).
     #[must_use]
     pub fn encode(&self, from: Address, dialect: &Dialect) -> DataFrame {
-        DataFrame::compose(from, self.function(), self.payload(dialect))
+        compose(from, self.function(), self.payload(dialect))
     }
 
     fn payload(&self, dialect: &Dialect) -> Payload {
@@ -180,7 +182,7 @@ impl Reply {
         let function = frame.function();
         function.admit_reply(dialect.revision)?;
         let reply = if function == FunctionCode::DriveError {
-            Self::DriveError(DriveError::from_byte(frame.one_byte()?))
+            Self::DriveError(DriveError::from_byte(one_byte(frame)?))
         } else {
             Self::decode_kind(frame, awaited(function, outstanding)?, dialect)?
         };
@@ -195,10 +197,10 @@ impl Reply {
         match kind {
             ReplyKind::DriveId => Ok(Self::DriveId(StoredDriveId::decode(frame)?)),
             ReplyKind::DriveConfig => {
-                Ok(Self::DriveConfig(ConfigByte::from_byte(frame.one_byte()?)))
+                Ok(Self::DriveConfig(ConfigByte::from_byte(one_byte(frame)?)))
             }
             ReplyKind::DriveStatus => {
-                Ok(Self::DriveStatus(DriveStatus::from_byte(frame.one_byte()?)))
+                Ok(Self::DriveStatus(DriveStatus::from_byte(one_byte(frame)?)))
             }
             ReplyKind::Position => decode_position(frame, dialect).map(Self::Position),
             ReplyKind::Torque => decode_torque(frame, dialect).map(Self::Torque),
@@ -206,17 +208,17 @@ impl Reply {
             ReplyKind::ParamGroup2 => Ok(Self::ParamGroup2(ParamGroup2::decode(frame)?)),
             ReplyKind::ParamGroup3 => Ok(Self::ParamGroup3(ParamGroup3::decode(frame, dialect)?)),
             ReplyKind::MotorSpeed => {
-                frame.expect_len(2, 2)?;
+                expect_len(frame, 2, 2)?;
                 Ok(Self::MotorSpeed(
                     number::decode(frame, dialect.number_order) as i16,
                 ))
             }
-            ReplyKind::DriveReset => Ok(Self::DriveReset(frame.one_byte()?)),
+            ReplyKind::DriveReset => Ok(Self::DriveReset(one_byte(frame)?)),
             ReplyKind::Echo => {
-                frame.expect_len(4, 4)?;
-                Ok(Self::Echo(frame.first_word()))
+                expect_len(frame, 4, 4)?;
+                Ok(Self::Echo(first_word(frame)))
             }
-            ReplyKind::DiagnosticCounter => Ok(Self::DiagnosticCounter(frame.one_byte()?)),
+            ReplyKind::DiagnosticCounter => Ok(Self::DiagnosticCounter(one_byte(frame)?)),
         }
     }
 }
@@ -257,7 +259,7 @@ fn decode_torque(frame: &DataFrame, dialect: &Dialect) -> Result<Torque, DecodeE
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Refusal;
+    use crate::function::Refusal;
 
     fn decode(data: &[u8], id: u16, kind: Option<ReplyKind>) -> Result<Reply, DecodeError> {
         let frame = DataFrame::new(id, data).unwrap();

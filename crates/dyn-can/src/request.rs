@@ -1,12 +1,15 @@
 //! Requests: what a master sends, and what a simulated drive or a bus monitor reads.
 
+use can_frame::DataFrame;
 use dyn_values::{Amplitude, Counts28, DriveConfig, FrequencyHz, PdStep, SpeedRpm};
 
+use crate::byte_order::ByteOrder;
 use crate::dialect::{Dialect, SetOriginData, ZeroAddress};
 use crate::error::{DecodeError, EncodeError};
-use crate::frame::{DataFrame, Payload};
-use crate::id::{Address, DriveId, FunctionCode};
-use crate::number::{self, ByteOrder};
+use crate::frame::{DynFrame, Payload, compose, expect_len, first_word, one_byte};
+use crate::function::{FunctionCode, Refusal};
+use crate::id::{Address, DriveId};
+use crate::number;
 use crate::parameters::{SetParamGroup1, SetParamGroup2, SetParamGroup3};
 use crate::reply::ReplyKind;
 use crate::selectors::{
@@ -116,7 +119,7 @@ pub enum Request {
 #[must_use]
 pub const fn go_relative_pos_pd(drive: DriveId, step: PdStep, order: ByteOrder) -> DataFrame {
     let payload = number::encode(step.get() as i32, order);
-    DataFrame::compose(
+    compose(
         Address::Drive(drive),
         FunctionCode::GoRelativePosPd,
         payload,
@@ -208,7 +211,7 @@ impl Request {
         {
             DriveId::new(i32::from(id.get()))?;
         }
-        Ok(DataFrame::compose(to, function, self.payload(dialect)))
+        Ok(compose(to, function, self.payload(dialect)))
     }
 
     fn payload(&self, dialect: &Dialect) -> Payload {
@@ -298,7 +301,7 @@ impl Request {
             )?)),
             FunctionCode::ReadDriveId => read(Self::ReadDriveId),
             FunctionCode::SetDriveConfig => Ok(Self::SetDriveConfig(DriveConfig::from_byte(
-                frame.one_byte()?,
+                one_byte(frame)?,
             )?)),
             FunctionCode::ReadDriveConfig => read(Self::ReadDriveConfig),
             FunctionCode::ReadDriveStatus => read(Self::ReadDriveStatus),
@@ -306,7 +309,7 @@ impl Request {
             FunctionCode::SquareWave => Ok(Self::SquareWave(Amplitude::new(number(3)?)?)),
             FunctionCode::SinWave => Ok(Self::SinWave(Amplitude::new(number(3)?)?)),
             FunctionCode::SsFrequency => Ok(Self::SsFrequency(FrequencyHz::new(i32::from(
-                frame.one_byte()?,
+                one_byte(frame)?,
             ))?)),
             FunctionCode::GeneralRead => Ok(Self::GeneralRead(ReadSelector::decode(frame)?)),
             FunctionCode::SetParamGroup1 => {
@@ -334,12 +337,12 @@ impl Request {
             FunctionCode::DriveReset => decode_drive_reset(frame).map(|()| Self::DriveReset),
             FunctionCode::GoRelativePosPd => Ok(Self::GoRelativePosPd(PdStep::new(number(2)?)?)),
             FunctionCode::EchoFunction => {
-                frame.expect_len(4, 4)?;
-                Ok(Self::EchoFunction(frame.first_word()))
+                expect_len(frame, 4, 4)?;
+                Ok(Self::EchoFunction(first_word(frame)))
             }
             FunctionCode::DiagnosticCounter => read(Self::DiagnosticCounter),
-            FunctionCode::ForMotorDefine => Err(crate::error::Refusal::Factory.into()),
-            FunctionCode::DriveError => Err(crate::error::Refusal::DriveOnly.into()),
+            FunctionCode::ForMotorDefine => Err(Refusal::Factory.into()),
+            FunctionCode::DriveError => Err(Refusal::DriveOnly.into()),
         }
     }
 }
@@ -347,14 +350,14 @@ impl Request {
 fn decode_set_origin(frame: &DataFrame, dialect: &Dialect) -> Result<Request, DecodeError> {
     match dialect.set_origin {
         SetOriginData::Magic(magic) => selectors::expect_magic(frame, magic)?,
-        SetOriginData::Empty => frame.expect_len(0, 0)?,
+        SetOriginData::Empty => expect_len(frame, 0, 0)?,
     }
     Ok(Request::SetOrigin)
 }
 
 /// A request without arguments: no data, or one byte of any value where the dialect has a dummy (D11).
 fn expect_read(frame: &DataFrame, dialect: &Dialect) -> Result<(), DecodeError> {
-    frame.expect_len(0, u8::from(dialect.read_dummy.is_some()))
+    expect_len(frame, 0, u8::from(dialect.read_dummy.is_some()))
 }
 
 #[cfg(test)]

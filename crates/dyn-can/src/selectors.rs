@@ -2,11 +2,12 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
 use dyn_values::{Quantity, RangeError};
 
 use crate::dialect::Dialect;
 use crate::error::DecodeError;
-use crate::frame::{DataFrame, Payload};
+use crate::frame::{DynFrame, Payload, one_byte};
 use crate::id::DriveId;
 
 /// Data byte of Drive_Reset (1.6A section 6, #27).
@@ -32,7 +33,7 @@ macro_rules! selector {
             }
 
             pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-                match frame.one_byte()? {
+                match one_byte(frame)? {
                     $first_byte => Ok(Self::$first),
                     $second_byte => Ok(Self::$second),
                     actual => Err(DecodeError::Magic {
@@ -110,7 +111,7 @@ impl StoredDriveId {
     }
 
     pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        Ok(Self::new(i32::from(frame.one_byte()?))?)
+        Ok(Self::new(i32::from(one_byte(frame)?))?)
     }
 
     /// As the argument of Assign_Drive_ID, where 0 needs permission.
@@ -192,7 +193,7 @@ pub(crate) fn decode_drive_reset(frame: &DataFrame) -> Result<(), DecodeError> {
 
 /// The only data byte must be `expected`.
 pub(crate) fn expect_magic(frame: &DataFrame, expected: u8) -> Result<(), DecodeError> {
-    let actual = frame.one_byte()?;
+    let actual = one_byte(frame)?;
     if actual != expected {
         return Err(DecodeError::Magic {
             function: frame.function(),
@@ -206,7 +207,7 @@ pub(crate) fn expect_magic(frame: &DataFrame, expected: u8) -> Result<(), Decode
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::id::FunctionCode;
+    use crate::function::FunctionCode;
 
     #[test]
     fn zero_enables_and_is_never_a_default() {

@@ -2,8 +2,10 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
+
 use crate::error::DecodeError;
-use crate::frame::DataFrame;
+use crate::frame::{compose, exactly, node_of};
 use crate::node::{EMCY, NodeId, Service};
 
 /// An emergency message (CiA 301): 8 bytes at 80h + node.
@@ -27,7 +29,7 @@ impl Emcy {
         let [low, high] = self.error_code.to_le_bytes();
         let [a, b, c, d, e] = self.manufacturer;
         let bytes = [low, high, self.error_register, a, b, c, d, e];
-        DataFrame::compose(Service::Emcy(node), 8, bytes)
+        compose(Service::Emcy(node), 8, bytes)
     }
 
     /// An emergency message; no node when the drive sends on 080h, as the guide's default says (Z21).
@@ -35,12 +37,12 @@ impl Emcy {
     /// # Errors
     /// [`DecodeError`] for another service and for a length other than 8.
     pub const fn decode(frame: &DataFrame) -> Result<(Option<NodeId>, Self), DecodeError> {
-        let node = match frame.node_of(EMCY) {
+        let node = match node_of(frame, EMCY) {
             Ok(node) => Some(node),
             Err(DecodeError::Node { .. }) => None,
             Err(error) => return Err(error),
         };
-        let [low, high, error_register, a, b, c, d, e] = match frame.exactly(8) {
+        let [low, high, error_register, a, b, c, d, e] = match exactly(frame, 8) {
             Ok(bytes) => bytes,
             Err(error) => return Err(error),
         };
@@ -72,7 +74,7 @@ impl Sync {
     /// The frame.
     #[must_use]
     pub const fn encode(self) -> DataFrame {
-        DataFrame::compose(Service::Sync, 0, [0; 8])
+        compose(Service::Sync, 0, [0; 8])
     }
 
     /// A SYNC frame. Eight bytes on 080h are an emergency message and no SYNC (Z21).
@@ -83,7 +85,7 @@ impl Sync {
         if frame.id() != Service::Sync.can_id() {
             return Err(DecodeError::Service { can_id: frame.id() });
         }
-        match frame.exactly(0) {
+        match exactly(frame, 0) {
             Ok(_) => Ok(Self),
             Err(error) => Err(error),
         }

@@ -22,52 +22,6 @@ impl fmt::Display for NodeError {
 
 impl core::error::Error for NodeError {}
 
-/// A frame that CANopen drives do not know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FrameError {
-    /// A 29-bit identifier.
-    Extended {
-        /// The identifier.
-        id: u32,
-    },
-    /// A remote frame, such as a node guarding request.
-    Remote {
-        /// The identifier.
-        id: u32,
-    },
-    /// An identifier beyond 0x7FF.
-    Identifier {
-        /// The identifier.
-        id: u32,
-    },
-    /// More than 8 data bytes.
-    DataLength {
-        /// The number of bytes.
-        actual: usize,
-    },
-}
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Extended { id } => {
-                write!(f, "expected an 11-bit identifier, got 29-bit 0x{id:08X}")
-            }
-            Self::Remote { id } => {
-                write!(f, "expected a data frame, got a remote frame 0x{id:03X}")
-            }
-            Self::Identifier { id } => {
-                write!(f, "expected an identifier up to 0x7FF, got 0x{id:X}")
-            }
-            Self::DataLength { actual } => write!(f, "expected at most 8 data bytes, got {actual}"),
-        }
-    }
-}
-
-impl core::error::Error for FrameError {}
-
 /// A frame that is no message of this protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -157,28 +111,6 @@ impl fmt::Display for DecodeError {
 }
 
 impl core::error::Error for DecodeError {}
-
-/// Data of another width than the object has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct WidthError {
-    /// Bytes of the object.
-    pub expected: u8,
-    /// Bytes that came.
-    pub actual: u8,
-}
-
-impl fmt::Display for WidthError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "the object has {} bytes, got {}",
-            self.expected, self.actual
-        )
-    }
-}
-
-impl core::error::Error for WidthError {}
 
 /// Why a value may not be written to an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

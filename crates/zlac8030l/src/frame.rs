@@ -1,195 +1,50 @@
-//! A classic CAN data frame with an 11-bit identifier, the only kind that CANopen uses here.
+//! What the frames of CANopen carry: service and node in the identifier, a message in the data.
 
-use core::fmt;
+use can_frame::DataFrame;
 
-use crate::error::{DecodeError, FrameError};
+use crate::error::DecodeError;
 use crate::node::{NodeId, Service};
 
-/// A data frame: identifier 0 ..= 0x7FF and 0 ..= 8 data bytes.
-///
-/// The bytes behind the data are zero, so that equal frames compare equal.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct DataFrame {
-    id: u16,
-    len: u8,
-    data: [u8; 8],
-}
-
-impl DataFrame {
-    /// A data frame from its identifier and data.
-    ///
-    /// # Errors
-    /// [`FrameError::Identifier`] beyond 0x7FF, [`FrameError::DataLength`] beyond 8 bytes.
-    pub fn new(id: u16, data: &[u8]) -> Result<Self, FrameError> {
-        Self::from_parts(u32::from(id), false, false, data)
-    }
-
-    /// A data frame from what a CAN controller reports of it.
-    ///
-    /// # Errors
-    /// [`FrameError`] for 29-bit identifiers, remote frames, identifiers beyond 0x7FF and more than 8 bytes.
-    pub fn from_parts(
-        id: u32,
-        extended: bool,
-        remote: bool,
-        data: &[u8],
-    ) -> Result<Self, FrameError> {
-        if extended {
-            return Err(FrameError::Extended { id });
-        }
-        if remote {
-            return Err(FrameError::Remote { id });
-        }
-        if id > 0x7FF {
-            return Err(FrameError::Identifier { id });
-        }
-        let mut frame = Self {
-            id: id as u16,
-            len: data.len() as u8,
-            data: [0; 8],
-        };
-        let Some(destination) = frame.data.get_mut(..data.len()) else {
-            return Err(FrameError::DataLength { actual: data.len() });
-        };
-        destination.copy_from_slice(data);
-        Ok(frame)
-    }
-
-    /// A message of `len` bytes, at most 8, whose other bytes are zero.
-    pub(crate) const fn compose(service: Service, len: u8, data: [u8; 8]) -> Self {
-        Self {
-            id: service.can_id(),
-            len,
-            data,
-        }
-    }
-
-    /// The identifier, 0 ..= 0x7FF.
-    #[must_use]
-    pub const fn id(&self) -> u16 {
-        self.id
-    }
-
+/// What the identifier of a frame says.
+pub trait CanopenFrame {
     /// What the identifier is for.
     ///
     /// # Errors
     /// [`DecodeError::Node`] and [`DecodeError::Service`], see [`Service::of`].
-    pub const fn service(&self) -> Result<Service, DecodeError> {
-        Service::of(self.id)
-    }
+    fn service(&self) -> Result<Service, DecodeError>;
+}
 
-    /// The node of a frame whose identifier is a function code (its upper four bits) and a node.
-    pub(crate) const fn node_of(&self, function: u16) -> Result<NodeId, DecodeError> {
-        if self.id >> 7 != function {
-            return Err(DecodeError::Service { can_id: self.id });
-        }
-        match NodeId::new((self.id & 0x7F) as i32) {
-            Ok(node) => Ok(node),
-            Err(_) => Err(DecodeError::Node { can_id: self.id }),
-        }
-    }
-
-    /// The number of data bytes, 0 ..= 8.
-    #[must_use]
-    #[expect(clippy::len_without_is_empty, reason = "a frame is not a collection")]
-    pub const fn len(&self) -> u8 {
-        self.len
-    }
-
-    /// The data bytes.
-    #[must_use]
-    pub fn data(&self) -> &[u8] {
-        self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
-    }
-
-    /// All eight bytes, zero behind the data.
-    pub(crate) const fn bytes(&self) -> [u8; 8] {
-        self.data
-    }
-
-    /// All eight bytes of a message that has exactly `expected` of them.
-    pub(crate) const fn exactly(&self, expected: u8) -> Result<[u8; 8], DecodeError> {
-        if self.len != expected {
-            return Err(DecodeError::Length {
-                can_id: self.id,
-                expected,
-                actual: self.len,
-            });
-        }
-        Ok(self.data)
+impl CanopenFrame for DataFrame {
+    fn service(&self) -> Result<Service, DecodeError> {
+        Service::of(self.id())
     }
 }
 
-impl AsRef<Self> for DataFrame {
-    fn as_ref(&self) -> &Self {
-        self
+/// A message of `len` bytes, at most 8, whose other bytes are zero.
+pub(crate) const fn compose(service: Service, len: u8, data: [u8; 8]) -> DataFrame {
+    DataFrame::from_fields(service.can_id(), len, data)
+}
+
+/// The node of a frame whose identifier is a function code (its upper four bits) and a node.
+pub(crate) const fn node_of(frame: &DataFrame, function: u16) -> Result<NodeId, DecodeError> {
+    let can_id = frame.id();
+    if can_id >> 7 != function {
+        return Err(DecodeError::Service { can_id });
+    }
+    match NodeId::new((can_id & 0x7F) as i32) {
+        Ok(node) => Ok(node),
+        Err(_) => Err(DecodeError::Node { can_id }),
     }
 }
 
-impl fmt::Display for DataFrame {
-    /// `604#4064600000000000`, the form of candump logs.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:03X}#", self.id)?;
-        self.data()
-            .iter()
-            .try_for_each(|byte| write!(f, "{byte:02X}"))
+/// All eight bytes of a message that has exactly `expected` of them.
+pub(crate) const fn exactly(frame: &DataFrame, expected: u8) -> Result<[u8; 8], DecodeError> {
+    if frame.len() != expected {
+        return Err(DecodeError::Length {
+            can_id: frame.id(),
+            expected,
+            actual: frame.len(),
+        });
     }
-}
-
-impl fmt::Debug for DataFrame {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "DataFrame({self})")
-    }
-}
-
-#[cfg(feature = "embedded-can")]
-mod embedded {
-    use super::DataFrame;
-    use crate::error::FrameError;
-    use embedded_can::{Frame, Id};
-
-    impl DataFrame {
-        /// A data frame from any `embedded_can` frame.
-        ///
-        /// # Errors
-        /// [`FrameError`] for 29-bit identifiers and remote frames.
-        pub fn from_can(frame: &impl Frame) -> Result<Self, FrameError> {
-            let (id, extended) = match frame.id() {
-                Id::Standard(id) => (u32::from(id.as_raw()), false),
-                Id::Extended(id) => (id.as_raw(), true),
-            };
-            Self::from_parts(id, extended, frame.is_remote_frame(), frame.data())
-        }
-
-        /// The same frame in another `embedded_can` frame type; `None` only when that type refuses 8 bytes or fewer.
-        #[must_use]
-        pub fn to_can<F: Frame>(&self) -> Option<F> {
-            F::new(embedded_can::StandardId::new(self.id())?, self.data())
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_canopen_does_not_know_is_refused() {
-        use FrameError::{DataLength, Extended, Identifier, Remote};
-        let parts = DataFrame::from_parts;
-        assert_eq!(parts(0x604, true, false, &[]), Err(Extended { id: 0x604 }));
-        assert_eq!(parts(0x704, false, true, &[]), Err(Remote { id: 0x704 }));
-        assert_eq!(DataFrame::new(0x800, &[]), Err(Identifier { id: 0x800 }));
-        assert_eq!(
-            DataFrame::new(0x604, &[0; 9]),
-            Err(DataLength { actual: 9 })
-        );
-    }
-
-    #[test]
-    fn prints_like_a_candump_log() {
-        let frame = DataFrame::new(0x704, &[0x7F]).unwrap();
-        assert_eq!(std::format!("{frame}"), "704#7F");
-    }
+    Ok(*frame.bytes())
 }

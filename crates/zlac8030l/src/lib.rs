@@ -23,18 +23,20 @@ mod sdo;
 mod sdo_client;
 mod set_up;
 mod status_word;
+mod typed_object;
 
 pub use abort::AbortCode;
+pub use can_frame::{DataFrame, FrameError};
 pub use control_word::{ControlWord, Mode, MoveKind, TargetPositionError};
 pub use emcy::{Emcy, Sync};
-pub use error::{DecodeError, FrameError, NodeError, WidthError, WriteError};
+pub use error::{DecodeError, NodeError, WriteError};
 pub use fault_code::FaultCode;
-pub use frame::DataFrame;
+pub use frame::CanopenFrame;
 pub use heartbeat_watch::{HeartbeatEvent, HeartbeatWatch};
 pub use message::Message;
 pub use nmt::{Heartbeat, NmtCommand, NmtRequest, NmtState};
 pub use node::{NodeId, PdoNumber, Service};
-pub use object::{DataType, Object, ObjectAddress, ObjectData, ObjectValue};
+pub use object::{DataType, ObjectAddress, ObjectData, ObjectValue, WidthError};
 pub use pdo::{MAX_ENTRIES, MappingEntry, MappingError, PdoDirection, PdoMapping, PdoObjects};
 pub use sdo::{SdoReply, SdoRequest};
 pub use sdo_client::{
@@ -44,3 +46,4 @@ pub use set_up::{
     Firmware, PdoSetUp, SetUp, SetUpError, SetUpOptions, SetUpReport, SetUpStep, Setting,
 };
 pub use status_word::{State, StatusWord};
+pub use typed_object::Object;

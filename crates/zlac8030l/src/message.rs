@@ -2,9 +2,10 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
+
 use crate::emcy::{Emcy, Sync};
 use crate::error::DecodeError;
-use crate::frame::DataFrame;
 use crate::nmt::{Heartbeat, NmtRequest};
 use crate::node::{NodeId, PdoNumber, Service};
 use crate::sdo::{SdoReply, SdoRequest};
@@ -37,7 +38,7 @@ impl Message {
     /// # Errors
     /// [`DecodeError`] with what is wrong.
     pub fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        Ok(match frame.service()? {
+        Ok(match Service::of(frame.id())? {
             Service::Nmt => Self::Nmt(NmtRequest::decode(frame)?),
             Service::Sync if frame.len() == 8 => emcy(frame)?,
             Service::Sync => Sync::decode(frame).map(|_| Self::Sync)?,

@@ -2,8 +2,10 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
+
 use crate::error::DecodeError;
-use crate::frame::DataFrame;
+use crate::frame::{compose, exactly, node_of};
 use crate::node::{HEARTBEAT, NodeId, Service};
 
 /// A command of the NMT master. The guide shows start and pre-operational; the others are CiA 301.
@@ -41,7 +43,7 @@ impl NmtRequest {
             Some(node) => node.get(),
             None => 0,
         };
-        DataFrame::compose(
+        compose(
             Service::Nmt,
             2,
             [self.command as u8, node, 0, 0, 0, 0, 0, 0],
@@ -56,7 +58,7 @@ impl NmtRequest {
         if frame.id() != Service::Nmt.can_id() {
             return Err(DecodeError::Service { can_id: frame.id() });
         }
-        let [command, number, ..] = match frame.exactly(2) {
+        let [command, number, ..] = match exactly(frame, 2) {
             Ok(bytes) => bytes,
             Err(error) => return Err(error),
         };
@@ -106,7 +108,7 @@ impl Heartbeat {
     /// The frame of a drive.
     #[must_use]
     pub const fn encode(&self) -> DataFrame {
-        DataFrame::compose(
+        compose(
             Service::Heartbeat(self.node),
             1,
             [self.state as u8, 0, 0, 0, 0, 0, 0, 0],
@@ -118,11 +120,11 @@ impl Heartbeat {
     /// # Errors
     /// [`DecodeError`] for another service, node 0, a length other than 1, and an unknown state.
     pub const fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        let node = match frame.node_of(HEARTBEAT) {
+        let node = match node_of(frame, HEARTBEAT) {
             Ok(node) => node,
             Err(error) => return Err(error),
         };
-        let [state, ..] = match frame.exactly(1) {
+        let [state, ..] = match exactly(frame, 1) {
             Ok(bytes) => bytes,
             Err(error) => return Err(error),
         };

@@ -1,10 +1,6 @@
-//! Objects of the dictionary: address, type, and the value of one object in an expedited SDO.
+//! What an object of the dictionary is: address, type, and its value in an expedited SDO.
 
 use core::fmt;
-use core::marker::PhantomData;
-
-use crate::error::WidthError;
-use crate::sdo::SdoRequest;
 
 /// Index and sub-index of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -211,48 +207,27 @@ macro_rules! object_values {
 
 object_values! { i8: I8, u8: U8, i16: I16, u16: U16, i32: I32, u32: U32, }
 
-/// An object whose type is known while compiling, so that it is always written in the dictionary's width.
-#[derive(Debug)]
+/// Data of another width than the object has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Object<T> {
-    address: ObjectAddress,
-    value: PhantomData<fn(T) -> T>,
+pub struct WidthError {
+    /// Bytes of the object.
+    pub expected: u8,
+    /// Bytes that came.
+    pub actual: u8,
 }
 
-impl<T> Clone for Object<T> {
-    fn clone(&self) -> Self {
-        *self
+impl fmt::Display for WidthError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the object has {} bytes, got {}",
+            self.expected, self.actual
+        )
     }
 }
 
-impl<T> Copy for Object<T> {}
-
-impl<T: ObjectValue> Object<T> {
-    pub(crate) const fn new(index: u16, sub: u8) -> Self {
-        Self {
-            address: ObjectAddress::new(index, sub),
-            value: PhantomData,
-        }
-    }
-
-    /// Index and sub-index.
-    #[must_use]
-    pub const fn address(self) -> ObjectAddress {
-        self.address
-    }
-
-    /// The request that reads it.
-    #[must_use]
-    pub const fn read(self) -> SdoRequest {
-        SdoRequest::Read(self.address)
-    }
-
-    /// The request that writes it.
-    #[must_use]
-    pub fn write(self, value: T) -> SdoRequest {
-        SdoRequest::Write(self.address, value.to_data())
-    }
-}
+impl core::error::Error for WidthError {}
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,6 @@
 //! The objects that a master uses, with their types. The whole dictionary is [`crate::dictionary`].
 
-use crate::object::Object;
+use crate::typed_object::Object;
 
 macro_rules! objects {
     ($($(#[$doc:meta])* $name:ident: $type:ty = $index:literal, $sub:literal;)*) => {

@@ -2,10 +2,13 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
+
 use crate::error::DecodeError;
-use crate::frame::DataFrame;
+use crate::frame::{compose, exactly};
 use crate::node::{NodeId, PdoNumber, Service};
-use crate::object::{DataType, Object, ObjectAddress, ObjectData, ObjectValue};
+use crate::object::{DataType, ObjectAddress, ObjectData, ObjectValue};
+use crate::typed_object::Object;
 
 /// The most objects that one PDO of this drive can hold (1600h..1603h, 1A00h..1A03h: entries 1 to 4).
 pub const MAX_ENTRIES: usize = 4;
@@ -168,7 +171,7 @@ impl PdoMapping {
             word |= (u64::from(value.raw()) & mask) << at;
             at += u32::from(entry.bits);
         }
-        DataFrame::compose(service, self.len(), word.to_le_bytes())
+        compose(service, self.len(), word.to_le_bytes())
     }
 
     /// The values in a PDO, in the order of the objects.
@@ -179,7 +182,7 @@ impl PdoMapping {
         &self,
         frame: &DataFrame,
     ) -> Result<[Option<ObjectData>; MAX_ENTRIES], DecodeError> {
-        let mut word = u64::from_le_bytes(frame.exactly(self.len())?);
+        let mut word = u64::from_le_bytes(exactly(frame, self.len())?);
         Ok(self.entries.map(|entry| {
             let entry = entry?;
             let value = ObjectData::from_raw(word as u32, entry.bits / 8);

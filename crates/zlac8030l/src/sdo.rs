@@ -5,9 +5,11 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
+
 use crate::abort::AbortCode;
 use crate::error::DecodeError;
-use crate::frame::DataFrame;
+use crate::frame::{self, exactly, node_of};
 use crate::node::{NodeId, SDO_REPLY, SDO_REQUEST, Service};
 use crate::object::{ObjectAddress, ObjectData};
 
@@ -75,11 +77,11 @@ impl SdoRequest {
     /// # Errors
     /// [`DecodeError`] for another service, a length other than 8, and specifiers that are not expedited.
     pub const fn decode(frame: &DataFrame) -> Result<(NodeId, Self), DecodeError> {
-        let node = match frame.node_of(SDO_REQUEST) {
+        let node = match node_of(frame, SDO_REQUEST) {
             Ok(node) => node,
             Err(error) => return Err(error),
         };
-        let bytes = match frame.exactly(8) {
+        let bytes = match exactly(frame, 8) {
             Ok(bytes) => bytes,
             Err(error) => return Err(error),
         };
@@ -123,7 +125,7 @@ impl SdoReply {
     /// # Errors
     /// [`DecodeError`] for another service, a length other than 8, and specifiers that are not expedited.
     pub const fn decode(frame: &DataFrame) -> Result<(NodeId, Self), DecodeError> {
-        match (frame.node_of(SDO_REPLY), Self::content(frame)) {
+        match (node_of(frame, SDO_REPLY), Self::content(frame)) {
             (Ok(node), Ok(reply)) => Ok((node, reply)),
             (Err(error), _) | (_, Err(error)) => Err(error),
         }
@@ -131,7 +133,7 @@ impl SdoReply {
 
     /// What an SDO frame of a drive says, whoever the drive is.
     pub(crate) const fn content(frame: &DataFrame) -> Result<Self, DecodeError> {
-        let bytes = match frame.exactly(8) {
+        let bytes = match exactly(frame, 8) {
             Ok(bytes) => bytes,
             Err(error) => return Err(error),
         };
@@ -150,7 +152,7 @@ impl SdoReply {
 
 /// The object that bytes 1 to 3 of an SDO frame name, whatever its specifier.
 pub(crate) const fn address_of(frame: &DataFrame) -> ObjectAddress {
-    split(frame.bytes()).1
+    split(*frame.bytes()).1
 }
 
 const fn sized(specifier: u8, len: u8) -> u8 {
@@ -170,7 +172,7 @@ const fn split(bytes: [u8; 8]) -> (u8, ObjectAddress, u32) {
 const fn compose(service: Service, specifier: u8, address: ObjectAddress, raw: u32) -> DataFrame {
     let [index_low, index_high] = address.index.to_le_bytes();
     let [a, b, c, d] = raw.to_le_bytes();
-    DataFrame::compose(
+    frame::compose(
         service,
         8,
         [specifier, index_low, index_high, address.sub, a, b, c, d],

@@ -14,9 +14,10 @@
 
 use core::fmt;
 
+use can_frame::DataFrame;
+
 use crate::abort::AbortCode;
 use crate::error::DecodeError;
-use crate::frame::DataFrame;
 use crate::node::{NodeId, Service};
 use crate::object::{ObjectAddress, ObjectData};
 use crate::objects;

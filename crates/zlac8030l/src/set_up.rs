@@ -9,9 +9,11 @@
 
 mod error;
 mod identity;
+mod options;
 mod step;
 
 pub use error::SetUpError;
+pub use options::{Firmware, SetUpOptions};
 pub use step::{PdoSetUp, SetUpStep, Setting};
 
 use crate::dictionary::{self, Access};
@@ -23,26 +25,6 @@ use identity::identity;
 
 /// How often a read is asked before the drive counts as silent.
 const ATTEMPTS: u8 = 3;
-
-/// Which software version 2025h the user has tried with these settings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Firmware {
-    /// Exactly this one.
-    Version(u16),
-    /// Any: the user answers for what 2009h and 2010h mean there.
-    Any,
-}
-
-/// What is asked of a set-up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SetUpOptions {
-    /// Software version to expect.
-    pub firmware: Firmware,
-    /// Save everything to the EEPROM in the end, if a stored object was written.
-    pub save: bool,
-}
 
 /// What a set-up did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

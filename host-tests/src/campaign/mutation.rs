@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use can_motion::{BusErrorKind, BusUser, GroupId, Instant, Outcome, Progress, ServoMaster, Sink};
 use drive_sim::Frame;
-use dyn_can::{DataFrame, FrameError, FunctionCode};
+use dyn_can::{DataFrame, DynFrame, FrameError, FunctionCode};
 use embedded_can::nb::Can;
 
 use super::generate::MOST_AXES;

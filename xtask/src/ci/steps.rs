@@ -30,6 +30,9 @@ pub(super) const STEPS: &[Step] = &[
         "features",
         "each feature of the libraries builds alone, and all build together",
         &[
+            "check -p can-frame --no-default-features",
+            "check -p can-frame --no-default-features --features embedded-can",
+            "check -p can-frame --no-default-features --features defmt",
             "check -p dyn-can --no-default-features",
             "check -p dyn-can --no-default-features --features embedded-can",
             "check -p dyn-can --no-default-features --features defmt",

@@ -14,18 +14,15 @@ mod paths;
 mod resolve;
 mod source;
 
-use std::collections::BTreeMap;
+use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-use serde_json::Value;
+use std::path::Path;
 
 use self::cycles::shortest_cycles;
 use self::resolve::needs;
 use self::source::read_crate;
 use crate::error::Error;
-use crate::workspace::cargo;
+use crate::workspace::Workspace;
 
 /// Shows which files of a crate need each other.
 #[derive(clap::Args)]
@@ -41,27 +38,35 @@ pub(crate) struct Arguments {
 }
 
 /// The crates that are free of cycles and stay so.
-const FREE: [&str; 1] = ["xtask"];
+const FREE: [&str; 8] = [
+    "can-frame",
+    "dyn-can",
+    "dyn-serial",
+    "dyn-values",
+    "host-tests",
+    "motionctl",
+    "xtask",
+    "zlac8030l",
+];
 
 /// Runs the task.
 ///
 /// # Errors
 /// When a package is unknown, a file cannot be read, or files need each other.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let roots = crate_roots()?;
+    let workspace = Workspace::find()?;
     let free: Vec<String> = FREE.map(str::to_owned).to_vec();
     let packages = if arguments.package.is_empty() {
         &free
     } else {
         &arguments.package
     };
+    // Messages name files as the user would.
+    let here = env::current_dir().unwrap_or_default();
     let mut cycles = 0;
     for package in packages {
-        let roots = roots.get(package).ok_or_else(|| Error::UnknownPackage {
-            package: package.clone(),
-        })?;
-        for root in roots {
-            cycles += check(root)?;
+        for root in &workspace.package(package)?.roots {
+            cycles += check(root.strip_prefix(&here).unwrap_or(root))?;
         }
     }
     if cycles == 0 {
@@ -89,47 +94,6 @@ fn check(root: &Path) -> Result<usize, Error> {
         }
     }
     Ok(cycles.len())
-}
-
-/// The root files of libraries and programs, relative to the current folder where they are below it, by package.
-fn crate_roots() -> Result<BTreeMap<String, Vec<PathBuf>>, Error> {
-    let program = "cargo metadata";
-    let output = Command::new(cargo())
-        .args(["metadata", "--no-deps", "--format-version", "1"])
-        .output()
-        .map_err(|reason| Error::Start {
-            program: program.into(),
-            reason,
-        })?;
-    if !output.status.success() {
-        eprint!("{}", String::from_utf8_lossy(&output.stderr));
-        return Err(Error::Failed {
-            program: program.into(),
-            status: output.status,
-        });
-    }
-    let here = std::env::current_dir().unwrap_or_default();
-    roots_in_metadata(&output.stdout, &here).ok_or(Error::Answer {
-        program: program.into(),
-        expected: "packages with targets",
-    })
-}
-
-fn roots_in_metadata(json: &[u8], here: &Path) -> Option<BTreeMap<String, Vec<PathBuf>>> {
-    let metadata: Value = serde_json::from_slice(json).ok()?;
-    let mut roots = BTreeMap::new();
-    for package in metadata.get("packages")?.as_array()? {
-        let mut files = Vec::new();
-        for target in package.get("targets")?.as_array()? {
-            let kinds = target.get("kind")?.as_array()?;
-            if kinds.iter().any(|kind| kind == "lib" || kind == "bin") {
-                let path = Path::new(target.get("src_path")?.as_str()?);
-                files.push(path.strip_prefix(here).unwrap_or(path).to_path_buf());
-            }
-        }
-        roots.insert(package.get("name")?.as_str()?.to_owned(), files);
-    }
-    Some(roots)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use proc_macro2::{Ident, TokenStream, TokenTree};
+use proc_macro2::{Group, Ident, TokenStream, TokenTree};
 use quote::ToTokens;
 use syn::{Item, ItemUse, UseTree, Visibility};
 
@@ -106,7 +106,9 @@ impl Scan {
                 TokenTree::Group(group) => {
                     self.end(&mut path);
                     colons = 0;
-                    self.tokens(group.stream());
+                    if !is_visibility(&group) {
+                        self.tokens(group.stream());
+                    }
                 }
                 _ => {
                     self.end(&mut path);
@@ -126,6 +128,12 @@ impl Scan {
         }
         path.clear();
     }
+}
+
+/// Whether these are the brackets of `pub(in crate::somewhere)`, which names who may use an item and needs nothing.
+fn is_visibility(group: &Group) -> bool {
+    let first = group.stream().into_iter().next();
+    matches!(first, Some(TokenTree::Ident(word)) if word == "in")
 }
 
 fn line_of(word: &Ident) -> usize {

@@ -6,7 +6,6 @@ use super::cycles::shortest_cycles;
 use super::need::Need;
 use super::resolve::needs;
 use super::source::read_crate;
-use super::*;
 
 /// The cycles of a crate of these files, each as the files it goes through.
 fn cycles(files: &[(&str, &str)]) -> Vec<Vec<String>> {
@@ -140,6 +139,19 @@ fn a_private_use_of_a_child_is_a_need() {
 }
 
 #[test]
+fn who_may_use_an_item_is_no_need() {
+    let files = [
+        ("lib.rs", "mod a;"),
+        ("a.rs", "mod child; pub fn f() { child::f() }"),
+        (
+            "a/child.rs",
+            "pub(in crate::a) fn f() {} pub(super) struct S { pub(in crate::a) x: u8 }",
+        ),
+    ];
+    assert!(cycles(&files).is_empty());
+}
+
+#[test]
 fn tests_do_not_count() {
     let files = [
         ("lib.rs", "mod a; mod b;"),
@@ -225,13 +237,4 @@ fn a_file_that_is_missing_or_does_not_parse_is_named() {
             .to_string()
             .starts_with("lib.rs: line 2: ")
     );
-}
-
-#[test]
-fn the_roots_of_libraries_and_programs_are_read_from_the_metadata() {
-    let json = br#"{"packages":[{"name":"p","targets":[
-        {"kind":["lib"],"src_path":"/w/p/src/lib.rs"},
-        {"kind":["test"],"src_path":"/w/p/tests/t.rs"}]}]}"#;
-    let roots = roots_in_metadata(json, Path::new("/w")).unwrap();
-    assert_eq!(roots["p"], [Path::new("p/src/lib.rs")]);
 }

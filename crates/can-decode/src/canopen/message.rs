@@ -4,9 +4,9 @@ use core::fmt::{self, Display as _};
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 use zlac8030l::{
-    DataFrame, DecodeError, FaultCode, Heartbeat, MAX_ENTRIES, MappingEntry, NmtState, NodeId,
-    ObjectAddress, ObjectData, PdoMapping, SdoReply, SdoRequest, Service, StatusWord, dictionary,
-    objects,
+    CanopenFrame, DataFrame, DecodeError, FaultCode, Heartbeat, MAX_ENTRIES, MappingEntry,
+    NmtState, NodeId, ObjectAddress, ObjectData, PdoMapping, SdoReply, SdoRequest, Service,
+    StatusWord, dictionary, objects,
 };
 
 use crate::conversation::Direction;

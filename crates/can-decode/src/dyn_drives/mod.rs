@@ -15,8 +15,8 @@ mod values;
 mod words;
 
 use dyn_can::{
-    Address, DataFrame, DecodeError, Dialect, FunctionCode, Reply, ReplyKind, Request, Revision,
-    ZeroAddress,
+    Address, DataFrame, DecodeError, Dialect, DynFrame, FunctionCode, Reply, ReplyKind, Request,
+    Revision, ZeroAddress,
 };
 
 use crate::conversation::{Conversation, Direction};

@@ -11,7 +11,9 @@ pub use assign::{AssignId, AssignResult};
 pub use byte_order::{ByteOrderProbe, ByteOrderResult};
 pub use scan::{Scan, ScanResult};
 
-use dyn_can::{Address, DataFrame, Dialect, DriveError, FrameError, Reply, ReplyKind, Request};
+use dyn_can::{
+    Address, DataFrame, Dialect, DriveError, DynFrame, FrameError, Reply, ReplyKind, Request,
+};
 
 use crate::core::event::BusErrorKind;
 use crate::core::sink::{BusUser, Outcome, Progress, Sink};

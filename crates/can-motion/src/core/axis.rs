@@ -131,7 +131,13 @@ impl<F: Family> Axis<F> {
     pub(crate) fn has_lost_already(&self, after: &Facts) -> bool {
         let matters = |facts: &Facts| {
             let power = (facts.power == Power::On, facts.power.may_be_on());
-            (facts.latch, facts.knowledge, facts.motion, facts.goal, power)
+            (
+                facts.latch,
+                facts.knowledge,
+                facts.motion,
+                facts.goal,
+                power,
+            )
         };
         matters(after) == matters(&self.facts)
     }

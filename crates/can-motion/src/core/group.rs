@@ -6,7 +6,9 @@ use crate::core::axis::{Axis, Change};
 use crate::core::command::CommandError;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
-use crate::core::family::{CommonFault, Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction};
+use crate::core::family::{
+    CommonFault, Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction,
+};
 use crate::core::state::AxisState;
 use crate::core::step::{Input, accepts, step};
 use crate::core::time::Instant;

@@ -5,7 +5,9 @@ use crate::core::command::{CommandError, TargetError};
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Facts, Goal, Motion, Power};
-use crate::core::family::{CommonFault, CycleConfig, Drive, Family, GroupId, Plan, ProcedureRefusal};
+use crate::core::family::{
+    CommonFault, CycleConfig, Drive, Family, GroupId, Plan, ProcedureRefusal,
+};
 use crate::core::group::Axes;
 use crate::core::procedure::Confirmation;
 use crate::core::schedule::Schedule;
@@ -177,7 +179,8 @@ impl<const N: usize, F: Family> Master<N, F> {
             self.axes
                 .apply(now, index, Change::of(Input::ConfirmTimeout));
         } else if awaits_shaft && over(axis.since, self.config.standstill_limit_us()) {
-            self.axes.raise(now, index, CommonFault::NotConfirmed.into());
+            self.axes
+                .raise(now, index, CommonFault::NotConfirmed.into());
         }
     }
 

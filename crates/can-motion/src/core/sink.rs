@@ -20,6 +20,18 @@ pub trait BusFrame: Sized {
     fn to_can<F: Frame>(&self) -> Option<F>;
 }
 
+impl BusFrame for can_frame::DataFrame {
+    type Error = can_frame::FrameError;
+
+    fn from_can(frame: &impl Frame) -> Result<Self, Self::Error> {
+        Self::from_can(frame)
+    }
+
+    fn to_can<F: Frame>(&self) -> Option<F> {
+        self.to_can()
+    }
+}
+
 /// What the controller did with a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]

@@ -27,6 +27,19 @@ pub struct ValueLimits {
     pub max_step_change: u32,
 }
 
+impl ValueLimits {
+    /// Limits of values from `min` to `max`.
+    #[must_use]
+    pub const fn new(min: i32, max: i32, max_step: u32, max_step_change: u32) -> Self {
+        Self {
+            min,
+            max,
+            max_step,
+            max_step_change,
+        }
+    }
+}
+
 /// Target and value sent. Values are absolute: a lost frame costs a cycle and no position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AbsoluteLedger {
@@ -220,12 +233,7 @@ mod tests {
 
     #[test]
     fn a_returned_frame_does_not_let_the_next_one_carry_two_steps() {
-        let limits = ValueLimits {
-            min: 0,
-            max: 1_000,
-            max_step: 10,
-            max_step_change: 1,
-        };
+        let limits = ValueLimits::new(0, 1_000, 10, 1);
         let mut ledger = AbsoluteLedger::new(ValueKind::Position);
         assert!(ledger.accept_target(500, &limits));
         assert_eq!(ledger.offer(&limits), 10);
@@ -241,12 +249,7 @@ mod tests {
         fn no_frame_changes_more_than_a_step(from in any::<i32>(), target in any::<i32>(), step in 1..=u32::MAX) {
             let mut ledger = AbsoluteLedger::new(ValueKind::Speed);
             ledger.anchor(from);
-            let limits = ValueLimits {
-                min: i32::MIN,
-                max: i32::MAX,
-                max_step: step,
-                max_step_change: 1,
-            };
+            let limits = ValueLimits::new(i32::MIN, i32::MAX, step, 1);
             prop_assert!(ledger.accept_target(target, &limits));
             let next = ledger.offer(&limits);
             prop_assert!(next.abs_diff(from) <= step);

@@ -1,9 +1,9 @@
 //! The longest frames of a configuration.
 
+use can_frame::wire::{INTERFRAME_BITS, bound_bits, exact_bits, worst_bits};
 use dyn_can::{Dialect, DriveId, FunctionCode, ReadSelector};
 
 use super::setup::RequestMix;
-use super::wire::{INTERFRAME_BITS, bound_bits, exact_bits, worst_bits};
 use crate::servo::config::{AxisConfig, DialectChoice};
 use crate::servo::polls::PollKind;
 

@@ -48,10 +48,8 @@ mod refusal;
 mod remedies;
 mod setup;
 mod text;
-pub mod wire;
-mod worst_case;
-#[cfg(test)]
-mod worst_case_search;
+
+pub use can_frame::{BitRate, wire};
 
 pub(crate) use burst::Burst;
 pub use bus_plan::BusPlan;
@@ -59,4 +57,4 @@ pub use canopen::{Canopen, CanopenService, Clash};
 pub use refusal::{Refusal, Warning};
 pub use remedies::Remedies;
 pub(crate) use setup::union;
-pub use setup::{BitRate, BusSetup, RequestMix, ResponseWindow, TxOrder};
+pub use setup::{BusSetup, RequestMix, ResponseWindow, TxOrder};

@@ -2,9 +2,11 @@
 
 use core::fmt;
 
+use can_frame::BitRate;
+
 use super::bus_plan::BusPlan;
 use super::cycle::RequestPlace;
-use super::setup::{BitRate, RequestMix};
+use super::setup::RequestMix;
 use super::text::Text;
 use crate::servo::config::{AxisConfig, MasterConfig};
 

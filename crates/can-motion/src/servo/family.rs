@@ -1,11 +1,9 @@
 //! The family of DYN drives.
 
-use dyn_can::{DataFrame, FrameError, Request};
-use embedded_can::Frame;
+use dyn_can::{DataFrame, DynFrame, FrameError, Request};
 
 use crate::core::family::{Family, Plan};
 use crate::core::master::Master;
-use crate::core::sink::BusFrame;
 use crate::plan::BusPlan;
 use crate::servo::config::{AxisConfig, ConfigError, MasterConfig};
 use crate::servo::drive::Servo;
@@ -21,18 +19,6 @@ pub struct Dyn;
 
 /// A master of at most `N` servo axes.
 pub type ServoMaster<const N: usize> = Master<N, Dyn>;
-
-impl BusFrame for DataFrame {
-    type Error = FrameError;
-
-    fn from_can(frame: &impl Frame) -> Result<Self, Self::Error> {
-        Self::from_can(frame)
-    }
-
-    fn to_can<F: Frame>(&self) -> Option<F> {
-        self.to_can()
-    }
-}
 
 impl Family for Dyn {
     type Frame = DataFrame;

@@ -1,7 +1,7 @@
 //! Frames of one servo on their way in, and what they mean.
 
 use dyn_can::{
-    CommandMode, ConfigByte, DataFrame, DecodeError, Dialect, DriveError, DriveStatus,
+    CommandMode, ConfigByte, DataFrame, DecodeError, Dialect, DriveError, DriveStatus, DynFrame,
     FunctionCode, ParamGroup3, Reply, ReplyKind, Revision, ServoMode,
 };
 
@@ -321,4 +321,3 @@ fn judge_config(byte: ConfigByte) -> Option<Fault> {
         _ => Some(Fault::Config(byte)),
     }
 }
-

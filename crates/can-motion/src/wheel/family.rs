@@ -2,14 +2,13 @@
 
 use core::fmt;
 
-use zlac8030l::{DataFrame, FrameError, NmtRequest, NodeId, SdoRequest, Service, Sync, objects};
-
-use embedded_can::Frame;
+use zlac8030l::{
+    CanopenFrame, DataFrame, FrameError, NmtRequest, NodeId, SdoRequest, Service, Sync, objects,
+};
 
 use crate::core::family::{Family, ProcedureRefusal};
 use crate::core::master::Master;
 use crate::core::placement::BehindFrames;
-use crate::core::sink::BusFrame;
 use crate::core::state::AxisState;
 use crate::wheel::config::{FeedbackTiming, WheelConfig, WheelConfigError, WheelMasterConfig};
 use crate::wheel::drive::Wheel;
@@ -25,18 +24,6 @@ pub struct Zlac;
 
 /// A master of at most `N` wheels.
 pub type WheelMaster<const N: usize> = Master<N, Zlac>;
-
-impl BusFrame for DataFrame {
-    type Error = FrameError;
-
-    fn from_can(frame: &impl Frame) -> Result<Self, Self::Error> {
-        Self::from_can(frame)
-    }
-
-    fn to_can<F: Frame>(&self) -> Option<F> {
-        self.to_can()
-    }
-}
 
 impl Family for Zlac {
     type Frame = DataFrame;

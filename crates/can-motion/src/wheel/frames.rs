@@ -1,7 +1,8 @@
 //! Requests of one wheel on their way out, and frames that come back unsent.
 
 use zlac8030l::{
-    ControlWord, DataFrame, NmtCommand, NmtRequest, NmtState, NodeId, SdoRequest, Service, objects,
+    CanopenFrame, ControlWord, DataFrame, NmtCommand, NmtRequest, NmtState, NodeId, SdoRequest,
+    Service, objects,
 };
 
 use crate::core::exit::{Class, may_leave};

@@ -7,8 +7,8 @@
 use dyn_can::units;
 use dyn_can::{
     Alarm, Amplitude, CommandMode, ConfigByte, Counts28, DataFrame, DecodeError, DriveConfig,
-    DriveError, FunctionCode, PdStep, Refusal, Reply, Request, Revision, ServoMode, ServoSwitch,
-    SpeedRpm, StoredDriveId, SyncKind,
+    DriveError, DynFrame, FunctionCode, PdStep, Refusal, Reply, Request, Revision, ServoMode,
+    ServoSwitch, SpeedRpm, StoredDriveId, SyncKind,
 };
 
 use super::DynDrive;

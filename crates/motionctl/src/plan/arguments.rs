@@ -146,8 +146,9 @@ impl Arguments {
 }
 
 fn bit_rate(text: &str) -> Result<BitRate, String> {
-    let rate = text.parse().ok().and_then(BitRate::from_kbit_per_s);
-    rate.ok_or_else(|| format!("expected 10, 20, 50, 125, 250, 500, 800 or 1000, got {text}"))
+    let rate = text.parse().ok().map(BitRate::from_kbit_per_s);
+    rate.and_then(Result::ok)
+        .ok_or_else(|| format!("expected 10, 20, 50, 125, 250, 500, 800 or 1000, got {text}"))
 }
 
 fn step_limit(text: &str) -> Result<StepLimit, String> {

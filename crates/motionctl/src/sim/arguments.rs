@@ -7,9 +7,9 @@ use clap::ValueEnum;
 use drive_sim::{BitRate, TxOrder};
 use dyn_can::{DriveId, StepLimit};
 
-use super::bench::{MOST_AXES, Setup};
 use super::error::SimError;
 use super::faults::Script;
+use super::setup::{MOST_AXES, Setup};
 use crate::trajectory::{MotionFile, MotionOptions};
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 

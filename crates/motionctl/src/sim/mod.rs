@@ -1,13 +1,16 @@
 //! `motionctl sim`: a motion from a file on simulated drives.
 
 mod arguments;
+mod axis_summary;
 mod bench;
 mod csv;
 mod error;
 mod faults;
 mod live;
+mod output_file;
 mod recording;
 mod report;
+mod setup;
 mod spectator;
 mod summary;
 mod watch;
@@ -21,10 +24,12 @@ use crate::exit;
 use crate::output::{self, tell};
 use crate::trajectory::Plan;
 pub(crate) use arguments::Arguments;
-use bench::{Bench, Setup};
+use bench::Bench;
 use error::SimError;
 use live::LiveView;
+use output_file::create;
 use recording::Recording;
+use setup::Setup;
 use spectator::Nobody;
 use summary::Summary;
 
@@ -77,15 +82,6 @@ fn simulate(
     } else {
         Bench::new(setup, candump, arguments.records(), &mut Nobody)?.run(plan, !arguments.json)
     }
-}
-
-fn create(path: &std::path::Path) -> Result<BufWriter<File>, SimError> {
-    File::create(path)
-        .map(BufWriter::new)
-        .map_err(|source| SimError::Write {
-            path: path.to_owned(),
-            source,
-        })
 }
 
 fn print(arguments: &Arguments, summary: &Summary) -> Result<(), SimError> {

@@ -2,10 +2,10 @@
 
 use can_motion::ServoMaster;
 
-use super::bench::MOST_AXES;
 use super::error::SimError;
 use super::faults::Fault;
 use super::recording::Recording;
+use super::setup::MOST_AXES;
 use super::summary::Summary;
 
 /// What a spectator wants.

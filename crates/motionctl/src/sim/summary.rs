@@ -7,43 +7,10 @@ use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use serde::Serialize;
 
-use super::bench::Setup;
+use super::axis_summary::AxisSummary;
+use super::setup::Setup;
 use super::watch::Watch;
 use crate::table::align_numbers;
-
-/// One axis at the end.
-#[derive(Debug, Serialize)]
-pub(crate) struct AxisSummary {
-    pub(crate) axis: usize,
-    pub(crate) drive: u8,
-    pub(crate) state: String,
-    pub(crate) fault: Option<String>,
-    /// Set-points that the master's controller accepted.
-    pub(crate) set_points: u32,
-    /// Final target, from the start.
-    pub(crate) target_counts: i32,
-    /// Sum of the steps in the master's books.
-    pub(crate) sent_counts: i32,
-    /// Sum of the steps that the drive received.
-    pub(crate) received_counts: i64,
-    /// Final target minus the motor's position.
-    pub(crate) position_error_counts: i64,
-    pub(crate) largest_backlog_counts: u32,
-    pub(crate) worst_status_age_ms: f64,
-    pub(crate) worst_position_age_ms: f64,
-    pub(crate) reply_timeouts: u32,
-    /// The axis still streamed at the end, as it should, or held after a stop by the user.
-    pub(crate) streamed: bool,
-}
-
-impl AxisSummary {
-    fn promises_kept(&self) -> bool {
-        self.streamed
-            && self.fault.is_none()
-            && self.sent_counts == self.target_counts
-            && self.received_counts == i64::from(self.target_counts)
-    }
-}
 
 /// A whole simulation.
 #[derive(Debug, Default, Serialize)]

@@ -5,8 +5,8 @@ use drive_sim::{Bus, DynDrive, FaultModel, LoadMark, NodeId, Outcome, Record};
 use dyn_can::FunctionCode;
 use embedded_can::{Frame as _, Id};
 
-use super::bench::MOST_AXES;
-use super::summary::AxisSummary;
+use super::axis_summary::AxisSummary;
+use super::setup::MOST_AXES;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct AxisWatch {

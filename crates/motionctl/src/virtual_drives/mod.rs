@@ -52,9 +52,7 @@ impl VirtualDriveOptions {
         let us = |ns: u64| u32::try_from(ns.div_ceil(1_000)).unwrap_or(u32::MAX);
         let delay = self.response_delay();
         BusSetup {
-            // Both sides know the rates of the drives.
-            bit_rate: plan::BitRate::from_kbit_per_s(bit_rate.kbit_per_s())
-                .unwrap_or(plan::BitRate::Kbit1000),
+            bit_rate,
             order: match tx_order {
                 TxOrder::Fifo => plan::TxOrder::Fifo,
                 TxOrder::ByIdentifier => plan::TxOrder::Identifier,

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use crate::abort::AbortCode;
-use crate::error::WidthError;
 use crate::object::ObjectAddress;
+use crate::object::WidthError;
 
 /// Why a set-up stopped. Nothing is undone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,10 @@
 //! How a drive is known before anything is written to it.
 
-use super::{Firmware, SetUpError, SetUpOptions};
-use crate::object::{Object, ObjectAddress, ObjectData, ObjectValue};
+use super::error::SetUpError;
+use super::options::{Firmware, SetUpOptions};
+use crate::object::{ObjectAddress, ObjectData, ObjectValue};
 use crate::objects;
+use crate::typed_object::Object;
 
 /// Something by which the drive is known.
 pub(super) struct Identity {

@@ -1,8 +1,9 @@
 //! What shall be set up: single objects, and PDOs as a whole.
 
 use crate::node::PdoNumber;
-use crate::object::{Object, ObjectAddress, ObjectData, ObjectValue};
+use crate::object::{ObjectAddress, ObjectData, ObjectValue};
 use crate::pdo::{PdoDirection, PdoMapping, PdoObjects};
+use crate::typed_object::Object;
 
 /// A value that an object shall have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

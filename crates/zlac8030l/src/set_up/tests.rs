@@ -1,8 +1,8 @@
 use super::*;
 use crate::abort::AbortCode;
-use crate::error::WidthError;
 use crate::node::PdoNumber;
 use crate::object::ObjectValue;
+use crate::object::WidthError;
 use crate::pdo::{MappingEntry, PdoDirection, PdoMapping};
 use std::collections::BTreeMap;
 use std::vec::Vec;

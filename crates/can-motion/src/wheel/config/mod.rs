@@ -173,12 +173,7 @@ impl WheelLimits {
     #[must_use]
     pub const fn speed(max: u16, change: u32) -> Self {
         Self {
-            values: ValueLimits {
-                min: -(max as i32),
-                max: max as i32,
-                max_step: change,
-                max_step_change: 1,
-            },
+            values: ValueLimits::new(-(max as i32), max as i32, change, 1),
             following_error: u32::MAX,
             following_speed: 300,
             following_speed_us: 500_000,
@@ -191,12 +186,7 @@ impl WheelLimits {
     #[must_use]
     pub const fn position(min: i32, max: i32, max_step: u32, max_step_change: u32) -> Self {
         Self {
-            values: ValueLimits {
-                min,
-                max,
-                max_step,
-                max_step_change,
-            },
+            values: ValueLimits::new(min, max, max_step, max_step_change),
             following_error: 2_048,
             following_speed: u16::MAX,
             following_speed_us: u32::MAX,

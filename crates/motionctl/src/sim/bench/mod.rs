@@ -7,40 +7,19 @@ mod run;
 use std::fs::File;
 use std::io::BufWriter;
 
-use can_motion::{
-    AxisConfig, GroupId, Instant, Limits, MasterConfig, PollPeriods, ServoMaster, StepChange,
-    Travel,
-};
+use can_motion::{AxisConfig, GroupId, Instant, Limits, MasterConfig, ServoMaster, StepChange, Travel};
 use drive_sim::{
-    BitRate, Bus, ControllerConfig, DeviceId, DynDrive, LoadMark, LogMode, NodeId, ScriptedFaults,
-    TxOrder,
+    Bus, ControllerConfig, DeviceId, DynDrive, LoadMark, LogMode, NodeId, ScriptedFaults,
 };
-use dyn_can::{DriveId, StepLimit};
+use dyn_can::DriveId;
 
 use super::error::SimError;
-use super::faults::Script;
 use super::recording::Recording;
+use super::setup::{MOST_AXES, Setup};
 use super::spectator::Spectator;
 use super::watch::Watch;
-use crate::virtual_drives::VirtualDriveOptions;
-
-/// Axes that a simulation can hold: the widest choice of a bus at any bit rate and cycle.
-pub(crate) const MOST_AXES: usize = 63;
 
 const GROUP: GroupId = GroupId(0);
-/// What to simulate.
-#[derive(Debug)]
-pub(crate) struct Setup {
-    /// Drive of each axis, in the order of the columns.
-    pub(crate) drives: Vec<DriveId>,
-    pub(crate) cycle_us: u32,
-    pub(crate) bit_rate: BitRate,
-    pub(crate) max_step: StepLimit,
-    pub(crate) polls: PollPeriods,
-    pub(crate) drive_options: VirtualDriveOptions,
-    pub(crate) tx_order: TxOrder,
-    pub(crate) faults: Script,
-}
 
 /// A bench that is ready to run.
 pub(crate) struct Bench<'a> {

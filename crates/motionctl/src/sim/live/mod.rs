@@ -8,13 +8,12 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use can_motion::ServoMaster;
-use dyn_can::DriveId;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 
-use super::bench::{MOST_AXES, Setup};
 use super::error::SimError;
 use super::recording::Recording;
+use super::setup::{MOST_AXES, Setup};
 use super::spectator::{Order, Spectator};
 use super::summary::Summary;
 use crate::trajectory::Plan;
@@ -153,9 +152,4 @@ impl Drop for LiveView {
     fn drop(&mut self) {
         ratatui::restore();
     }
-}
-
-/// The drives as the keys name them.
-fn name(drive: DriveId) -> String {
-    format!("drive {drive}")
 }

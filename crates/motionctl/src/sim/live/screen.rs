@@ -1,5 +1,6 @@
 //! The picture in the terminal: axes, bus load, events, keys.
 
+use dyn_can::DriveId;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
@@ -7,7 +8,6 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Cell, Paragraph, Row, Sparkline, Table, Wrap};
 
 use super::keys::Panel;
-use super::name;
 use crate::sim::recording::{AxisSample, Happening, Kind, Recording};
 
 /// Virtual time that the picture of the load covers.
@@ -255,6 +255,11 @@ fn right(text: &str) -> Cell<'static> {
         .map(|line| Line::from(line.to_owned()).right_aligned())
         .collect();
     Cell::from(lines)
+}
+
+/// The drives as the keys name them.
+fn name(drive: DriveId) -> String {
+    format!("drive {drive}")
 }
 
 #[cfg(test)]

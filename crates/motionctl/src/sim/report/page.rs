@@ -3,8 +3,9 @@
 use core::fmt::Write as _;
 
 use super::{charts, frame_block, palette};
+use crate::sim::axis_summary::AxisSummary;
 use crate::sim::recording::{Kind, Recording};
-use crate::sim::summary::{AxisSummary, Summary};
+use crate::sim::summary::Summary;
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");

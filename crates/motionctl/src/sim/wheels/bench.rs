@@ -3,45 +3,29 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
-use can_motion::plan;
 use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelEventKind, WheelLimits, WheelMaster, WheelMasterConfig,
     WheelMode,
 };
 use can_motion::{AxisState, GroupId, Instant};
 use drive_sim::{
-    BitRate, Bus, CandumpLine, ControllerConfig, DeviceId, LogMode, NodeId as BusNode, TxOrder,
-    ZlacDrive, ZlacDriveConfig,
+    Bus, CandumpLine, ControllerConfig, DeviceId, LogMode, NodeId as BusNode, TxOrder, ZlacDrive,
+    ZlacDriveConfig,
 };
 use embedded_can::{Frame as _, Id};
 use indicatif::ProgressBar;
 use zlac8030l::{NodeId, PdoNumber, Service, objects};
 
+use super::setup::{MOST_SPEED, MOST_WHEELS, Setup};
 use super::summary::{Summary, WheelSummary};
 use crate::sim::error::SimError;
 use crate::trajectory::Plan;
-
-/// Wheels that a simulation can hold.
-pub(super) const MOST_WHEELS: usize = 16;
 
 const GROUP: GroupId = GroupId(0);
 /// Time for the drives to become ready, and to be enabled, before the simulation gives up.
 const START_UP_LIMIT_US: u64 = 10_000_000;
 /// Time after the motion for the wheels to come to rest.
 const SETTLE_US: u64 = 300_000;
-/// Largest number that 60FFh holds, whatever it counts (Z34).
-pub(super) const MOST_SPEED: i32 = 1_000;
-
-/// What to simulate.
-#[derive(Debug)]
-pub(super) struct Setup {
-    /// Node of each wheel, in the order of the columns.
-    pub(super) nodes: Vec<NodeId>,
-    pub(super) cycle_us: u32,
-    pub(super) bit_rate: BitRate,
-    /// Speeds count 1/n r/min.
-    pub(super) speed_resolution: u16,
-}
 
 /// What is measured of one wheel.
 #[derive(Debug, Clone, Copy, Default)]
@@ -276,9 +260,7 @@ impl Bench {
 fn master_config(setup: &Setup) -> WheelMasterConfig {
     WheelMasterConfig {
         cycle_us: setup.cycle_us,
-        // Both sides know the rates of the drives.
-        bit_rate: plan::BitRate::from_kbit_per_s(setup.bit_rate.kbit_per_s())
-            .unwrap_or(plan::BitRate::Kbit500),
+        bit_rate: setup.bit_rate,
         feedback: FeedbackTiming::Sync,
         ..WheelMasterConfig::DEFAULT
     }

@@ -1,6 +1,7 @@
 //! `motionctl sim --drives zlac`: hub motors on CANopen follow speeds from a file, such as those of a differential drive.
 
 mod bench;
+mod setup;
 mod summary;
 
 use std::process::ExitCode;
@@ -9,10 +10,12 @@ use zlac8030l::NodeId;
 
 use super::arguments::Arguments;
 use super::error::SimError;
+use super::output_file::create;
 use crate::exit;
 use crate::output::{print, print_json};
 use crate::trajectory::Plan;
-use bench::{Bench, Setup};
+use bench::Bench;
+use setup::{MOST_SPEED, MOST_WHEELS, Setup};
 
 /// First node of a list that was not given: the factory setting of a drive.
 const FIRST_NODE: usize = 4;
@@ -33,11 +36,7 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .speeds(setup.cycle_us, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
-    let candump = arguments
-        .candump
-        .as_deref()
-        .map(super::create)
-        .transpose()?;
+    let candump = arguments.candump.as_deref().map(create).transpose()?;
     let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
     if arguments.json {
         print_json(&summary).map_err(SimError::Print)?;
@@ -60,7 +59,7 @@ fn check_speeds(plan: &Plan, setup: &Setup) -> Result<(), SimError> {
         .map(|speed| speed.unsigned_abs())
         .max();
     let resolution = u32::from(setup.speed_resolution);
-    let most = bench::MOST_SPEED.unsigned_abs();
+    let most = MOST_SPEED.unsigned_abs();
     match fastest {
         Some(fastest) if fastest > most => Err(SimError::WheelSpeed {
             most_rpm: most / resolution,
@@ -76,9 +75,9 @@ fn nodes_of(given: &[NodeId], wheels: usize) -> Result<Vec<NodeId>, SimError> {
         [] => NodeId::all().skip(FIRST_NODE - 1).take(wheels).collect(),
         given => given.to_vec(),
     };
-    if nodes.len() != wheels || wheels > bench::MOST_WHEELS {
+    if nodes.len() != wheels || wheels > MOST_WHEELS {
         return Err(SimError::WheelCount {
-            most: bench::MOST_WHEELS,
+            most: MOST_WHEELS,
             columns: wheels,
             nodes: nodes.len(),
         });

@@ -6,7 +6,7 @@ use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use serde::Serialize;
 
-use super::bench::Setup;
+use super::setup::Setup;
 use crate::table::align_numbers;
 
 /// Largest difference between the way that was commanded and the way that the wheel made, in turns: a hundredth.

@@ -10,7 +10,7 @@
 //! [`worst_bits`] reads a table of 8 KiB. A plan that is evaluated in a `const` leaves nothing of it in the image; one that is
 //! computed at run time on a microcontroller puts it into flash.
 
-use super::worst_case::SLACK;
+use crate::worst_case::SLACK;
 
 /// Longest data field in bytes.
 const MAX_LEN: u8 = 8;

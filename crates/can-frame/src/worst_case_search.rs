@@ -8,8 +8,8 @@ use std::string::String;
 use std::vec::Vec;
 use std::{format, vec};
 
-use super::wire::{bound_bits, exact_bits, worst_bits};
-use super::worst_case::SLACK;
+use crate::wire::{bound_bits, exact_bits, worst_bits};
+use crate::worst_case::SLACK;
 
 const STATES: usize = 1 << 18;
 
@@ -99,7 +99,7 @@ const HEADER: &str = "\
 
 /// For each identifier, how far its longest frame stays below `bound_bits`: octal digit `len`, counted from the right.
 #[rustfmt::skip]
-pub(super) static SLACK: [u32; 0x800] = [
+pub(crate) static SLACK: [u32; 0x800] = [
 ";
 
 #[test]
@@ -107,11 +107,11 @@ fn every_entry_is_the_worst_case() {
     assert!(search() == SLACK);
 }
 
-/// `cargo test -p can-motion write_the_table -- --ignored` writes the source file anew.
+/// `cargo test -p can-frame write_the_table -- --ignored` writes the source file anew.
 #[test]
 #[ignore = "writes a source file"]
 fn write_the_table() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/plan/worst_case.rs");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/worst_case.rs");
     std::fs::write(path, source(&search())).unwrap();
 }
 

@@ -2,7 +2,7 @@
 
 /// For each identifier, how far its longest frame stays below `bound_bits`: octal digit `len`, counted from the right.
 #[rustfmt::skip]
-pub(super) static SLACK: [u32; 0x800] = [
+pub(crate) static SLACK: [u32; 0x800] = [
     0o223333342, 0o344433445, 0o323333445, 0o334443345, 0o334444456, 0o445554555, 0o434444544, 0o445554354,
     0o334343555, 0o445553543, 0o434444445, 0o445554455, 0o344444454, 0o445554445, 0o434444454, 0o445554456,
     0o344444534, 0o455554455, 0o434444446, 0o455554445, 0o434434455, 0o445554456, 0o434444545, 0o455554555,
