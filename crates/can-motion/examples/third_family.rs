@@ -7,8 +7,7 @@
 //! | 0x300 + n | none | asks for the state |
 //! | 0x380 + n | flags, i32 | bit 0 power, bit 1 alarm, bit 2 the shaft stands; position in counts |
 //!
-//! `cargo run -p can-motion --example third_family` lets a simulated one follow a line, stop, and switch off.
-
+//! `cargo run -p can-motion --example third_family` runs a simulated one.
 #![expect(missing_docs, reason = "an example to copy")]
 
 use can_frame::DataFrame;
