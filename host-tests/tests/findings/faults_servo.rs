@@ -621,7 +621,8 @@ fn confirmations() -> Vec<Row> {
             },
             10,
             Expected::Exactly(Fault::ConfirmTimeout),
-            [Nothing, Nothing],
+            // The enable command may still take effect, so it is followed by a disable command.
+            [SwitchedOff, Nothing],
         ),
         row(
             "a shaft that does not stand",
