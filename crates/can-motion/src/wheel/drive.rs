@@ -15,6 +15,7 @@ use crate::core::family::{
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
+use crate::core::targets::{AbsoluteLedger, ValueKind};
 use crate::core::time::Instant;
 use crate::wheel::config::{WheelConfig, WheelMasterConfig, WheelMode};
 use crate::wheel::event::WheelEventKind;
@@ -22,7 +23,6 @@ use crate::wheel::family::{TransferError, Zlac, is_owned};
 use crate::wheel::fault::WheelFault;
 use crate::wheel::feedback::{WheelFeedback, WheelSnapshot};
 use crate::wheel::frames::{Purpose, WheelRequest};
-use crate::core::targets::{AbsoluteLedger, ValueKind};
 use crate::wheel::process_data;
 use crate::wheel::set_up;
 

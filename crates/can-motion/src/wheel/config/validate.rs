@@ -3,8 +3,8 @@
 use zlac8030l::NodeId;
 
 use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode, WheelTimeouts};
-use crate::core::targets::ValueLimits;
 use crate::core::group::MOST_AXES;
+use crate::core::targets::ValueLimits;
 use crate::plan::wire;
 use crate::wheel::config::FeedbackTiming;
 
