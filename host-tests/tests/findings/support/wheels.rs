@@ -169,11 +169,6 @@ impl Wheels {
         matches!(self.0.axis(axis).facts.power, Power::On | Power::FoundOn)
     }
 
-    /// The master says that the drive is off.
-    pub(crate) fn believed_off(&self, axis: usize) -> bool {
-        matches!(self.0.axis(axis).facts.power, Power::Off | Power::OnWanted)
-    }
-
     pub(crate) fn fault(&self, axis: usize) -> Option<WheelFault> {
         self.0.axis(axis).fault
     }
