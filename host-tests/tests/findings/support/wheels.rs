@@ -1,11 +1,11 @@
 //! ZLAC8030L wheels on the bus.
 
+use can_motion::facts::Power;
 use can_motion::plan::BitRate;
 use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelFault, WheelLimits, WheelMasterConfig, WheelMode,
     WheelReactions, WheelTimeouts, Zlac,
 };
-use can_motion::facts::Power;
 use can_motion::{AxisState, Master};
 use drive_sim::{FrameMatch, ReplyDamage, ZlacDrive, ZlacDriveConfig};
 use embedded_can::{Frame as _, StandardId};
@@ -167,11 +167,6 @@ impl Wheels {
     /// What the master says of the drive's power: false also while it says that it does not know.
     pub(crate) fn believed_on(&self, axis: usize) -> bool {
         matches!(self.0.axis(axis).facts.power, Power::On | Power::FoundOn)
-    }
-
-    /// The master says that the drive is off.
-    pub(crate) fn believed_off(&self, axis: usize) -> bool {
-        matches!(self.0.axis(axis).facts.power, Power::Off | Power::OnWanted)
     }
 
     pub(crate) fn fault(&self, axis: usize) -> Option<WheelFault> {
