@@ -138,8 +138,8 @@ fn the_stop_circuit_counts_before_the_drives_are_identified() {
     }
 }
 
-/// After enable became active: not believed yet, waiting for standstill, anchoring, enabling, confirmed, streaming.
-const ENABLING_MS: [u64; 9] = [10, 21, 90, 172, 173, 174, 175, 176, 190];
+/// After enable was closed: just believed, waiting for standstill, anchoring, enabling, confirmed, streaming.
+const ENABLING_MS: [u64; 8] = [21, 90, 172, 173, 174, 175, 176, 190];
 
 #[test]
 fn both_ways_to_stop_count_at_every_moment_of_enabling() {
