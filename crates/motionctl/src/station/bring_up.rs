@@ -70,7 +70,10 @@ impl Station<'_> {
         };
         if !self.found_on.is_empty() {
             self.master.adopt(now, GROUP).map_err(refused)?;
+            // One that is taken over is checked anew, and then holds.
+            self.wait_until(|state| matches!(state, AxisState::Ready | AxisState::Holding))?;
         }
+        let now = self.now();
         // Noted before the word is given: whatever happens from here on, these are switched off.
         self.switched_on = ids(off);
         self.master.enable(now, GROUP).map_err(refused)?;

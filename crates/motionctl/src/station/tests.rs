@@ -84,6 +84,7 @@ impl Rig {
             };
             bench.add_device(DynDrive::new(config), ControllerConfig::device())
         });
+        bench.advance_to(START_NS);
         let start = std::time::Instant::now();
         let sim = Arc::new(Mutex::new(Sim {
             bench,
