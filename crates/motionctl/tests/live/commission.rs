@@ -278,6 +278,12 @@ fn monitor_shows_each_drive_and_who_is_missing() {
     let pair = [(Some(1), Some(true)), (Some(5), Some(false))];
     assert_eq!(answers, [pair, pair].concat());
     assert_eq!(lines[0]["position_counts"], 0);
+    // Every value has its age, and one that never was read has none.
+    for age in ["status_ms", "position_ms", "torque_ms", "speed_ms"] {
+        let ms = lines[2]["ages"][age].as_u64();
+        assert!(ms.is_some_and(|ms| ms < 2_000), "{lines:?}");
+        assert!(lines[3]["ages"][age].is_null(), "{lines:?}");
+    }
     assert_eq!(bench.stop()["drives"][0]["set_points"], 0);
 }
 
