@@ -36,4 +36,4 @@ pub use family::{TransferError, WheelMaster, Zlac};
 pub use fault::{WheelFault, WheelReactions};
 pub use feedback::{WheelFeedback, WheelSnapshot};
 pub use frames::{Purpose, WheelRequest};
-pub use plan::WheelPlan;
+pub use plan::{STREAMS, WheelPlan};
