@@ -81,7 +81,7 @@ fn everything_about_wheels_is_in_the_docs() {
             ("core/state", "AxisState", ""),
             ("wheel/fault", "WheelFault", ""),
             ("wheel/event", "WheelEventKind", ""),
-            ("wheel/family", "TransferError", "TransferError::"),
+            ("wheel/transfer", "TransferError", "TransferError::"),
             (
                 "wheel/config/error",
                 "WheelConfigError",

@@ -63,29 +63,14 @@ pub struct BusPlan<'a> {
     /// When the last request of a cycle is through.
     requests_end_bits: Option<u64>,
     poll_stretch_permille: u32,
-    refusal: Option<Refusal>,
+    pub(super) refusal: Option<Refusal>,
     remedies: Remedies,
 }
 
 impl<'a> BusPlan<'a> {
-    /// Works out the worst case of these axes, in the order in which the master sends their set-points.
-    ///
-    /// Takes no notice of what [`Master::new`](crate::Master::new) checks and the bus does not care about.
-    #[must_use]
-    pub const fn new(config: &MasterConfig, axes: &'a [AxisConfig]) -> Self {
-        // The master chooses the place of the requests when that puts no set-point at risk.
-        let plan = Self::of(config, axes, true, RequestPlace::Anywhere);
-        if plan.refusal.is_none() {
-            return plan;
-        }
-        let plan = Self::of(config, axes, true, RequestPlace::Behind);
-        match &plan.refusal {
-            Some(refusal) if refusal.is_about_time() => Self {
-                remedies: Remedies::of(config, axes),
-                ..plan
-            },
-            _ => plan,
-        }
+    /// The same plan with advice.
+    pub(super) const fn with(self, remedies: Remedies) -> Self {
+        Self { remedies, ..self }
     }
 
     /// The plan with or without polls, and no advice.

@@ -37,10 +37,12 @@
 //!
 //! In a `const`, compile time. At run time the master needs the table of [`wire::worst_bits`] in flash (8 KiB).
 
+mod advice;
 pub mod analysis;
 mod burst;
 mod bus_plan;
 mod canopen;
+mod clash;
 mod cycle;
 mod demand;
 pub mod frames;

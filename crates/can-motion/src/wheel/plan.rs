@@ -6,7 +6,7 @@ use crate::plan::analysis::Response;
 use crate::plan::streams::{FrameStream, first_late, response_times};
 use crate::wheel::config::{FeedbackTiming, WheelConfig, WheelConfigError, WheelMasterConfig};
 use crate::wheel::event::WheelEventKind;
-use crate::wheel::family::Zlac;
+use crate::wheel::zlac_family::Zlac;
 
 /// The plan of a bus with wheels.
 #[derive(Debug, Clone, Copy)]
