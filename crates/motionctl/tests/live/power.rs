@@ -156,10 +156,10 @@ fn a_frozen_adapter_is_an_error_that_names_the_drives() {
     );
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(
-        text.contains("drives 1 did not confirm that they are DISABLED"),
+        text.contains("drive 1 did not confirm that it is DISABLED"),
         "{text}"
     );
-    assert!(text.contains("drives 2 were enabled before"), "{text}");
+    assert!(text.contains("drive 2 was enabled before"), "{text}");
     assert!(!text.contains("completed"), "{text}");
     // As it was said.
     assert!(drives(bench)[0].0, "it is still on");
