@@ -40,6 +40,7 @@ pub(crate) struct Arguments {
 /// The crates that are free of cycles and stay so.
 const FREE: [&str; 8] = [
     "can-frame",
+    "can-motion",
     "dyn-can",
     "dyn-serial",
     "dyn-values",
