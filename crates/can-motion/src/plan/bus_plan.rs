@@ -20,12 +20,22 @@ use crate::servo::config::{AxisConfig, MasterConfig};
 ///
 /// ```
 /// use can_motion::plan::BusPlan;
-/// use can_motion::{AxisConfig, MasterConfig};
-/// use dyn_can::DriveId;
+/// use can_motion::{AxisConfig, Limits, MasterConfig, MotorLimits, Travel};
+/// use dyn_can::{DriveId, GearNumber};
+///
+/// const GEAR: GearNumber = match GearNumber::new(4_096) {
+///     Ok(gear) => gear,
+///     Err(_) => panic!("gear numbers are 500..=16384"),
+/// };
+/// const MOTOR: MotorLimits = MotorLimits { speed_rpm: 3_000, acceleration_rpm_per_s: 3_000 };
+/// const LIMITS: Limits = match Limits::of_motor(MOTOR, Travel::WHOLE, GEAR, 1_000) {
+///     Ok(limits) => limits,
+///     Err(_) => panic!("a step of 819 counts fits"),
+/// };
 ///
 /// const fn axis(drive: i32) -> AxisConfig {
 ///     match DriveId::new(drive) {
-///         Ok(drive) => AxisConfig::new(drive),
+///         Ok(drive) => AxisConfig::new(drive, GEAR, LIMITS),
 ///         Err(_) => panic!("drive ids are 1..=63"),
 ///     }
 /// }
@@ -37,16 +47,25 @@ use crate::servo::config::{AxisConfig, MasterConfig};
 ///
 /// Eleven axes more, and it no longer compiles:
 ///
-/// ```compile_fail
+/// ```compile_fail,E0080
 /// # use can_motion::plan::BusPlan;
-/// # use can_motion::{AxisConfig, MasterConfig};
-/// # use dyn_can::DriveId;
-/// const fn axis(drive: i32) -> AxisConfig {
-///     match DriveId::new(drive) {
-///         Ok(drive) => AxisConfig::new(drive),
-///         Err(_) => panic!("drive ids are 1..=63"),
-///     }
-/// }
+/// # use can_motion::{AxisConfig, Limits, MasterConfig, MotorLimits, Travel};
+/// # use dyn_can::{DriveId, GearNumber};
+/// # const GEAR: GearNumber = match GearNumber::new(4_096) {
+/// #     Ok(gear) => gear,
+/// #     Err(_) => panic!("gear numbers are 500..=16384"),
+/// # };
+/// # const MOTOR: MotorLimits = MotorLimits { speed_rpm: 3_000, acceleration_rpm_per_s: 3_000 };
+/// # const LIMITS: Limits = match Limits::of_motor(MOTOR, Travel::WHOLE, GEAR, 1_000) {
+/// #     Ok(limits) => limits,
+/// #     Err(_) => panic!("a step of 819 counts fits"),
+/// # };
+/// # const fn axis(drive: i32) -> AxisConfig {
+/// #     match DriveId::new(drive) {
+/// #         Ok(drive) => AxisConfig::new(drive, GEAR, LIMITS),
+/// #         Err(_) => panic!("drive ids are 1..=63"),
+/// #     }
+/// # }
 /// const AXES: [AxisConfig; 14] = [
 ///     axis(1), axis(2), axis(3), axis(4), axis(5), axis(6), axis(7), axis(8), axis(9), axis(10), axis(11), axis(12), axis(13),
 ///     axis(14),
