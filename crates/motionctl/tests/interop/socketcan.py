@@ -38,6 +38,8 @@ POWER_OFF = 0x4321FEDC
 
 SHORT = "time_s,a,b\n0,0,0\n0.5,180,-90\n1,360,-180\n"
 LONG = "time_s,a,b\n0,0,0\n60,36000,-36000\n"
+# The kernel below shares one processor with drives, adapter and decoder.
+SLOW = ["--cycle-us", "5000"]
 
 checked = 0
 
@@ -182,7 +184,7 @@ def motion_under_a_decoder(tool):
     with open("/run/short.csv", "w", encoding="utf-8") as file:
         file.write(SHORT)
     listener = tool.start("decode", "--can", "can0")
-    summary = tool.json("run", "--can", "can0", "--trajectory", "/run/short.csv", "--drives", "1,3", "--yes")
+    summary = tool.json("run", "--can", "can0", "--trajectory", "/run/short.csv", "--drives", "1,3", *SLOW, "--yes")
     expect("sums sent", [16384, -8192], [axis["sent_counts"] for axis in summary["axes"]])
     expect("positions read", [16384, -8192], [axis["read_counts"] for axis in summary["axes"]])
     listener.send_signal(signal.SIGINT)
@@ -195,7 +197,7 @@ def motion_under_a_decoder(tool):
 
 def start_long_motion(tool):
     run = tool.start("run", "--can", "can0", "--trajectory", "/run/long.csv", "--drives", "1,3", "--max-turns", "1000",
-                     "--yes")
+                     *SLOW, "--yes")
     words = ""
     while "the motion starts" not in words:
         line = run.stderr.readline()
