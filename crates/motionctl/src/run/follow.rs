@@ -90,7 +90,7 @@ impl<'link> Follow<'link> {
             .zip(&self.anchors)
             .zip(plan.last())
             .enumerate()
-            .map(|(axis, ((snapshot, &anchor), &target))| {
+            .map(|(axis, ((snapshot, &anchor), target))| {
                 AxisSummary::new(axis, snapshot, anchor, target, self.read_back)
             })
             .collect();
@@ -139,7 +139,7 @@ impl<'link> Follow<'link> {
 
     /// The row of the plan follows the clock: rows of cycles that were missed are passed over, and the axes owe the rest.
     fn follow(&mut self, plan: &Plan, show_progress: bool) -> Result<(), Stop> {
-        let last = plan.cycles.len() as u64 - 1;
+        let last = plan.cycles() as u64 - 1;
         let bar = progress_bar(last, show_progress);
         let mut first = None;
         let mut row = 0;
@@ -147,8 +147,8 @@ impl<'link> Follow<'link> {
             let (places, anchors) = (&self.places, &self.anchors);
             self.station.cycle(|master, number| {
                 row = (number - *first.get_or_insert(number)).min(last);
-                let offsets = &plan.cycles[row as usize];
-                for ((&place, &anchor), &offset) in places.iter().zip(anchors).zip(offsets) {
+                let offsets = plan.row(row as usize);
+                for ((&place, &anchor), offset) in places.iter().zip(anchors).zip(offsets) {
                     // A refusal is an axis that stopped by a fault, which the events tell.
                     let _ = master.set_target(place, anchor.wrapping_add(offset));
                 }

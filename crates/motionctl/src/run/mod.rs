@@ -14,7 +14,7 @@ use crate::drive_ids::list;
 use crate::interrupt;
 use crate::link::Link;
 use crate::station::Station;
-use crate::trajectory::Plan;
+use crate::trajectory::{Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use error::RunError;
 use follow::Follow;
@@ -23,14 +23,13 @@ use follow::Follow;
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let motion = arguments.motion.read().map_err(RunError::Motion)?;
     let drives = motion.drives().map_err(RunError::Motion)?;
+    let max_step = arguments.max_step.unwrap_or(StepLimit::MAX);
     let plan = motion
-        .plan(
-            arguments.cycle_us,
-            arguments.max_step.unwrap_or(StepLimit::MAX),
-        )
+        .plan(arguments.cycle_us, max_step)
         .map_err(RunError::Motion)?;
-    if let Some(note) = motion.note().filter(|_| !arguments.json) {
-        eprintln!("{note}");
+    let report = motion.report(&plan, &drives, max_step);
+    if !arguments.json {
+        eprintln!("{report}");
     }
     let mut link = arguments.link.open().map_err(RunError::Open)?;
     let station = station(arguments, &mut link, &drives, &plan)?;
@@ -41,7 +40,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     if arguments.json {
         println!(
             "{}",
-            serde_json::to_string_pretty(&summary).map_err(RunError::Json)?
+            serde_json::to_string_pretty(&WithMotion {
+                motion: &report,
+                result: &summary,
+            })
+            .map_err(RunError::Json)?
         );
     } else {
         println!("{summary}");
@@ -72,7 +75,7 @@ fn catch_up(plan: &Plan) -> StepLimit {
 }
 
 fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {
-    let seconds = plan.cycles.len() as f64 * f64::from(arguments.cycle_us) * 1e-6;
+    let seconds = plan.cycles() as f64 * f64::from(arguments.cycle_us) * 1e-6;
     format!(
         "The motors of drives {} will be enabled and MOVE for {seconds:.1} s, at most {} counts in {} us. Is everybody clear of the machine?",
         list(drives),

@@ -18,7 +18,7 @@ use std::io::BufWriter;
 use std::process::ExitCode;
 
 use crate::exit;
-use crate::trajectory::Plan;
+use crate::trajectory::{MotionReport, Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use bench::{Bench, Setup};
 use error::SimError;
@@ -42,8 +42,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     if let Some(folder) = &arguments.report {
         report::make_folder(folder)?;
     }
-    if let Some(note) = motion.note().filter(|_| !arguments.json) {
-        eprintln!("{note}");
+    let motion = motion.report(&plan, &setup.drives, setup.max_step);
+    if !arguments.json {
+        eprintln!("{motion}");
     }
     let (summary, recording) = simulate(arguments, setup, candump, &plan)?;
     if let Some(recording) = recording {
@@ -55,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
             eprintln!("report: {}", page.display());
         }
     }
-    print(arguments, &summary)?;
+    print(arguments, &motion, &summary)?;
     Ok(if summary.promises_kept() {
         ExitCode::SUCCESS
     } else {
@@ -87,11 +88,12 @@ fn create(path: &std::path::Path) -> Result<BufWriter<File>, SimError> {
         })
 }
 
-fn print(arguments: &Arguments, summary: &Summary) -> Result<(), SimError> {
+fn print(arguments: &Arguments, motion: &MotionReport, summary: &Summary) -> Result<(), SimError> {
     if arguments.json {
+        let result = summary;
         println!(
             "{}",
-            serde_json::to_string_pretty(summary).map_err(SimError::Json)?
+            serde_json::to_string_pretty(&WithMotion { motion, result }).map_err(SimError::Json)?
         );
     } else {
         println!("{summary}");

@@ -1,46 +1,182 @@
-//! What can be wrong with a trajectory file; each message names the line where there is one.
+//! What can be wrong with a motion file; each message names the line and the column where there is one, and the option that
+//! helps.
 
 use core::fmt;
+
+use super::unit::{TimeUnit, Unit};
+
+/// A place in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// Line, from 1.
+    pub(super) line: u64,
+    pub(super) column: Option<ColumnLabel>,
+}
+
+impl Place {
+    pub(super) const fn line(line: u64) -> Self {
+        Self { line, column: None }
+    }
+
+    pub(super) fn cell(line: u64, column: &ColumnLabel) -> Self {
+        Self {
+            line,
+            column: Some(column.clone()),
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}", self.line)?;
+        match &self.column {
+            Some(column) => write!(f, ", {column}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A column as messages call it: `column 2 (elbow)`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct ColumnLabel {
+    /// From 1.
+    pub(super) number: usize,
+    /// Empty without a header line.
+    pub(super) name: String,
+}
+
+impl fmt::Display for ColumnLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "column {}", self.number)?;
+        if self.name.is_empty() {
+            Ok(())
+        } else {
+            write!(f, " ({})", self.name)
+        }
+    }
+}
+
+/// Columns one after the other.
+struct List<'a>(&'a [ColumnLabel]);
+
+impl fmt::Display for List<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, column) in self.0.iter().enumerate() {
+            let between = if index == 0 { "" } else { ", " };
+            write!(f, "{between}{column}")?;
+        }
+        Ok(())
+    }
+}
 
 /// A trajectory that cannot be run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum TrajectoryError {
-    /// The file cannot be read as text.
+    /// The file cannot be read any further.
     Unreadable { line: u64, reason: String },
+    /// Not UTF-8 and not a code page of eight bits.
+    Encoding { line: u64 },
+    /// A line that no motion file has.
+    LongLine { place: Place },
+    /// More numbers than a motion may have.
+    TooLarge { line: u64, most: usize },
     /// No line with numbers.
     Empty,
     /// Fewer than two lines with numbers: nothing moves.
     SinglePoint { line: u64 },
     /// A field that is not a number.
-    NotANumber {
-        line: u64,
-        column: usize,
-        actual: String,
-    },
+    NotANumber { place: Place, actual: String },
     /// A number that is infinite or not a number.
-    NotFinite {
+    NotFinite { place: Place, actual: String },
+    /// An empty field.
+    Missing { place: Place },
+    /// A number with a decimal comma.
+    DecimalComma { place: Place, actual: String },
+    /// A first line that is neither a header nor numbers.
+    MixedLine {
         line: u64,
-        column: usize,
-        actual: String,
+        number: (usize, String),
+        text: (usize, String),
     },
     /// A line with fewer or more fields than the first.
     FieldCount {
         line: u64,
+        first_line: u64,
         expected: usize,
         actual: usize,
+        /// First field that the line lacks.
+        lacks: Option<ColumnLabel>,
     },
     /// Time does not go on.
     TimeOrder {
-        line: u64,
-        before_s: f64,
-        actual_s: f64,
+        place: Place,
+        before: String,
+        actual: String,
+    },
+    /// The motion lasts longer than it may.
+    TooLong {
+        place: Place,
+        duration_s: f64,
+        most_s: f64,
+        unit: TimeUnit,
     },
     /// A column that the file does not have.
     NoSuchColumn { wanted: String, available: String },
+    /// A name that several columns have.
+    SameName {
+        name: String,
+        columns: Vec<ColumnLabel>,
+    },
     /// A column range that is not `N` or `N-M`.
     BadRange { wanted: String },
+    /// The time column was chosen as a position.
+    TimeIsPosition { column: ColumnLabel },
     /// Fewer columns than axes.
     TooFewColumns { expected: usize, actual: usize },
+    /// No name says which column is time.
+    NoTime { line: u64, names: Vec<ColumnLabel> },
+    /// Several names say that they are time.
+    SeveralTimes {
+        line: u64,
+        columns: Vec<ColumnLabel>,
+    },
+    /// No name says which column moves an axis.
+    NoAxes { line: u64, left_out: Vec<String> },
+    /// The names do not say which columns move an axis.
+    Doubtful {
+        line: u64,
+        columns: Vec<ColumnLabel>,
+        reason: &'static str,
+    },
+    /// Without names several readings are possible.
+    NoNames {
+        line: u64,
+        width: usize,
+        /// Columns whose numbers increase from line to line, when they were compared.
+        rising: Option<Vec<usize>>,
+    },
+    /// The unit in a name is not the unit of the option.
+    UnitConflict {
+        column: ColumnLabel,
+        named: String,
+        option: String,
+    },
+    /// A unit in a name in which nothing is read.
+    ForeignUnit {
+        column: ColumnLabel,
+        unit: String,
+        expected: &'static str,
+    },
+    /// Some names carry a unit and others do not.
+    MixedUnits {
+        with: ColumnLabel,
+        unit: Unit,
+        without: ColumnLabel,
+    },
+    /// Millimetres without the travel of a turn.
+    NoMmPerTurn { column: ColumnLabel },
+    /// The travel of a turn for an axis that is not in millimetres.
+    MmPerTurnUnused { column: ColumnLabel, unit: Unit },
     /// A list that must have one entry, or one for each axis.
     ListLength {
         what: &'static str,
@@ -48,15 +184,10 @@ pub(crate) enum TrajectoryError {
         actual: usize,
     },
     /// The motion leaves the 28 bit of the protocol.
-    Travel {
-        line: u64,
-        axis: usize,
-        actual_counts: f64,
-    },
+    Travel { place: Place, actual_counts: f64 },
     /// The axis would have to move further in a cycle than it may.
     Step {
-        line: u64,
-        axis: usize,
+        place: Place,
         limit_counts: u16,
         actual_counts: i64,
         cycle_us: u32,
@@ -67,6 +198,19 @@ impl fmt::Display for TrajectoryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unreadable { line, reason } => write!(f, "line {line}: {reason}"),
+            Self::Encoding { line } => write!(
+                f,
+                "line {line}: expected UTF-8 text, got UTF-16 or a file that is no text; save it as UTF-8"
+            ),
+            Self::LongLine { place } => write!(
+                f,
+                "{place}: expected a line of at most {} bytes, got a longer one: this is no motion file",
+                super::lines::LONGEST_LINE
+            ),
+            Self::TooLarge { line, most } => write!(
+                f,
+                "line {line}: expected at most {most} times and positions, got more; split the motion, or thin its points out"
+            ),
             Self::Empty => {
                 f.write_str("no line with numbers; expected time and positions, one point a line")
             }
@@ -76,91 +220,238 @@ impl fmt::Display for TrajectoryError {
                     "line {line}: only one point; a motion needs at least two"
                 )
             }
-            Self::NotANumber {
-                line,
-                column,
-                actual,
-            } => {
+            Self::NotANumber { place, actual } => {
                 write!(
                     f,
-                    "line {line}, column {column}: expected a number, got \"{actual}\""
+                    "{place}: expected a number, got \"{actual}\"; --columns leaves out columns that are not wanted"
                 )
             }
-            Self::NotFinite {
-                line,
-                column,
-                actual,
-            } => {
-                write!(
-                    f,
-                    "line {line}, column {column}: expected a finite number, got {actual}"
-                )
+            Self::NotFinite { place, actual } => {
+                write!(f, "{place}: expected a finite number, got {actual}")
             }
+            Self::Missing { place } => write!(
+                f,
+                "{place}: expected a number, got an empty field; fill it, or leave its column out with --columns"
+            ),
+            Self::DecimalComma { place, actual } => write!(
+                f,
+                "{place}: expected a number with a decimal point, got \"{actual}\"; if its comma is the decimal one, use --decimal-comma"
+            ),
+            Self::MixedLine { line, number, text } => write!(
+                f,
+                "line {line} mixes numbers and text: column {} is the number {}, column {} is \"{}\"; expected a header line of names alone, or a line of numbers alone",
+                number.0, number.1, text.0, text.1
+            ),
+            other => other.fmt_choice(f),
+        }
+    }
+}
+
+impl TrajectoryError {
+    /// What concerns the shape of the file and the choice of columns.
+    fn fmt_choice(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
             Self::FieldCount {
                 line,
+                first_line,
                 expected,
                 actual,
+                lacks,
             } => {
                 write!(
                     f,
-                    "line {line}: expected {expected} columns as in the first line, got {actual}"
-                )
+                    "line {line}: expected {expected} columns as in line {first_line}, got {actual}"
+                )?;
+                match lacks {
+                    Some(column) => write!(f, "; {column} is missing"),
+                    None => f.write_str("; is there a separator too many, or a decimal comma?"),
+                }
             }
-            Self::TimeOrder {
+            Self::NoSuchColumn { wanted, available } => write!(
+                f,
+                "there is no column \"{wanted}\"; the file has {available}"
+            ),
+            Self::SameName { name, columns } => write!(
+                f,
+                "several columns are called \"{name}\": {}; choose by number with --columns and --time-column",
+                List(columns)
+            ),
+            Self::BadRange { wanted } => write!(
+                f,
+                "\"{wanted}\" is not a column: give a name, a number from 1, or a range as in 2-7"
+            ),
+            Self::TimeIsPosition { column } => write!(
+                f,
+                "{column} is the time and cannot move an axis: take it out of --columns, or give another --time-column"
+            ),
+            Self::TooFewColumns { expected, actual } => write!(
+                f,
+                "expected {expected} axes, the file has {actual} columns beside time"
+            ),
+            Self::NoTime { line, names } => write!(
+                f,
+                "line {line}: expected a column named time, got {}; name it, or give --time-column",
+                List(names)
+            ),
+            Self::SeveralTimes { line, columns } => write!(
+                f,
+                "line {line}: expected one column of time, got {}; choose with --time-column",
+                List(columns)
+            ),
+            Self::NoAxes { line, left_out } => write!(
+                f,
+                "line {line}: expected at least one column of positions, got {}; choose with --columns",
+                if left_out.is_empty() {
+                    "time alone".to_owned()
+                } else {
+                    left_out.join(", ")
+                }
+            ),
+            Self::Doubtful {
                 line,
-                before_s,
-                actual_s,
+                columns,
+                reason,
             } => write!(
                 f,
-                "line {line}: time must increase, got {actual_s} s after {before_s} s"
+                "line {line}: the names do not say which columns move an axis: {} {reason}; choose with --columns",
+                List(columns)
             ),
-            Self::NoSuchColumn { wanted, available } => {
+            Self::NoNames {
+                line,
+                width,
+                rising,
+            } => {
                 write!(
                     f,
-                    "there is no column \"{wanted}\"; the file has {available}"
-                )
-            }
-            Self::BadRange { wanted } => {
+                    "line {line}: {width} columns without names, and it is not clear which is time and which move an axis"
+                )?;
+                if let Some(rising) = rising {
+                    write!(f, " ({} of them increase from line to line)", rising.len())?;
+                }
                 write!(
                     f,
-                    "\"{wanted}\" is not a column: give a name, a number from 1, or a range as in 2-7"
+                    "; write a header line such as {}, or say it: --time-column 1 --columns 2{}",
+                    if *width > 2 { "time,a,b" } else { "time,a" },
+                    if *width > 2 {
+                        format!("-{width}")
+                    } else {
+                        String::new()
+                    }
                 )
             }
-            Self::TooFewColumns { expected, actual } => {
-                write!(
-                    f,
-                    "expected {expected} axes, the file has {actual} columns beside time"
-                )
-            }
+            other => other.fmt_units(f),
+        }
+    }
+
+    /// What concerns units, time and limits.
+    fn fmt_units(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnitConflict {
+                column,
+                named,
+                option,
+            } => write!(
+                f,
+                "{column}: its name says {named}, the option says {option}; leave the option out, or correct the name"
+            ),
+            Self::ForeignUnit {
+                column,
+                unit,
+                expected,
+            } => write!(
+                f,
+                "{column}: expected {expected}, its name says \"{unit}\"; convert the column and rename it, or choose others with --columns"
+            ),
+            Self::MixedUnits {
+                with,
+                unit,
+                without,
+            } => write!(
+                f,
+                "{with} is in {unit} by its name, and the name of {without} has no unit; give --unit for all, or one for each axis"
+            ),
+            Self::NoMmPerTurn { column } => write!(
+                f,
+                "{column} is in millimetres: give --mm-per-turn (or --pitch-mm), the travel for one turn of the output"
+            ),
+            Self::MmPerTurnUnused { column, unit } => write!(
+                f,
+                "--mm-per-turn is for axes in millimetres, and {column} is in {unit}; give --unit mm, or a - in its place"
+            ),
             Self::ListLength {
                 what,
                 expected,
                 actual,
+            } => write!(
+                f,
+                "{what}: expected one value, or {expected} for {expected} axes, got {actual}"
+            ),
+            Self::TimeOrder {
+                place,
+                before,
+                actual,
+            } => write!(
+                f,
+                "{place}: time must increase, got {actual} after {before}"
+            ),
+            Self::TooLong {
+                place,
+                duration_s,
+                most_s,
+                unit,
             } => {
                 write!(
                     f,
-                    "{what}: expected one value, or {expected} for {expected} axes, got {actual}"
-                )
+                    "{place}: read in {unit} the motion lasts {}, expected at most {}",
+                    duration(*duration_s),
+                    duration(*most_s)
+                )?;
+                let in_unit = duration_s * unit.per_second();
+                let in_s = |other: TimeUnit| in_unit / other.per_second();
+                let others = TimeUnit::ALL.into_iter();
+                let others: Vec<String> = others
+                    .filter(|other| in_s(*other) <= *most_s)
+                    .map(|other| format!("{} in {other}", duration(in_s(other))))
+                    .collect();
+                if !others.is_empty() {
+                    write!(f, "; with --time-unit it would be {}", others.join(", "))?;
+                }
+                f.write_str("; --max-duration raises the limit")
             }
             Self::Travel {
-                line,
-                axis,
+                place,
                 actual_counts,
             } => write!(
                 f,
-                "line {line}: axis {axis} would leave the 28-bit travel of its drive, {actual_counts:.0} counts from the start; lower the gear ratio or the counts per turn"
+                "{place}: the axis would leave the 28-bit travel of its drive, {actual_counts:.0} counts from the start; lower the gear ratio or the counts per turn"
             ),
             Self::Step {
-                line,
-                axis,
+                place,
                 limit_counts,
                 actual_counts,
                 cycle_us,
             } => write!(
                 f,
-                "line {line}: axis {axis} would have to move {actual_counts} counts in one cycle of {cycle_us} us, its limit is {limit_counts}; slow the motion down or raise --max-step (at most 16384)"
+                "{place}: the axis would have to move {actual_counts} counts in one cycle of {cycle_us} us, its limit is {limit_counts}; slow the motion down or raise --max-step (at most 16384)"
             ),
+            // The others are written by the functions that end here.
+            _ => Ok(()),
         }
+    }
+}
+
+/// A time that may be very long, in the unit that people read.
+pub(super) fn duration(seconds: f64) -> String {
+    const HOUR: f64 = 3_600.0;
+    const YEAR: f64 = 365.25 * 24.0 * HOUR;
+    if seconds < 1e-3 {
+        format!("{seconds:.1e} s")
+    } else if seconds >= YEAR {
+        format!("{:.1} years", seconds / YEAR)
+    } else if seconds > 2.0 * HOUR {
+        format!("{:.1} h", seconds / HOUR)
+    } else {
+        format!("{} s", (seconds * 1e3).round() / 1e3)
     }
 }
 

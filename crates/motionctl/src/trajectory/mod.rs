@@ -1,20 +1,28 @@
 //! A motion from a file: read, check, choose columns, resample to the cycle.
 //!
-//! Data flows one way: [`table`] reads numbers and knows their lines, [`columns`] picks time and axes, [`plan`] turns
-//! them into command counts at every cycle and refuses what an axis cannot follow. Nothing runs before all of it
-//! has passed. [`options`] is all of it as options of a command line.
+//! Data flows one way: [`lines`] and [`cells`] cut the text, [`name`] reads the header, [`columns`] picks time and axes,
+//! [`resolve`] their units, [`table`] keeps the points, [`plan`] turns them into command counts at every cycle and refuses what
+//! an axis cannot follow, [`motion_report`] says what it found. Nothing runs before all of it has passed. [`options`] is all of
+//! it as options of a command line.
 
+mod cells;
 mod columns;
 mod curve;
 mod error;
+mod exact;
+mod lines;
+mod motion_report;
+mod name;
 mod options;
 mod plan;
+mod resolve;
 mod table;
+mod unit;
 
-use columns::{ColumnChoice, Columns};
+use columns::ColumnChoice;
 use curve::Interpolation;
 use error::TrajectoryError;
+pub(crate) use motion_report::{MotionReport, WithMotion};
 pub(crate) use options::{MotionError, MotionFile, MotionOptions};
 pub(crate) use plan::Plan;
-use plan::{AxisScale, Unit};
 use table::Table;

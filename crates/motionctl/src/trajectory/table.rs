@@ -1,172 +1,414 @@
-//! Numbers in rows, each with the line that it came from.
+//! The points of a motion file: the times and positions that were chosen, each with the line that it came from.
+//!
+//! The file is read once, line by line; only what was chosen is kept.
 
-use csv::{ReaderBuilder, StringRecord, Trim};
+use std::io::BufRead;
 
-use super::TrajectoryError;
+use super::cells::{Cell, Separator, decimal_point};
+use super::columns::{ColumnChoice, Columns, Unnamed};
+use super::error::{ColumnLabel, Place, TrajectoryError};
+use super::exact::ExactTime;
+use super::lines::Lines;
+use super::name::{Name, Quantity};
+use super::resolve;
+use super::unit::TimeUnit;
 
-/// One line of numbers.
+/// Most numbers of a motion, times included: an hour of four axes at 1 kHz, 134 MB.
+pub(super) const MOST_NUMBERS: usize = 1 << 24;
+
+/// How to read a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Row {
-    /// Line in the file, from 1.
-    pub(crate) line: u64,
-    /// One number a column.
-    pub(crate) values: Vec<f64>,
+pub(crate) struct Reading {
+    pub(crate) choice: ColumnChoice,
+    /// Unit of the time column, when it was given.
+    pub(crate) time_unit: Option<TimeUnit>,
+    pub(crate) decimal_comma: bool,
+    /// A longer motion is not meant.
+    pub(crate) most_duration_s: f64,
 }
 
-/// A text table of numbers, with names when it has a header line.
+/// What was read.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Table {
-    /// One name a column; empty without a header line.
-    pub(crate) names: Vec<String>,
-    /// At least one row, all of the same length.
-    pub(crate) rows: Vec<Row>,
+    pub(super) columns: Columns,
+    pub(super) time_unit: TimeUnit,
+    /// Seconds since the first point.
+    pub(super) times_s: Vec<f64>,
+    /// Line of each point.
+    pub(super) lines: Vec<u64>,
+    /// Positions of each point, axis by axis.
+    positions: Vec<f64>,
 }
 
 impl Table {
-    /// Reads comma, semicolon, tab or space separated numbers. `#` starts a comment line; a first line that is not all
-    /// numbers is the header.
-    pub(crate) fn parse(text: &str) -> Result<Self, TrajectoryError> {
-        let mut reader = ReaderBuilder::new()
-            .delimiter(delimiter_of(text))
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .trim(Trim::All)
-            .from_reader(text.as_bytes());
-        let mut table = Self {
+    /// Reads comma, semicolon, tab or blank separated numbers. `#` and `%` begin comment lines; a first line of words is the
+    /// header, and so is the last comment in front of the numbers when it names a time and as many columns as there are.
+    pub(crate) fn read(input: impl BufRead, reading: &Reading) -> Result<Self, TrajectoryError> {
+        let mut lines = Lines::new(input);
+        let mut reader = Reader::new(reading);
+        while let Some((number, line)) = lines.next()? {
+            let text = line.trim();
+            if text.starts_with(['#', '%']) {
+                reader.comment = Some(text.to_owned());
+            } else if !text.is_empty() {
+                reader.take(number, &line)?;
+            }
+        }
+        reader.finish()
+    }
+
+    /// Number of points, at least two.
+    pub(super) fn points(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// The positions of one point.
+    pub(super) fn row(&self, point: usize) -> &[f64] {
+        let axes = self.columns.positions.len();
+        &self.positions[point * axes..(point + 1) * axes]
+    }
+
+    /// The positions of one axis, point by point.
+    pub(super) fn axis(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
+        let axes = self.columns.positions.len();
+        self.positions.iter().skip(axis).step_by(axes).copied()
+    }
+}
+
+/// A line of two numbers of which either may be time.
+struct EitherRow {
+    line: u64,
+    fields: [String; 2],
+    times: [ExactTime; 2],
+}
+
+/// What is known of the columns.
+enum Layout {
+    /// No line yet.
+    Unknown,
+    Known(Columns, TimeUnit),
+    /// Two columns without names.
+    Either(Vec<EitherRow>),
+}
+
+struct Reader<'a> {
+    reading: &'a Reading,
+    comment: Option<String>,
+    separator: Separator,
+    layout: Layout,
+    /// The line that says how many columns there are, how many, and their names.
+    first_line: u64,
+    width: usize,
+    names: Vec<Name>,
+    /// Time of the first point, and of the latest with its text.
+    start: Option<ExactTime>,
+    latest: Option<(ExactTime, String)>,
+    points: usize,
+    /// Where the motion became too long.
+    too_long: Option<Place>,
+    times_s: Vec<f64>,
+    lines: Vec<u64>,
+    positions: Vec<f64>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(reading: &'a Reading) -> Self {
+        Self {
+            reading,
+            comment: None,
+            separator: Separator::Blanks,
+            layout: Layout::Unknown,
+            first_line: 0,
+            width: 0,
             names: Vec::new(),
-            rows: Vec::new(),
-        };
-        for record in reader.records() {
-            let record = record.map_err(|error| TrajectoryError::Unreadable {
-                line: error.position().map_or(0, csv::Position::line),
-                reason: error.to_string(),
-            })?;
-            table.take(&record)?;
+            start: None,
+            latest: None,
+            points: 0,
+            too_long: None,
+            times_s: Vec::new(),
+            lines: Vec::new(),
+            positions: Vec::new(),
         }
-        if table.rows.is_empty() {
-            return Err(TrajectoryError::Empty);
-        }
-        Ok(table)
     }
 
-    /// Number of columns.
-    pub(crate) fn width(&self) -> usize {
-        self.rows.first().map_or(0, |row| row.values.len())
+    fn take(&mut self, line: u64, text: &str) -> Result<(), TrajectoryError> {
+        if matches!(self.layout, Layout::Unknown) {
+            self.separator = Separator::of(text, self.reading.decimal_comma);
+            let fields = self.separator.split(text);
+            self.first_line = line;
+            self.width = fields.len();
+            if self.is_header(line, &fields)? {
+                self.names = fields.iter().map(|field| Name::parse(field)).collect();
+                return self.choose_named(line);
+            }
+            if self.reading.choice.positions.is_empty() {
+                // Before anything else: an empty field may be why the columns are not clear.
+                for (index, field) in fields.iter().enumerate() {
+                    self.number(line, index, field)?;
+                }
+            }
+            self.choose_unnamed(line)?;
+            return self.numbers(line, &fields);
+        }
+        let fields = self.separator.split(text);
+        self.numbers(line, &fields)
     }
 
-    fn take(&mut self, record: &StringRecord) -> Result<(), TrajectoryError> {
-        let line = record.position().map_or(0, csv::Position::line);
-        // Space separated files have runs of spaces, and some tools leave one at the end of each line.
-        let fields: Vec<&str> = record.iter().filter(|field| !field.is_empty()).collect();
-        if fields.is_empty() {
-            return Ok(());
-        }
-        if self.rows.is_empty() && self.names.is_empty() && !fields.iter().all(|f| is_number(f)) {
-            self.names = fields.iter().map(ToString::to_string).collect();
-            return Ok(());
-        }
-        let values = fields
+    /// Whether the first line is one of names; a line of both is refused.
+    fn is_header(&self, line: u64, fields: &[String]) -> Result<bool, TrajectoryError> {
+        let comma = self.reading.decimal_comma;
+        let cell = |field: &String| Cell::of(field, comma);
+        let number = fields.iter().position(|field| cell(field).is_numeric());
+        let text = fields.iter().position(|field| cell(field).is_text());
+        let at = |index: usize| (index + 1, fields[index].clone());
+        if let Some(index) = fields
             .iter()
-            .enumerate()
-            .map(|(index, field)| parse_number(field, line, index + 1))
-            .collect::<Result<Vec<f64>, _>>()?;
-        let expected = if self.names.is_empty() {
-            self.width()
-        } else {
-            self.names.len()
-        };
-        if expected != 0 && values.len() != expected {
-            return Err(TrajectoryError::FieldCount {
-                line,
-                expected,
-                actual: values.len(),
+            .position(|field| cell(field) == Cell::DecimalComma)
+        {
+            return Err(TrajectoryError::DecimalComma {
+                place: Place::cell(line, &self.label(index)),
+                actual: fields[index].clone(),
             });
         }
-        self.rows.push(Row { line, values });
+        match (number, text) {
+            (Some(number), Some(text)) => Err(TrajectoryError::MixedLine {
+                line,
+                number: at(number),
+                text: at(text),
+            }),
+            (_, text) => Ok(text.is_some()),
+        }
+    }
+
+    fn choose_named(&mut self, line: u64) -> Result<(), TrajectoryError> {
+        let columns = Columns::named(&self.reading.choice, line, &self.names)?;
+        self.set_layout(columns)
+    }
+
+    fn set_layout(&mut self, columns: Columns) -> Result<(), TrajectoryError> {
+        let time_unit = resolve::time_unit(self.reading.time_unit, &columns.time)?;
+        self.layout = Layout::Known(columns, time_unit);
         Ok(())
     }
-}
 
-/// The separator of the first line that is not a comment.
-fn delimiter_of(text: &str) -> u8 {
-    let first = text
-        .lines()
-        .find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let first = first.unwrap_or_default();
-    [b',', b';', b'\t']
-        .into_iter()
-        .find(|&byte| first.contains(char::from(byte)))
-        .unwrap_or(b' ')
-}
-
-fn is_number(field: &str) -> bool {
-    field.parse::<f64>().is_ok()
-}
-
-fn parse_number(field: &str, line: u64, column: usize) -> Result<f64, TrajectoryError> {
-    let actual = || field.to_owned();
-    let value: f64 = field.parse().map_err(|_| TrajectoryError::NotANumber {
-        line,
-        column,
-        actual: actual(),
-    })?;
-    if !value.is_finite() {
-        return Err(TrajectoryError::NotFinite {
-            line,
-            column,
-            actual: actual(),
-        });
+    /// A comment may be the header; else the options say which columns are which.
+    fn choose_unnamed(&mut self, line: u64) -> Result<(), TrajectoryError> {
+        if let Some(comment) = &self.comment {
+            let words = self.separator.split(comment.trim_start_matches(['#', '%']));
+            let names: Vec<Name> = words.iter().map(|word| Name::parse(word)).collect();
+            let is_time = |name: &Name| name.quantity == Quantity::Time;
+            if names.len() == self.width && names.iter().any(is_time) {
+                self.names = names;
+                return self.choose_named(line);
+            }
+        }
+        match Columns::unnamed(&self.reading.choice, line, self.width) {
+            Ok(Unnamed::Known(columns)) => self.set_layout(columns),
+            Ok(Unnamed::Two) => {
+                self.layout = Layout::Either(Vec::new());
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
     }
-    Ok(value)
+
+    fn label(&self, index: usize) -> ColumnLabel {
+        ColumnLabel {
+            number: index + 1,
+            name: self
+                .names
+                .get(index)
+                .map_or(String::new(), |name| name.text.clone()),
+        }
+    }
+
+    fn numbers(&mut self, line: u64, fields: &[String]) -> Result<(), TrajectoryError> {
+        if fields.len() != self.width {
+            return Err(TrajectoryError::FieldCount {
+                line,
+                first_line: self.first_line,
+                expected: self.width,
+                actual: fields.len(),
+                lacks: (fields.len() < self.width).then(|| self.label(fields.len())),
+            });
+        }
+        if self.points * (self.axes() + 1) >= MOST_NUMBERS {
+            let most = MOST_NUMBERS;
+            return Err(TrajectoryError::TooLarge { line, most });
+        }
+        match &self.layout {
+            Layout::Either(_) => self.either(line, fields),
+            _ => self.point(line, fields),
+        }
+    }
+
+    fn axes(&self) -> usize {
+        match &self.layout {
+            Layout::Known(columns, _) => columns.positions.len(),
+            _ => 1,
+        }
+    }
+
+    /// Keeps a line until the numbers say which of two columns is time.
+    fn either(&mut self, line: u64, fields: &[String]) -> Result<(), TrajectoryError> {
+        let row = EitherRow {
+            line,
+            times: [
+                self.time(line, 0, &fields[0])?,
+                self.time(line, 1, &fields[1])?,
+            ],
+            fields: [fields[0].clone(), fields[1].clone()],
+        };
+        self.points += 1;
+        let Layout::Either(rows) = &mut self.layout else {
+            return Ok(());
+        };
+        let rises = |index: usize| {
+            rows.last()
+                .is_none_or(|before| row.times[index] > before.times[index])
+        };
+        let rising = [rises(0), rises(1)];
+        rows.push(row);
+        if !rising[0] {
+            return Err(self.no_names(&rising));
+        }
+        if rising[1] {
+            return Ok(());
+        }
+        let rows = core::mem::take(rows);
+        self.set_layout(Columns::by_number(0, &[1], 2))?;
+        self.points = 0;
+        for row in rows {
+            self.point(row.line, &row.fields)?;
+        }
+        Ok(())
+    }
+
+    fn no_names(&self, rising: &[bool; 2]) -> TrajectoryError {
+        let rising = (0..2).filter(|index| rising[*index]);
+        TrajectoryError::NoNames {
+            line: self.first_line,
+            width: self.width,
+            rising: Some(rising.map(|index| index + 1).collect()),
+        }
+    }
+
+    fn time(&self, line: u64, index: usize, field: &str) -> Result<ExactTime, TrajectoryError> {
+        self.number(line, index, field)?;
+        let text = decimal_point(field, self.reading.decimal_comma);
+        ExactTime::parse(&text).ok_or_else(|| TrajectoryError::NotANumber {
+            place: Place::cell(line, &self.label(index)),
+            actual: field.to_owned(),
+        })
+    }
+
+    fn number(&self, line: u64, index: usize, field: &str) -> Result<f64, TrajectoryError> {
+        let place = || Place::cell(line, &self.label(index));
+        let actual = || field.to_owned();
+        match Cell::of(field, self.reading.decimal_comma) {
+            Cell::Number(value) => Ok(value),
+            Cell::Missing => Err(TrajectoryError::Missing { place: place() }),
+            Cell::NotFinite => Err(TrajectoryError::NotFinite {
+                place: place(),
+                actual: actual(),
+            }),
+            Cell::DecimalComma => Err(TrajectoryError::DecimalComma {
+                place: place(),
+                actual: actual(),
+            }),
+            Cell::Text => Err(TrajectoryError::NotANumber {
+                place: place(),
+                actual: actual(),
+            }),
+        }
+    }
+
+    /// One point of the motion.
+    fn point(&mut self, line: u64, fields: &[String]) -> Result<(), TrajectoryError> {
+        let Layout::Known(columns, time_unit) = &self.layout else {
+            return Ok(());
+        };
+        let index = columns.time.index;
+        let time = self.time(line, index, &fields[index])?;
+        let start = *self.start.get_or_insert(time);
+        let place = Place::cell(line, &columns.time.label);
+        let since_s = time.seconds_since(start, time_unit.per_second());
+        // Times that differ by less than a number can hold are the same time.
+        let is_same = self
+            .times_s
+            .last()
+            .is_some_and(|before_s| since_s <= *before_s);
+        if let Some((before, text)) = &self.latest
+            && (time <= *before || (is_same && self.too_long.is_none()))
+        {
+            return Err(TrajectoryError::TimeOrder {
+                place,
+                before: text.clone(),
+                actual: fields[index].clone(),
+            });
+        }
+        if since_s > self.reading.most_duration_s {
+            self.too_long.get_or_insert(place);
+        }
+        let columns: Vec<usize> = columns
+            .positions
+            .iter()
+            .map(|column| column.index)
+            .collect();
+        for column in columns {
+            let value = self.number(line, column, &fields[column])?;
+            if self.too_long.is_none() {
+                self.positions.push(value);
+            }
+        }
+        if self.too_long.is_none() {
+            self.times_s.push(since_s);
+            self.lines.push(line);
+        }
+        self.latest = Some((time, fields[index].clone()));
+        self.points += 1;
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Table, TrajectoryError> {
+        let (columns, time_unit) = match self.layout {
+            Layout::Known(columns, time_unit) => (columns, time_unit),
+            Layout::Either(rows) if rows.len() > 1 => {
+                return Err(TrajectoryError::NoNames {
+                    line: self.first_line,
+                    width: self.width,
+                    rising: Some(vec![1, 2]),
+                });
+            }
+            Layout::Either(_) => {
+                let line = self.first_line;
+                return Err(TrajectoryError::SinglePoint { line });
+            }
+            Layout::Unknown => return Err(TrajectoryError::Empty),
+        };
+        if let (Some(place), Some((latest, _)), Some(start)) =
+            (self.too_long, self.latest, self.start)
+        {
+            return Err(TrajectoryError::TooLong {
+                place,
+                duration_s: latest.seconds_since(start, time_unit.per_second()),
+                most_s: self.reading.most_duration_s,
+                unit: time_unit,
+            });
+        }
+        match self.lines[..] {
+            [] => Err(TrajectoryError::Empty),
+            [line] => Err(TrajectoryError::SinglePoint { line }),
+            _ => Ok(Table {
+                columns,
+                time_unit,
+                times_s: self.times_s,
+                lines: self.lines,
+                positions: self.positions,
+            }),
+        }
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reads_what_people_write() {
-        for text in [
-            "t,a\n0,1\n1,2\n",
-            "# note\nt;a\n0;1\n1;2\n",
-            "0 1 \n1  2 \n",
-            "\n0\t1\n\n1\t2",
-        ] {
-            let table = Table::parse(text).unwrap();
-            let values: Vec<_> = table.rows.iter().map(|row| row.values.clone()).collect();
-            assert_eq!(values, [[0.0, 1.0], [1.0, 2.0]], "{text:?}");
-        }
-        assert_eq!(Table::parse("t,a\n0,1\n").unwrap().names, ["t", "a"]);
-    }
-
-    #[test]
-    fn errors_name_line_and_column() {
-        assert_eq!(
-            Table::parse("t,a\n0,1\n1,fast\n"),
-            Err(TrajectoryError::NotANumber {
-                line: 3,
-                column: 2,
-                actual: "fast".into()
-            })
-        );
-        assert_eq!(
-            Table::parse("0 1\n1 nan\n"),
-            Err(TrajectoryError::NotFinite {
-                line: 2,
-                column: 2,
-                actual: "nan".into()
-            })
-        );
-        assert_eq!(
-            Table::parse("# c\n0,1\n1\n"),
-            Err(TrajectoryError::FieldCount {
-                line: 3,
-                expected: 2,
-                actual: 1
-            })
-        );
-        assert_eq!(Table::parse("# nothing\n"), Err(TrajectoryError::Empty));
-        assert_eq!(Table::parse("t,a\n"), Err(TrajectoryError::Empty));
-    }
-}
+mod tests;

@@ -124,12 +124,12 @@ impl Bench {
         self.run_until(AxisState::Streaming)?;
         self.begin_motion();
         let bar = if show_progress {
-            ProgressBar::new(plan.cycles.len() as u64)
+            ProgressBar::new(plan.cycles() as u64)
         } else {
             ProgressBar::hidden()
         };
         let mark = self.bench.bus().load_mark();
-        for speeds in &plan.cycles {
+        for speeds in plan.rows() {
             for (wheel, speed) in speeds.iter().enumerate() {
                 // Refused after a fault, which the summary shows.
                 let _ = self.master.set_target(self.wheels[wheel].place, *speed);
@@ -145,7 +145,7 @@ impl Bench {
         for _ in 0..SETTLE_US / u64::from(self.setup.cycle_us) {
             self.one_cycle()?;
         }
-        Ok(self.summary(plan.cycles.len(), mean_bus_load))
+        Ok(self.summary(plan.cycles(), mean_bus_load))
     }
 
     fn now(&self) -> Instant {

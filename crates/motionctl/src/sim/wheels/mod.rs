@@ -10,7 +10,7 @@ use zlac8030l::NodeId;
 use super::arguments::Arguments;
 use super::error::SimError;
 use crate::exit;
-use crate::trajectory::Plan;
+use crate::trajectory::{Plan, WithMotion};
 use bench::{Bench, Setup};
 
 /// First node of a list that was not given: the factory setting of a drive.
@@ -37,9 +37,17 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .as_deref()
         .map(super::create)
         .transpose()?;
+    let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
+    if !arguments.json {
+        eprintln!("{motion}");
+    }
     let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
     if arguments.json {
-        let text = serde_json::to_string_pretty(&summary).map_err(SimError::Json)?;
+        let with_motion = WithMotion {
+            motion: &motion,
+            result: &summary,
+        };
+        let text = serde_json::to_string_pretty(&with_motion).map_err(SimError::Json)?;
         println!("{text}");
     } else {
         println!("{summary}");
@@ -54,8 +62,7 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
 /// Refuses speeds that 60FFh cannot hold.
 fn check_speeds(plan: &Plan, setup: &Setup) -> Result<(), SimError> {
     let fastest = plan
-        .cycles
-        .iter()
+        .rows()
         .flatten()
         .map(|speed| speed.unsigned_abs())
         .max();
