@@ -406,8 +406,8 @@ impl TrajectoryError {
                     duration(*duration_s),
                     duration(*most_s)
                 )?;
-                let in_unit = duration_s * unit.per_second();
-                let in_s = |other: TimeUnit| in_unit / other.per_second();
+                let in_unit = duration_s * f64::from(unit.per_second());
+                let in_s = |other: TimeUnit| in_unit / f64::from(other.per_second());
                 let others = TimeUnit::ALL.into_iter();
                 let others: Vec<String> = others
                     .filter(|other| in_s(*other) <= *most_s)

@@ -18,6 +18,8 @@ mod plan;
 mod resolve;
 mod table;
 mod unit;
+#[cfg(test)]
+mod variants;
 
 use columns::ColumnChoice;
 use curve::Interpolation;

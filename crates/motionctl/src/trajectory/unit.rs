@@ -72,12 +72,12 @@ impl TimeUnit {
     pub(super) const ALL: [Self; 4] = [Self::S, Self::Ms, Self::Us, Self::Ns];
 
     /// So many are a second.
-    pub(super) const fn per_second(self) -> f64 {
+    pub(super) const fn per_second(self) -> u32 {
         match self {
-            Self::S => 1.0,
-            Self::Ms => 1e3,
-            Self::Us => 1e6,
-            Self::Ns => 1e9,
+            Self::S => 1,
+            Self::Ms => 1_000,
+            Self::Us => 1_000_000,
+            Self::Ns => 1_000_000_000,
         }
     }
 }
