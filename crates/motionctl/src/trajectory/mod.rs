@@ -10,6 +10,8 @@ mod columns;
 mod curve;
 mod error;
 mod exact;
+#[cfg(test)]
+mod fuzz;
 mod lines;
 mod motion_report;
 mod name;

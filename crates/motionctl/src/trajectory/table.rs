@@ -68,6 +68,12 @@ impl Table {
         &self.positions[point * axes..(point + 1) * axes]
     }
 
+    /// Numbers for which memory is held.
+    #[cfg(test)]
+    pub(super) fn held(&self) -> usize {
+        self.positions.capacity()
+    }
+
     /// The positions of one axis, point by point.
     pub(super) fn axis(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
         let axes = self.columns.positions.len();
