@@ -156,6 +156,14 @@ fn wrong_id(id: u32, extended: bool) -> LineError {
     LineError::field(expected, &format!("0x{id:X}"))
 }
 
+/// The number of a bus or a channel.
+pub(super) fn bus(text: &str) -> Result<&str, LineError> {
+    let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    is_number
+        .then_some(text)
+        .ok_or_else(|| LineError::field("the number of a bus", text))
+}
+
 /// A data length 0 ..= 8.
 pub(super) fn length(text: &str) -> Result<usize, LineError> {
     match text.parse() {

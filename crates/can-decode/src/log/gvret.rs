@@ -2,13 +2,13 @@
 //! microseconds, identifiers and data hexadecimal (`framefileio.cpp` of SavvyCAN).
 
 use super::error::LineError;
-use super::fields::{Data, IDENTIFIER, TIME, byte, data_frame, hex_id, time_ns};
+use super::fields::{Data, IDENTIFIER, TIME, bus, byte, data_frame, hex_id, time_ns};
 use super::header::Places;
 use super::{Entry, Event};
 use crate::frame::MAX_DATA_BYTES;
 
 const NS_PER_US: u64 = 1_000;
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 14] = [
     "Time Stamp",
     "ID",
     "Extended",
@@ -22,18 +22,21 @@ const COLUMNS: [&str; 13] = [
     "D6",
     "D7",
     "D8",
+    "Dir",
 ];
 const FIRST_BYTE: usize = 5;
+/// The direction is missing in the first version.
+const DIRECTION: usize = 13;
 
 /// The columns of one log.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Gvret(Places<13>);
+pub(super) struct Gvret(Places<14>);
 
 impl Gvret {
     /// Whether a line is the header.
     pub(super) fn of_header(line: &str) -> Option<Self> {
         let places = Places::find(line, COLUMNS);
-        places.has_first(COLUMNS.len()).then_some(Self(places))
+        places.has_first(DIRECTION).then_some(Self(places))
     }
 
     pub(super) fn read<'a>(&self, line: &'a str) -> Result<Option<Entry<'a>>, LineError> {
@@ -48,7 +51,12 @@ impl Gvret {
             "false" | "False" | "FALSE" | "0" => false,
             other => return Err(LineError::field("true or false", other)),
         };
-        let interface = field(3, "a bus")?;
+        let interface = bus(field(3, "a bus")?)?;
+        if let Some(direction) = self.0.optional(line, DIRECTION)
+            && !matches!(direction, "Rx" | "Tx")
+        {
+            return Err(LineError::field("Rx or Tx", direction));
+        }
         let len = field(4, "a data length")?;
         let len: usize = len
             .parse()
@@ -59,6 +67,16 @@ impl Gvret {
             let mut data = Data::default();
             for index in 0..len {
                 data.push(byte(field(FIRST_BYTE + index, "a data byte")?, 16)?)?;
+            }
+            // What stands behind the data is nothing or zero.
+            for index in len..MAX_DATA_BYTES {
+                let rest = self
+                    .0
+                    .optional(line, FIRST_BYTE + index)
+                    .unwrap_or_default();
+                if !rest.is_empty() {
+                    byte(rest, 16)?;
+                }
             }
             Event::Frame(data_frame(id, extended, data.as_slice())?)
         };

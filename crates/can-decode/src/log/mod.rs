@@ -29,6 +29,8 @@ use crate::frame::Frame;
 pub use error::LineError;
 pub use stamps::Stamps;
 
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
 /// One entry of a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Entry<'a> {
@@ -118,6 +120,7 @@ impl LogReader {
     /// when one of them is smaller than the one before. What [`Self::with_stamps`] was told stays.
     pub fn look_ahead<'a>(&mut self, lines: impl Iterator<Item = &'a str>) {
         if self.candump.clock.stamps.is_none() {
+            let lines = lines.map(|line| line.trim_start_matches(BYTE_ORDER_MARK));
             self.candump.clock.look_ahead(lines);
         }
     }
@@ -126,6 +129,13 @@ impl LogReader {
     #[must_use]
     pub fn stamps(&self) -> Option<Stamps> {
         self.candump.clock.stamps
+    }
+
+    /// Whether lines that were looked at have times that are taken for times from the first frame, because none of them is smaller
+    /// than the one before: a few differences may look the same.
+    #[must_use]
+    pub fn assumes_zero(&self) -> bool {
+        self.candump.clock.assumes_zero
     }
 
     /// The format, once a line has told it.
@@ -140,7 +150,6 @@ impl LogReader {
     /// [`LineError`] when the line does not belong to the format; unless it [ends the log](LineError::ends_log), the next line
     /// can be read as if nothing had been.
     pub fn line<'a>(&mut self, line: &'a str) -> Result<Option<Entry<'a>>, LineError> {
-        const BYTE_ORDER_MARK: char = '\u{feff}';
         let line = if core::mem::replace(&mut self.is_begun, true) {
             line
         } else {

@@ -47,12 +47,18 @@ impl PythonCsv {
         let len = field(5, "a data length")?;
         let data = field(6, "data in base64")?;
         let id = hex_id(id.strip_prefix("0x").unwrap_or(id))?;
+        let bytes = STANDARD
+            .decode(data)
+            .map_err(|_| LineError::field("data in base64", data))?;
         let event = if error {
             Event::ErrorFrame
         } else if remote {
+            if !bytes.is_empty() {
+                return Err(LineError::field("no data of a remote frame", data));
+            }
             Event::Frame(remote_frame(id, extended, length(len)?)?)
         } else {
-            data_event(id, extended, len, data)?
+            data_event(id, extended, len, &bytes)?
         };
         Ok(Some(Entry {
             at_ns: Some(at_ns),
@@ -62,10 +68,7 @@ impl PythonCsv {
     }
 }
 
-fn data_event(id: u32, extended: bool, len: &str, data: &str) -> Result<Event, LineError> {
-    let bytes = STANDARD
-        .decode(data)
-        .map_err(|_| LineError::field("data in base64", data))?;
+fn data_event(id: u32, extended: bool, len: &str, bytes: &[u8]) -> Result<Event, LineError> {
     let expected: usize = len
         .parse()
         .map_err(|_| LineError::field("a data length", len))?;
@@ -79,7 +82,7 @@ fn data_event(id: u32, extended: bool, len: &str, data: &str) -> Result<Event, L
     if expected > MAX_DATA_BYTES {
         return Ok(Event::FdFrame);
     }
-    data_frame(id, extended, &bytes).map(Event::Frame)
+    data_frame(id, extended, bytes).map(Event::Frame)
 }
 
 fn flag(text: &str) -> Result<bool, LineError> {

@@ -27,6 +27,8 @@ pub enum Stamps {
 pub(super) struct Clock {
     /// How short times are read, when it is known.
     pub(super) stamps: Option<Stamps>,
+    /// Lines that were looked at have short times, and none of them goes back.
+    pub(super) assumes_zero: bool,
     /// Whether lines have a time, once one of them has told it.
     has_times: Option<bool>,
     /// Sum of the differences.
@@ -50,8 +52,10 @@ impl Clock {
             // Several interfaces may be out of order by a little; differences fall far below the largest of them.
             if time_ns < latest_ns && time_ns < most_ns / 2 {
                 self.stamps = Some(Stamps::Delta);
+                self.assumes_zero = false;
                 return;
             }
+            self.assumes_zero = true;
             latest_ns = time_ns;
             most_ns = most_ns.max(time_ns);
         }

@@ -11,7 +11,7 @@
 //! A 29-bit identifier has more than four digits. Facts: PEAK CAN TRC File Format (2023-08-22).
 
 use super::error::LineError;
-use super::fields::{TIME, Words, classic_length, data_frame, hex_id, remote_frame, time_ns};
+use super::fields::{TIME, Words, bus, classic_length, data_frame, hex_id, remote_frame, time_ns};
 use super::{Entry, Event};
 
 const NS_PER_MS: u64 = 1_000_000;
@@ -152,7 +152,7 @@ impl Trc {
         match column {
             Column::Number => self.number(words.next("a number")?)?,
             Column::Time => parts.at_ns = Some(time_ns(words.next(TIME)?, NS_PER_MS)?),
-            Column::Bus => parts.bus = Some(words.next("a bus")?),
+            Column::Bus => parts.bus = Some(bus(words.next("a bus")?)?),
             Column::Type => {
                 let kind = words.next("a type of message")?;
                 parts.kind = Some(kind);
@@ -163,7 +163,7 @@ impl Trc {
                     .skip_while(|c| **c != Column::Type)
                     .nth(1);
                 if event.is_some() && has_bus == Some(&Column::Bus) {
-                    parts.bus = Some(words.next("a bus")?);
+                    parts.bus = Some(bus(words.next("a bus")?)?);
                 }
                 return Ok(event);
             }

@@ -232,9 +232,15 @@ impl Source for LogFile {
     }
 
     fn note(&self) -> Option<&'static str> {
-        (self.reader.stamps() == Some(Stamps::Delta)).then_some(
-            "the times are differences from frame to frame, as candump -t d writes them, and are added up; if they are not, give --stamps zero",
-        )
+        match self.reader.stamps() {
+            Some(Stamps::Delta) => Some(
+                "the times are differences from frame to frame, as candump -t d writes them, and are added up; if they are not, give --stamps zero",
+            ),
+            None if self.reader.assumes_zero() => Some(
+                "the times count from the first frame, as candump -t z writes them; if they are differences, give --stamps delta",
+            ),
+            _ => None,
+        }
     }
 
     fn next(&mut self) -> Result<Option<Heard<'_>>, DecodeError> {
