@@ -576,3 +576,33 @@ fn a_reader_that_has_seen_enough_ends_decode_quietly() {
     let output = child.wait_with_output().expect("an end");
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), ""));
 }
+
+#[test]
+fn the_table_of_formats_names_tests_that_exist() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("the README");
+    let table = readme
+        .lines()
+        .skip_while(|line| !line.starts_with("| File | Written by |"));
+    let rows: Vec<&str> = table
+        .skip(2)
+        .take_while(|line| line.starts_with('|'))
+        .collect();
+    assert!(rows.len() >= 10, "{rows:?}");
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        assert!(!cells[2].is_empty(), "no program writes {row}");
+        let names: Vec<&str> = cells[3].split('`').skip(1).step_by(2).collect();
+        let [file, tests @ ..] = &names[..] else {
+            panic!("no test reads {row}");
+        };
+        let code = std::fs::read_to_string(root.join(file)).expect("a file of tests");
+        assert!(!tests.is_empty(), "{row}");
+        for test in tests {
+            assert!(
+                code.contains(&format!("#[test]\nfn {test}()")),
+                "no test {test} in {file}"
+            );
+        }
+    }
+}

@@ -56,7 +56,7 @@ impl fmt::Display for DecodeError {
                 match format {
                     Some(format) => write!(
                         f,
-                        "; no line before the first damaged ones has a frame, so this is no log of {format}"
+                        "; no frame comes before it, so this is no log of {format}"
                     ),
                     None => Ok(()),
                 }

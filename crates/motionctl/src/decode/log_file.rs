@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, IsTerminal, Read};
 use std::path::Path;
 
-use can_decode::log::{LogReader, Stamps};
+use can_decode::log::{LineError, LogReader, Stamps};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::binary;
@@ -177,9 +177,7 @@ impl LogFile {
                     return Ok(true);
                 }
                 Ok(false) => self.reader = trial,
-                Err(Damage::Line(error)) if error.ends_log() => {
-                    return Err(self.no_log(self.line, Damage::Line(error)));
-                }
+                Err(Damage::Line(error)) if error.ends_log() => return Err(self.ended(error)),
                 Err(damage) => {
                     self.reader = trial;
                     self.pending.push_back((self.line, damage));
@@ -190,17 +188,23 @@ impl LogFile {
             }
         }
         match self.pending.pop_front() {
-            Some((line, damage)) => Err(self.no_log(line, damage)),
+            Some((line, damage)) => Err(DecodeError::NoLog {
+                path: self.name.clone(),
+                line,
+                format: self.reader.format(),
+                damage,
+            }),
             None => Ok(false),
         }
     }
 
-    fn no_log(&self, line: u64, damage: Damage) -> DecodeError {
+    /// A header that nobody can read, in the line at hand.
+    fn ended(&self, error: LineError) -> DecodeError {
         DecodeError::NoLog {
             path: self.name.clone(),
-            line,
-            format: self.reader.format(),
-            damage,
+            line: self.line,
+            format: None,
+            damage: Damage::Line(error),
         }
     }
 }
@@ -255,6 +259,7 @@ impl Source for LogFile {
             Step::Line => self.reader.line(line_of(&self.bytes, &self.text)),
         };
         match what {
+            // As `ended`, which cannot be called while a line is lent out.
             Err(error) if error.ends_log() => Err(DecodeError::NoLog {
                 path: self.name.clone(),
                 line: self.line,
