@@ -147,8 +147,11 @@ impl Log {
 
 const EPOCH_S: u64 = 1_795_860_000;
 
+/// Writes a conversation as a tool does.
+type Writer = fn(&[Heard], Look) -> Log;
+
 /// The writers, each from the description of its format.
-const WRITERS: [(&str, fn(&[Heard], Look) -> Log); 14] = [
+const WRITERS: [(&str, Writer); 14] = [
     ("candump -L", candump_log),
     ("candump -t a, z or A", candump_screen),
     ("candump", candump_plain),
@@ -173,10 +176,12 @@ fn candump_log(frames: &[Heard], look: Look) -> Log {
     let line = |heard: &Heard| {
         let data = match heard.remote {
             Some(0) => "R".to_owned(),
-            Some(8) if look.pick % 2 == 0 => "R8_C".to_owned(),
+            Some(8) if look.pick.is_multiple_of(2) => "R8_C".to_owned(),
             Some(len) => format!("R{len}"),
-            None if heard.data.len() == 8 && look.pick % 3 == 0 => format!("{}_9", heard.bytes("")),
-            None => heard.bytes(if look.pick % 5 == 0 { "." } else { "" }),
+            None if heard.data.len() == 8 && look.pick.is_multiple_of(3) => {
+                format!("{}_9", heard.bytes(""))
+            }
+            None => heard.bytes(if look.pick.is_multiple_of(5) { "." } else { "" }),
         };
         let behind = ["", " R", " T"][look.pick % 3];
         format!(
@@ -196,7 +201,7 @@ fn screen(heard: &Heard, look: Look) -> String {
         ("", "")
     };
     let flags = ["", "  RX - -", "  TX - -"][look.pick % 3];
-    let brackets = if look.pick % 2 == 0 {
+    let brackets = if look.pick.is_multiple_of(2) {
         ['[', ']']
     } else {
         ['{', '}']
@@ -271,12 +276,12 @@ fn candump_delta(frames: &[Heard], look: Look) -> Log {
 }
 
 fn asc(frames: &[Heard], look: Look) -> Log {
-    let (base, radix) = if look.pick % 2 == 0 {
+    let (base, radix) = if look.pick.is_multiple_of(2) {
         ("hex", 16)
     } else {
         ("dec", 10)
     };
-    let relative = look.pick % 3 == 0;
+    let relative = look.pick.is_multiple_of(3);
     let stamps = if relative { "relative" } else { "absolute" };
     let mut before = 0;
     let blanks = look.blanks;
@@ -300,7 +305,7 @@ fn asc(frames: &[Heard], look: Look) -> Log {
             Some(len) => format!("r {len}"),
             None => format!("d {} {}", bytes.len(), bytes.join(" ")),
         };
-        let behind = if look.pick % 5 == 0 {
+        let behind = if look.pick.is_multiple_of(5) {
             "  Length = 244016 BitCount = 125 ID = 41"
         } else {
             ""
@@ -349,7 +354,7 @@ fn asc_fd_channel(frames: &[Heard], look: Look) -> Log {
 /// Comma separated columns in an order of their own.
 fn columns(names: &[&str], rows: Vec<Vec<String>>, look: Look) -> Log {
     let mut order: Vec<usize> = (0..names.len()).collect();
-    if look.pick % 2 == 0 {
+    if look.pick.is_multiple_of(2) {
         order.rotate_left(look.pick / 2 % names.len());
     }
     let ordered = |cells: &[String]| {
@@ -556,8 +561,11 @@ fn trc_2(frames: &[Heard], look: Look) -> Log {
     )
 }
 
+/// Frames with their times.
+type Read = Vec<(Option<u64>, Frame)>;
+
 /// The frames of a log with their times, or the number of the line that cannot be read.
-fn read(text: &str) -> Result<Vec<(Option<u64>, Frame)>, (usize, String)> {
+fn read(text: &str) -> Result<Read, (usize, String)> {
     let mut reader = LogReader::new();
     reader.look_ahead(text.lines());
     let mut frames = Vec::new();
@@ -577,7 +585,7 @@ fn read(text: &str) -> Result<Vec<(Option<u64>, Frame)>, (usize, String)> {
 }
 
 /// Times from the first frame on: every format has its own beginning.
-fn from_first(frames: &[(Option<u64>, Frame)]) -> Vec<(Option<u64>, Frame)> {
+fn from_first(frames: &[(Option<u64>, Frame)]) -> Read {
     let first = frames.first().and_then(|(at_ns, _)| *at_ns).unwrap_or(0);
     frames
         .iter()
@@ -586,7 +594,7 @@ fn from_first(frames: &[(Option<u64>, Frame)]) -> Vec<(Option<u64>, Frame)> {
 }
 
 /// What must be read. Differences that never fall by half look like times from the first frame.
-fn expected(name: &str, frames: &[Heard], log: &Log) -> Vec<(Option<u64>, Frame)> {
+fn expected(name: &str, frames: &[Heard], log: &Log) -> Read {
     let mut times: Vec<u64> = frames
         .iter()
         .map(|heard| heard.at_us - frames[0].at_us)
@@ -660,7 +668,7 @@ proptest! {
         let log = trc_2(&frames, look);
         let text = log.text(look).replace("$COLUMNS=", &format!("$COLUMNS={letter},"));
         prop_assert!(matches!(read(&text), Err((3, message)) if message.contains("expected the columns")));
-        for (write, name) in [(python_csv as fn(&[Heard], Look) -> Log, "arbitration_id"), (gvret, "Extended")] {
+        for (write, name) in [(python_csv as Writer, "arbitration_id"), (gvret, "Extended")] {
             let text = write(&frames, look).text(look).replacen(name, "Unknown", 1);
             prop_assert!(matches!(read(&text), Err((1, message)) if message.contains("expected a log of")));
         }

@@ -9,7 +9,7 @@ const SHOWN: usize = 60;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LineError {
-    /// The log is in no format that is known.
+    /// No line so far belongs to a format that is known.
     NoFormat {
         /// The begin of the line.
         actual: String,
@@ -58,10 +58,7 @@ impl LineError {
     /// Whether nothing behind this line can be read.
     #[must_use]
     pub const fn ends_log(&self) -> bool {
-        matches!(
-            self,
-            Self::NoFormat { .. } | Self::Header { .. } | Self::Differences { .. }
-        )
+        matches!(self, Self::Header { .. } | Self::Differences { .. })
     }
 
     pub(super) fn no_format(line: &str) -> Self {

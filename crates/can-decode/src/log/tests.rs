@@ -490,14 +490,6 @@ fn a_header_that_nobody_can_read_ends_the_log_with_one_error() {
             "base hex  timestamps monotone\n0.1 1 29 Rx d 0\n",
             "expected base hex or dec, timestamps absolute or relative",
         ),
-        (
-            "timestamp,arbitration_id,dlc,data\n1,0x29,0,\n",
-            "expected a log of candump",
-        ),
-        (
-            "Time Stamp,ID,Extended,Bus,LEN\n1,29,false,0,0\n",
-            "expected a log of candump",
-        ),
     ] {
         let errors = read(log);
         assert_eq!(errors.len(), 1, "{errors:?}");
@@ -541,6 +533,24 @@ fn a_damaged_line_is_named_and_the_next_one_is_read() {
             "1008000 can0 03C FF 88",
         ]
     );
+}
+
+#[test]
+fn a_first_line_that_was_cut_does_not_cost_the_log() {
+    let texts = read("(1.0) can0 029#\n");
+    let cut = read(".0) can0 029#\n(1.0) can0 029#\n");
+    assert!(cut[0].starts_with("error: expected a log of"), "{cut:?}");
+    assert_eq!(cut[1..], texts);
+    for header in [
+        "timestamp,arbitration_id,dlc,data\n1,0x29,0,\n",
+        "Time Stamp,ID,Extended,Bus,LEN\n1,29,false,0,0\n",
+    ] {
+        assert!(
+            read(header)
+                .iter()
+                .all(|text| text.starts_with("error: expected a log of"))
+        );
+    }
 }
 
 #[test]

@@ -301,13 +301,12 @@ impl Header<'_> {
 
     /// `a` beside a speed.
     fn may_be_acceleration(&self, index: usize) -> bool {
-        let is_a = self.names[index]
-            .text
-            .to_lowercase()
-            .trim_end_matches(|letter: char| letter.is_ascii_digit())
-            == "a";
+        let text = self.names[index].text.to_lowercase();
+        let mut words = text.split(|letter: char| !letter.is_alphanumeric());
+        let is_a =
+            words.any(|word| word.trim_end_matches(|letter: char| letter.is_ascii_digit()) == "a");
         let is_speed = |name: &Name| match name.quantity {
-            Quantity::Unclear => name.text.to_lowercase().starts_with(['v', 'w']),
+            Quantity::Unclear => name.text.to_lowercase().contains(['v', 'w']),
             quantity => quantity == Quantity::Speed,
         };
         is_a && self.names.iter().any(is_speed)
@@ -360,7 +359,9 @@ impl Header<'_> {
 
     /// A column by its name, or by its number from 1.
     fn numbered(&self, wanted: &str, width: usize) -> Result<usize, TrajectoryError> {
-        if let Some(index) = self.names.iter().position(|name| name.text == wanted) {
+        // The marks of a comment are no part of a name.
+        let name = wanted.trim_start_matches(['%', '#']);
+        if let Some(index) = self.names.iter().position(|column| column.text == name) {
             self.check_name_is_single(index)?;
             return Ok(index);
         }

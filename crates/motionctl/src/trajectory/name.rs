@@ -64,6 +64,10 @@ const TIMES: &[&str] = &[
     "nsecs",
     "seconds",
     "clock",
+    "datetime",
+    "时间",
+    "時間",
+    "时刻",
 ];
 const POSITIONS: &[&str] = &[
     "pos",
@@ -76,6 +80,11 @@ const POSITIONS: &[&str] = &[
     "lage",
     "theta",
     "posn",
+    "posicion",
+    "posición",
+    "posizione",
+    "位置",
+    "角度",
 ];
 const SPEEDS: &[&str] = &[
     "vel",
@@ -96,6 +105,20 @@ const SPEEDS: &[&str] = &[
     "twist",
     "radps",
     "degps",
+    "rate",
+    "rates",
+    "velo",
+    "spd",
+    "feed",
+    "feedrate",
+    "geschw",
+    "vitesse",
+    "velocidad",
+    "velocità",
+    "速度",
+    "mps",
+    "kmh",
+    "kph",
 ];
 const ACCELERATIONS: &[&str] = &[
     "acc",
@@ -108,6 +131,11 @@ const ACCELERATIONS: &[&str] = &[
     "ddot",
     "beschleunigung",
     "jerk",
+    "accélération",
+    "aceleracion",
+    "aceleración",
+    "beschl",
+    "加速度",
 ];
 const FORCES: &[&str] = &[
     "torque",
@@ -120,6 +148,9 @@ const FORCES: &[&str] = &[
     "drehmoment",
     "moment",
     "nm",
+    "pressure",
+    "weight",
+    "mass",
 ];
 const ELECTRICAL: &[&str] = &[
     "current",
@@ -136,7 +167,7 @@ const ELECTRICAL: &[&str] = &[
 ];
 const STATES: &[&str] = &[
     "status", "state", "mode", "alarm", "fault", "flag", "flags", "enable", "enabled", "valid",
-    "name", "names", "id", "label", "comment", "note",
+    "name", "names", "id", "label", "comment", "note", "date", "datum", "gain", "kp",
 ];
 const DEVIATIONS: &[&str] = &[
     "error",
@@ -148,6 +179,10 @@ const DEVIATIONS: &[&str] = &[
     "jitter",
     "delay",
     "latency",
+    "std",
+    "sigma",
+    "variance",
+    "covariance",
 ];
 const COUNTERS: &[&str] = &[
     "index", "idx", "row", "seq", "sequence", "sample", "samples", "step", "steps", "frame",
@@ -170,6 +205,7 @@ const COMMANDED: &[&str] = &[
 ];
 const MEASURED: &[&str] = &[
     "actual", "act", "measured", "meas", "feedback", "fb", "real", "ist", "encoder", "drive",
+    "current", "present",
 ];
 /// Units that are met in names and that no column can be read in.
 const FOREIGN: &[&str] = &[
@@ -205,6 +241,9 @@ const FOREIGN: &[&str] = &[
     "days",
     "percent",
     "pct",
+    "steps",
+    "microsteps",
+    "%",
 ];
 
 impl Name {
@@ -336,7 +375,11 @@ fn last_unit<'a, 'b>(words: &'a [&'b str]) -> (NamedUnit, bool, &'a [&'b str]) {
     if let Some(unit) = position_unit(last) {
         return (NamedUnit::Position(unit), false, front);
     }
-    if !front.is_empty() && FOREIGN.contains(&last) {
+    // A unit with a factor, such as 100ns.
+    let behind_digits = last.trim_start_matches(|letter: char| letter.is_ascii_digit());
+    let has_factor = behind_digits.len() < last.len()
+        && (time_unit(behind_digits).is_some() || position_unit(behind_digits).is_some());
+    if !front.is_empty() && (has_factor || FOREIGN.contains(&last)) {
         return (NamedUnit::Foreign(last.to_owned()), false, front);
     }
     (NamedUnit::Unsaid, false, words)
@@ -360,7 +403,10 @@ fn is_rate(words: &[&str]) -> bool {
     let Some((last, front)) = words.split_last() else {
         return false;
     };
-    if matches!(stem(last), "rpm" | "rps" | "dps" | "degps" | "radps" | "hz") {
+    if matches!(
+        stem(last),
+        "rpm" | "rps" | "dps" | "degps" | "radps" | "mps" | "mmps" | "kmh" | "kph" | "hz"
+    ) {
         return true;
     }
     let is_time = matches!(*last, "s" | "sec" | "s2" | "s²" | "min" | "sec2" | "h");
@@ -379,8 +425,18 @@ fn quantity(text: &str, words: &[&str], unit: &NamedUnit) -> Quantity {
     if has(ACCELERATIONS) {
         return Quantity::Other("an acceleration");
     }
-    if has(SPEEDS) {
+    // `xdot`, `dx/dt`, `x'`
+    let is_derivative = words
+        .iter()
+        .any(|word| stem(word).ends_with("dot") || *word == "dt");
+    if has(SPEEDS) || (is_derivative && words.len() > 1) || text.contains(['\'', '′']) {
         return Quantity::Speed;
+    }
+    if is_derivative {
+        return match words {
+            ["dt"] => Quantity::Other("a time that is not the time column"),
+            _ => Quantity::Speed,
+        };
     }
     if has(FORCES) {
         return Quantity::Other("a force or torque");
@@ -417,15 +473,18 @@ fn quantity(text: &str, words: &[&str], unit: &NamedUnit) -> Quantity {
     Quantity::Unnamed
 }
 
-/// Letters of physics that also name axes: `v`, `w`, `vx`, `wz`; `i`, `n` and `k` count.
+/// Letters of physics that also name axes: `v`, `wz`, `dx`, `ay`, `j1_v`; `n` and `k` alone count.
 fn is_unclear(words: &[&str]) -> bool {
-    let [word] = words else {
-        return false;
+    let is_letter = |word: &&str| {
+        let mut letters = stem(word).chars();
+        match (letters.next(), letters.next(), letters.next()) {
+            (Some('v' | 'w' | 'i'), None, _) => true,
+            (Some('v' | 'w' | 'a' | 'g' | 'f' | 'm'), Some('x' | 'y' | 'z'), None) => true,
+            (Some('d'), Some(letter), None) => letter.is_alphabetic(),
+            _ => false,
+        }
     };
-    matches!(
-        stem(word),
-        "v" | "w" | "vx" | "vy" | "vz" | "wx" | "wy" | "wz" | "i" | "k" | "n"
-    )
+    words.iter().any(is_letter) || matches!(words, [word] if matches!(stem(word), "k" | "n"))
 }
 
 fn origin(words: &[&str]) -> Origin {
@@ -465,6 +524,7 @@ mod tests {
             ("seconds", Time(TimeUnit::S)),
             ("field.header.stamp", Unsaid),
             ("time_min", NamedUnit::Foreign("min".into())),
+            ("time_100ns", NamedUnit::Foreign("100ns".into())),
         ] {
             assert_eq!(parse(text), (Quantity::Time, unit), "{text}");
         }
@@ -514,6 +574,10 @@ mod tests {
             "x_deg_s",
             "a (mm/s)",
             "qDot",
+            "xdot1",
+            "dx/dt",
+            "x'",
+            "left_mps",
         ] {
             assert_eq!(parse(text).0, Quantity::Speed, "{text}");
         }
@@ -533,7 +597,7 @@ mod tests {
         ] {
             assert!(matches!(parse(text).0, Quantity::Other(_)), "{text}");
         }
-        for text in ["v", "v1", "wz", "i"] {
+        for text in ["v", "v1", "wz", "i", "dx", "ay", "j1_v", "v_2", "fz"] {
             assert_eq!(parse(text).0, Quantity::Unclear, "{text}");
         }
     }
