@@ -302,6 +302,14 @@ fn no_size_of_input_takes_more_memory_than_its_points() {
         let (status, errors) = with_memory(KILOBYTES, &words);
         assert_eq!((status, errors.lines().count()), (Some(2), 1), "{errors}");
     }
+    let script = format!("ulimit -v {KILOBYTES}; yes noise | head -c 30000000 | \"$0\" decode -");
+    let mut shell = Command::new("sh");
+    let output = shell
+        .args(["-c", &script, env!("CARGO_BIN_EXE_motionctl")])
+        .output();
+    let output = output.expect("a shell");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert_eq!(text(&output.stderr).lines().count(), 1, "{output:?}");
     // A day of points far apart runs through its check in the memory of two points.
     let day = Scratch::new("day_allowed", "t,a\n0,0\n86400,2800000\n");
     let words = [
