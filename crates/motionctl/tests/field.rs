@@ -142,6 +142,13 @@ fn stamps_of_ros_are_refused_in_seconds_and_run_in_nanoseconds() {
     let (received, json) = moved("ros_ns_unit", text, &["--time-unit", "ns"]);
     assert_eq!(received, [degrees(20.0)]);
     assert_eq!(json["motion"]["duration_s"], 1.0);
+    // rostopic echo -p
+    let topic = "%time,field.header.seq,field.header.frame_id,field.name0,field.position0,field.velocity0\n1700000000000000000,1,base,j1,0,0\n1700000000500000001,2,base,j1,3.14159265358979,0\n";
+    let (received, json) = moved("rostopic", topic, &["--time-unit", "ns", "--unit", "rad"]);
+    assert_eq!(
+        (received, &json["motion"]["duration_s"]),
+        (vec![TURN / 2], &0.500_000_001.into())
+    );
     let seconds = "t,a\n1700000000.000000000,0\n1700000000.000000250,0\n1700000000.5,10\n";
     assert_eq!(
         moved("epoch_s", seconds, &[]).1["motion"]["duration_s"],

@@ -93,6 +93,12 @@ impl Columns {
         {
             return Ok(Unnamed::Two);
         }
+        if width < 2 {
+            return Err(TrajectoryError::TooFewColumns {
+                expected: choice.axes.unwrap_or(1),
+                actual: 0,
+            });
+        }
         let no_names = || TrajectoryError::NoNames {
             line,
             width,
@@ -256,7 +262,7 @@ mod tests {
         assert!(error(&["1-99999999999"], None).contains("there is no column \"99999999999\""));
         assert!(error(&["5-2"], None).contains("\"5-2\" is not a column"));
         assert!(error(&["t"], None).contains("column 1 (t) is the time"));
-        assert!(error(&[], Some(2)).contains("expected 2 axes, the file has 1 columns"));
+        assert!(error(&[], Some(2)).contains("expected 2 axes, the file has 1 column beside time"));
     }
 
     #[test]

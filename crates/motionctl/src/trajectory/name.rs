@@ -170,7 +170,13 @@ fn last_unit<'a, 'b>(words: &'a [&'b str]) -> (NamedUnit, bool, &'a [&'b str]) {
         return (NamedUnit::Position(Unit::Rpm), true, named);
     }
     if is_rate(named) {
-        let unit = named[named.len().saturating_sub(2)..].join("/");
+        // `deg/s`, or one word such as `mps`.
+        let words = if is_rate(&named[named.len() - 1..]) {
+            1
+        } else {
+            2
+        };
+        let unit = named[named.len().saturating_sub(words)..].join("/");
         return (NamedUnit::Foreign(unit), true, named);
     }
     let Some((&last, front)) = named.split_last() else {
@@ -266,18 +272,23 @@ fn quantity(text: &str, words: &[&str], unit: &NamedUnit) -> Quantity {
     if has(STATES) {
         return Quantity::Other("a state or a text");
     }
-    let is_whole_counter = words.first().is_some_and(|word| COUNTERS.contains(word));
-    if is_whole_counter
-        && words[1..]
-            .iter()
-            .all(|word| stem(word) == *word && word.parse::<u64>().is_ok())
-    {
+    if is_counter(words) {
         return Quantity::Other("a counter");
     }
     if is_unclear(words) {
         return Quantity::Unclear;
     }
     Quantity::Unnamed
+}
+
+/// `row`, `sample 3`, `header.seq`: a word for a counter alone, with a number, or at the end of a name when it means nothing else.
+fn is_counter(words: &[&str]) -> bool {
+    let is_number = |word: &&str| word.bytes().all(|byte| byte.is_ascii_digit());
+    match words {
+        [.., "seq" | "index" | "idx"] => true,
+        [first, rest @ ..] => COUNTERS.contains(first) && rest.iter().all(is_number),
+        [] => false,
+    }
 }
 
 /// Letters of physics that also name axes: `v`, `wz`, `dx`, `ay`, `j1_v`; `n` and `k` alone count.
@@ -401,6 +412,7 @@ mod tests {
             "sample 3",
             "name",
             "status_age_us",
+            "header.seq",
         ] {
             assert!(matches!(parse(text).0, Quantity::Other(_)), "{text}");
         }

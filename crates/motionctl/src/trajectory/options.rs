@@ -38,7 +38,7 @@ pub(crate) struct MotionOptions {
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     columns: Vec<String>,
     /// Number of axes, taken from the left.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = axis_count)]
     axes: Option<usize>,
     /// Time column: a name or a number from 1. Default: the one that is named t, time, stamp ...
     #[arg(long, value_name = "COLUMN")]
@@ -305,6 +305,13 @@ fn factor_or_dash(text: &str) -> Result<Option<f64>, String> {
     match text {
         "-" => Ok(None),
         text => scale_factor(text).map(Some),
+    }
+}
+
+fn axis_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err("expected a number of axes from 1".to_owned()),
     }
 }
 

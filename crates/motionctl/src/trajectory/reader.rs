@@ -71,15 +71,21 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn take(&mut self, line: u64, text: &str) -> Result<(), TrajectoryError> {
-        if matches!(self.layout, Layout::Unknown) {
-            self.separator = Separator::of(text, self.reading.decimal_comma);
+        if !matches!(self.layout, Layout::Unknown) {
             let fields = self.separator.split(text);
-            self.first_line = line;
-            self.width = fields.len();
-            if self.is_header(line, &fields)? {
-                self.names = fields.iter().map(|field| Name::parse(field)).collect();
-                return self.choose_named(line);
-            }
+            return self.numbers(line, &fields);
+        }
+        self.separator = Separator::of(text, self.reading.decimal_comma);
+        let fields = self.separator.split(text);
+        self.first_line = line;
+        self.width = fields.len();
+        if let Some(names) = self.names_of_comment(&fields) {
+            self.names = names;
+            self.choose_named(line)?;
+        } else if self.is_header(line, &fields)? {
+            self.names = fields.iter().map(|field| Name::parse(field)).collect();
+            return self.choose_named(line);
+        } else {
             if self.reading.choice.positions.is_empty() {
                 // Before anything else: an empty field may be why the columns are not clear.
                 for (index, field) in fields.iter().enumerate() {
@@ -87,10 +93,20 @@ impl<'a> Reader<'a> {
                 }
             }
             self.choose_unnamed(line)?;
-            return self.numbers(line, &fields);
         }
-        let fields = self.separator.split(text);
         self.numbers(line, &fields)
+    }
+
+    /// The last comment names the columns when it has as many of them as a line with numbers, and time among them.
+    fn names_of_comment(&self, fields: &[String]) -> Option<Vec<Name>> {
+        let comment = self.comment.as_ref()?.trim_start_matches(['#', '%']);
+        let words = self.separator.split(comment);
+        let names: Vec<Name> = words.iter().map(|word| Name::parse(word)).collect();
+        let has_number = fields
+            .iter()
+            .any(|field| Cell::of(field, self.reading.decimal_comma).is_numeric());
+        let has_time = names.iter().any(|name| name.quantity == Quantity::Time);
+        (names.len() == fields.len() && has_number && has_time).then_some(names)
     }
 
     /// Whether the first line is one of names; a line of both is refused.
@@ -130,24 +146,14 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A comment may be the header; else the options say which columns are which.
+    /// The options say which columns are which.
     fn choose_unnamed(&mut self, line: u64) -> Result<(), TrajectoryError> {
-        if let Some(comment) = &self.comment {
-            let words = self.separator.split(comment.trim_start_matches(['#', '%']));
-            let names: Vec<Name> = words.iter().map(|word| Name::parse(word)).collect();
-            let is_time = |name: &Name| name.quantity == Quantity::Time;
-            if names.len() == self.width && names.iter().any(is_time) {
-                self.names = names;
-                return self.choose_named(line);
-            }
-        }
-        match Columns::unnamed(&self.reading.choice, line, self.width) {
-            Ok(Unnamed::Known(columns)) => self.set_layout(columns),
-            Ok(Unnamed::Two) => {
+        match Columns::unnamed(&self.reading.choice, line, self.width)? {
+            Unnamed::Known(columns) => self.set_layout(columns),
+            Unnamed::Two => {
                 self.layout = Layout::Either(Vec::new());
                 Ok(())
             }
-            Err(error) => Err(error),
         }
     }
 

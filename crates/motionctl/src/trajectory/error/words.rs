@@ -110,7 +110,9 @@ impl TrajectoryError {
             ),
             Self::TooFewColumns { expected, actual } => write!(
                 f,
-                "expected {expected} axes, the file has {actual} columns beside time"
+                "expected {expected} {}, the file has {actual} {} beside time",
+                plural(*expected, "axis", "axes"),
+                plural(*actual, "column", "columns")
             ),
             Self::NoTime { line, names } => write!(
                 f,
@@ -262,6 +264,10 @@ impl TrajectoryError {
             _ => Ok(()),
         }
     }
+}
+
+fn plural(count: usize, one: &'static str, many: &'static str) -> &'static str {
+    if count == 1 { one } else { many }
 }
 
 /// A time that may be very long, in the unit that people read.
