@@ -6,14 +6,17 @@
 
 use super::error::LineError;
 use super::fields::{
-    TIME, Words, classic_length, data_frame, length, radix_id, remote_frame, time_ns,
+    HIGHEST_CODE, TIME, Words, classic_length, data_frame, length, radix_id, remote_frame, time_ns,
 };
 use super::{Entry, Event};
+use crate::frame::MAX_DATA_BYTES;
 
 const NS_PER_S: u64 = 1_000_000_000;
 /// Flags of a frame on a CAN FD channel: a remote frame, and the CAN FD format.
 const REMOTE_FLAG: u32 = 0x10;
 const FD_FORMAT_FLAG: u32 = 0x1000;
+/// Most bytes of a CAN FD frame.
+const MOST_FD_BYTES: usize = 64;
 
 /// What the header and the lines so far tell.
 #[derive(Debug, Clone, Default)]
@@ -135,7 +138,11 @@ impl Asc {
         words.next("Rx or Tx")?;
         let frame = match words.next("d or r")? {
             "d" | "D" => {
-                let len = classic_length(words.next("a data length")?, self.radix())?;
+                let code = words.next("a data length")?;
+                if self.is_fd_length(code) {
+                    return Ok(Some(Event::FdFrame));
+                }
+                let len = classic_length(code, self.radix())?;
                 data_frame(id, extended, words.data(len, self.radix())?.as_slice())?
             }
             "r" | "R" => {
@@ -146,6 +153,12 @@ impl Asc {
             other => return Err(LineError::field("d or r", other)),
         };
         Ok(Some(Event::Frame(frame)))
+    }
+
+    /// Early versions of python-can write CAN FD frames as classic ones.
+    fn is_fd_length(&self, code: &str) -> bool {
+        usize::from_str_radix(code, self.radix())
+            .is_ok_and(|len| (HIGHEST_CODE + 1..=MOST_FD_BYTES).contains(&len))
     }
 
     /// `Rx 29 [name] 0 0 1 1 00 0 0 1000 ...`: direction, identifier, bit rate switch, error state, length code, length, data,
@@ -174,7 +187,6 @@ impl Asc {
         }
         let code = words.next("a length code")?;
         let len: usize = number(words.next("a data length")?)?;
-        const MOST_FD_BYTES: usize = 64;
         if len > MOST_FD_BYTES {
             return Err(LineError::field("a data length 0..=64", &len.to_string()));
         }
@@ -186,7 +198,9 @@ impl Asc {
         behind.next("the bits of the message")?;
         let flags = behind.next("the flags of the message")?;
         let flags = u32::from_str_radix(flags, 16).map_err(|_| LineError::field("flags", flags))?;
-        if flags & FD_FORMAT_FLAG != 0 {
+        // The flags are missing in the logs of some tools.
+        let is_fd = len > MAX_DATA_BYTES || switch == "1" || state == "1";
+        if is_fd || flags & FD_FORMAT_FLAG != 0 {
             return Ok(Some(Event::FdFrame));
         }
         let frame = if flags & REMOTE_FLAG != 0 {

@@ -172,9 +172,11 @@ pub(super) fn length(text: &str) -> Result<usize, LineError> {
     }
 }
 
+/// The highest length code.
+pub(super) const HIGHEST_CODE: usize = 15;
+
 /// The data bytes of a classic length code: codes above 8 stand for 8 bytes.
 pub(super) fn classic_length(code: &str, radix: u32) -> Result<usize, LineError> {
-    const HIGHEST_CODE: usize = 15;
     match usize::from_str_radix(code, radix) {
         Ok(code) if code <= HIGHEST_CODE => Ok(code.min(MAX_DATA_BYTES)),
         _ => Err(LineError::field("a data length code 0..=15", code)),

@@ -162,6 +162,12 @@ End TriggerBlock
             "10000 ControllerState",
         ]
     );
+    let long = format!(
+        "base hex timestamps absolute\n0.1 CANFD 4 Rx 4EE 0 0 f 64 {}0 0 0\n0.2 1 123x Rx d 40 {}\n",
+        "00 ".repeat(64),
+        "00 ".repeat(64)
+    );
+    assert_eq!(read(&long), ["100000 FdFrame", "200000 FdFrame"]);
     let damaged = "base hex timestamps absolute\n0.1 1 29\n0.1 1 29 Rz d 0\n0.1 1 Engine Rx d 0\n0.1 CANFD 1 Rx 29 0 0 1 1 00\nnoise\n";
     let errors = read(damaged);
     assert_eq!(errors.len(), 5, "{errors:?}");
