@@ -1,26 +1,12 @@
 //! `motionctl decode` as a user runs it: words, JSON, damaged logs, exit status.
 
+mod tool;
+
 use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// A file of its own for each test, removed afterwards.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str, bytes: &[u8]) -> Self {
-        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
-        std::fs::write(&path, bytes).expect("a temporary file");
-        Self(path)
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // Nothing depends on it: the folder is temporary.
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
+use tool::{Scratch, text};
 
 fn motionctl(words: &[&str], file: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
@@ -29,10 +15,6 @@ fn motionctl(words: &[&str], file: &Path) -> Output {
         .arg(file)
         .output()
         .expect("motionctl runs")
-}
-
-fn text(bytes: &[u8]) -> &str {
-    core::str::from_utf8(bytes).expect("plain text")
 }
 
 /// The log of a simulated run of two axes.

@@ -1,29 +1,11 @@
 //! `motionctl sim` as a user runs it: exit status, messages, files.
 
+mod tool;
+
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// A file of its own for each test, removed afterwards.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str, text: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
-        std::fs::write(&path, text).expect("a temporary file");
-        Self(path)
-    }
-
-    fn as_str(&self) -> &str {
-        self.0.to_str().expect("a path of plain text")
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // Nothing depends on it: the folder is temporary.
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
+use tool::Scratch;
 
 fn sim(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
