@@ -154,15 +154,8 @@ impl TrajectoryError {
                 if let Some(rising) = rising {
                     write!(f, " ({} of them increase from line to line)", rising.len())?;
                 }
-                write!(
-                    f,
-                    "; write a header line such as {}, or say it: --time-column 1 --columns 2{}",
-                    if *width > 2 { "time,a,b" } else { "time,a" },
-                    if *width > 2 {
-                        format!("-{width}")
-                    } else {
-                        String::new()
-                    }
+                f.write_str(
+                    "; write a header line of names, or give --time-column N and --columns N,M or N-M, with numbers from 1",
                 )
             }
             other => other.fmt_units(f),

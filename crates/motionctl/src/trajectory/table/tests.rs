@@ -129,7 +129,10 @@ fn without_names_only_one_reading_runs() {
     ] {
         let error = read(text).unwrap_err();
         assert!(error.contains("columns without names"), "{text:?}: {error}");
-        assert!(error.contains("--time-column 1 --columns 2"), "{error}");
+        assert!(
+            error.contains("--time-column N and --columns N,M"),
+            "{error}"
+        );
     }
     assert_eq!(points(&choose("0 0\n1 1\n", "1", &[]).unwrap()).len(), 2);
 }
