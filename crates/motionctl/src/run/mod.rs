@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
         .map_err(RunError::Motion)?;
     let report = motion.report(&plan, &drives, max_step);
     if !arguments.json {
-        eprintln!("{report}");
+        report.show();
     }
     let mut link = arguments.link.open().map_err(RunError::Open)?;
     let station = station(arguments, &mut link, &drives, &plan)?;

@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     }
     let motion = motion.report(&plan, &setup.drives, setup.max_step);
     if !arguments.json {
-        eprintln!("{motion}");
+        motion.show();
     }
     let (summary, recording) = simulate(arguments, setup, candump, &plan)?;
     if let Some(recording) = recording {

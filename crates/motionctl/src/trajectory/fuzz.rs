@@ -97,6 +97,7 @@ fn input(random: &mut SplitMix64) -> (Vec<u8>, Reading) {
         time_unit: maybe(random).then(|| TimeUnit::ALL[pick(random, 4)]),
         decimal_comma: maybe(random),
         most_duration_s: 100.0,
+        most_numbers: 10_000,
     };
     (bytes, reading)
 }

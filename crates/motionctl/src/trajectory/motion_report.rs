@@ -1,6 +1,7 @@
 //! What a motion is about to do, before anything moves: which columns, how far, how fast, and what of it is near a limit.
 
 use core::fmt;
+use std::io::Write;
 
 use comfy_table::Table as TextTable;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
@@ -101,6 +102,13 @@ impl MotionReport {
                 })
                 .collect(),
         }
+    }
+}
+
+impl MotionReport {
+    /// Shows the motion where progress is shown; a terminal that is gone is no reason to stop.
+    pub(crate) fn show(&self) {
+        let _ = writeln!(std::io::stderr(), "{self}");
     }
 }
 

@@ -26,6 +26,9 @@ const WHEEL_EXAMPLE_NAME: &str = "examples/differential-drive.csv";
 /// Command counts of one motor turn with the gear number that the drives come with.
 const FACTORY_COUNTS_PER_TURN: f64 = 16_384.0;
 
+/// Most times and positions of a motion: an hour of three axes at 1 kHz, 134 MB.
+const MOST_NUMBERS: usize = 1 << 24;
+
 /// What to move.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MotionOptions {
@@ -159,6 +162,7 @@ impl MotionOptions {
             time_unit: self.time_unit,
             decimal_comma: self.decimal_comma,
             most_duration_s: self.max_duration,
+            most_numbers: MOST_NUMBERS,
         };
         let table = match &self.trajectory {
             Some(path) => {

@@ -167,6 +167,7 @@ mod tests {
             time_unit: None,
             decimal_comma: false,
             most_duration_s: 3_600.0,
+            most_numbers: 10_000,
         };
         let table = Table::read(format!("t a\n{text}").as_bytes(), &reading)?;
         let limit = StepLimit::new(limit).unwrap();

@@ -9,9 +9,6 @@ use super::resolve;
 use super::table::{Reading, Table};
 use super::unit::TimeUnit;
 
-/// Most numbers of a motion, times included: an hour of four axes at 1 kHz, 134 MB.
-const MOST_NUMBERS: usize = 1 << 24;
-
 /// A line of two numbers of which either may be time.
 struct EitherRow {
     line: u64,
@@ -177,8 +174,8 @@ impl<'a> Reader<'a> {
                 lacks: (fields.len() < self.width).then(|| self.label(fields.len())),
             });
         }
-        if self.points * (self.axes() + 1) >= MOST_NUMBERS {
-            let most = MOST_NUMBERS;
+        if self.points * (self.axes() + 1) >= self.reading.most_numbers {
+            let most = self.reading.most_numbers;
             return Err(TrajectoryError::TooLarge { line, most });
         }
         match &self.layout {

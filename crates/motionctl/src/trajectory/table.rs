@@ -19,6 +19,8 @@ pub(crate) struct Reading {
     pub(crate) decimal_comma: bool,
     /// A longer motion is not meant.
     pub(crate) most_duration_s: f64,
+    /// More times and positions are no motion.
+    pub(crate) most_numbers: usize,
 }
 
 /// What was read.

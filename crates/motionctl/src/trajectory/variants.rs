@@ -269,6 +269,7 @@ impl Written {
             time_unit: None,
             decimal_comma: self.style.decimal_comma,
             most_duration_s: 3_600.0,
+            most_numbers: 10_000,
         }
     }
 

@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .transpose()?;
     let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
     if !arguments.json {
-        eprintln!("{motion}");
+        motion.show();
     }
     let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
     if arguments.json {

@@ -8,6 +8,7 @@ fn reading() -> Reading {
         time_unit: None,
         decimal_comma: false,
         most_duration_s: 3_600.0,
+        most_numbers: 10_000,
     }
 }
 
@@ -169,4 +170,27 @@ fn decimal_commas_are_read_when_they_are_asked_for() {
     assert_eq!(points(&table), [(0.0, vec![1.5]), (0.5, vec![2.0])]);
     let error = Table::read(&b"t;a\n0;1.5\n"[..], &comma).unwrap_err();
     assert!(error.to_string().contains("got \"1.5\""), "{error}");
+}
+
+#[test]
+fn more_numbers_than_a_motion_has_are_refused_in_their_line() {
+    let few = Reading {
+        most_numbers: 6,
+        ..reading()
+    };
+    let text = "t,a\n0,0\n1,1\n2,2\n3,3\n";
+    let error = Table::read(text.as_bytes(), &few).unwrap_err().to_string();
+    assert!(
+        error.starts_with("line 5: expected at most 6 times and positions"),
+        "{error}"
+    );
+    // Also when nothing of it is kept because it lasts too long.
+    let short = Reading {
+        most_duration_s: 0.5,
+        ..few
+    };
+    let error = Table::read(text.as_bytes(), &short)
+        .unwrap_err()
+        .to_string();
+    assert!(error.starts_with("line 5: expected at most 6"), "{error}");
 }
