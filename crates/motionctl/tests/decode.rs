@@ -191,7 +191,7 @@ fn what_comes_through_a_pipe_is_shown_before_the_pipe_ends() {
 #[test]
 fn what_is_no_log_is_refused() {
     let few = Scratch::new("few.txt", b"time_s,a,b\n0,0,0\n");
-    let binary = Scratch::new("binary.blf", &[0xA5; 200_000]);
+    let binary = Scratch::new("binary.blf", [0xA5; 200_000]);
     for file in [&few, &binary] {
         let output = motionctl(&["decode"], &file.0);
         assert_eq!(output.status.code(), Some(2), "{output:?}");
