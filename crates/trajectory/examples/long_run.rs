@@ -36,11 +36,18 @@ fn main() -> ExitCode {
 }
 
 fn options() -> Result<Options, String> {
-    let mut options = Options { count: 1_000_000, seed: 0, optimum_every: 1_000, show: 3 };
+    let mut options = Options {
+        count: 1_000_000,
+        seed: 0,
+        optimum_every: 1_000,
+        show: 3,
+    };
     let mut arguments = std::env::args().skip(1);
     while let Some(name) = arguments.next() {
         let value = arguments.next().ok_or(format!("{name} needs a number"))?;
-        let number: u64 = value.parse().map_err(|_| format!("{name} needs a number, got {value}"))?;
+        let number: u64 = value
+            .parse()
+            .map_err(|_| format!("{name} needs a number, got {value}"))?;
         match name.as_str() {
             "--count" => options.count = number,
             "--seed" => options.seed = number,
@@ -66,7 +73,12 @@ fn run(options: &Options) -> ExitCode {
                 .push(format!("seed {seed}: {reason}"));
         }
         if (place + 1) % (options.count / 20).max(100_000) == 0 {
-            eprintln!("{} of {} moves, {:.0} s", place + 1, options.count, begin.elapsed().as_secs_f64());
+            eprintln!(
+                "{} of {} moves, {:.0} s",
+                place + 1,
+                options.count,
+                begin.elapsed().as_secs_f64()
+            );
         }
     }
     println!("{} moves, {figures}", options.count);
@@ -76,7 +88,11 @@ fn run(options: &Options) -> ExitCode {
             println!("    {reason}");
         }
     }
-    if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if failures.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }
 
 #[derive(Default)]

@@ -204,8 +204,11 @@ impl Builder {
         start = 0;
         for segment in self.used().iter_mut() {
             let duration = segment.end - start;
-            let way = fixed::counts(segment.way(duration, duration)).abs();
-            segment.correction = share * way / fixed::cycles(duration);
+            // A cruise may have become nothing.
+            if duration > 0 {
+                let way = fixed::counts(segment.way(duration, duration)).abs();
+                segment.correction = share * way / fixed::cycles(duration);
+            }
             start = segment.end;
         }
         self.recompute(0);

@@ -179,16 +179,9 @@ impl Motion {
     /// Way of the fastest change to a constant velocity.
     fn way_to(self, velocity: f32, bounds: &Bounds) -> f32 {
         let sign = self.sign_to(velocity, bounds);
-        sign * self.times(sign).rise_way(sign * velocity, bounds)
-    }
-
-    /// The same where the first jerk is positive. The change is a part of one that starts without acceleration, earlier or later by
-    /// `acceleration / jerk`: that one is symmetric, and its mean velocity is the mean of its ends.
-    fn rise_way(self, velocity: f32, bounds: &Bounds) -> f32 {
-        let (a, j) = (self.acceleration, bounds.jerk);
-        let base = self.velocity - self.release(bounds);
-        let to_base = (a * a / (3.0 * j) - self.velocity) * (a / j);
-        to_base + 0.5 * (base + velocity) * bounds.change_cycles(velocity - base)
+        let base = Base::of(self.times(sign), bounds);
+        let velocity = sign * velocity;
+        sign * base.way_to(velocity, velocity - base.velocity, bounds)
     }
 
     /// The fastest change to a constant velocity.
@@ -199,23 +192,25 @@ impl Motion {
         builder: &mut Builder,
     ) -> Result<(), PlanError> {
         let sign = self.sign_to(velocity, bounds);
-        self.times(sign)
-            .rise_to(sign * velocity, sign, bounds, builder)
+        let (motion, velocity) = (self.times(sign), sign * velocity);
+        let gain = velocity - Base::of(motion, bounds).velocity;
+        motion.rise_to(velocity, gain, sign, bounds, builder)
     }
 
-    /// The same where the first jerk is positive in the direction `sign`.
+    /// The same where the first jerk is positive in the direction `sign`; `gain` is the velocity that is gained from [`Base`] on.
     fn rise_to(
         self,
         velocity: f32,
+        gain: f32,
         sign: f32,
         bounds: &Bounds,
         builder: &mut Builder,
     ) -> Result<(), PlanError> {
         let j = bounds.jerk;
-        let gain = velocity - self.velocity + self.release(bounds);
         let peak = bounds.peak_acceleration(gain).max(self.acceleration);
         let raised = Self {
-            velocity: self.velocity + 0.5 * (peak * peak - self.acceleration * self.acceleration) / j,
+            velocity: self.velocity
+                + 0.5 * (peak - self.acceleration) * (peak + self.acceleration) / j,
             acceleration: peak,
         };
         let lowered = Self {
@@ -289,7 +284,12 @@ impl Motion {
 
     /// The beginning of a change to the limit backward, until the velocity ahead is inside.
     fn brake(self, sign: f32, bounds: &Bounds, builder: &mut Builder) -> Result<Self, PlanError> {
-        let (v, a, j, most) = (self.velocity, self.acceleration, bounds.jerk, bounds.velocity);
+        let (v, a, j, most) = (
+            self.velocity,
+            self.acceleration,
+            bounds.jerk,
+            bounds.velocity,
+        );
         let gain = v + most + self.release(bounds);
         let peak = bounds.peak_acceleration(gain).max(-a);
         let last = libm::sqrtf((a * a + 2.0 * j * (v - most)).max(0.0));
@@ -321,29 +321,34 @@ impl Motion {
         bounds: &Bounds,
         builder: &mut Builder,
     ) -> Result<(), PlanError> {
+        let base = Base::of(self, bounds);
         let released = self.released(bounds);
         let brakes = self.acceleration < 0.0 && released > 0.0;
-        if brakes && distance < self.way_over(released, bounds) {
+        if brakes && distance < base.way_over(released, 0.0, bounds) {
             return self.brake_later(distance, sign, bounds, builder);
         }
-        let lowest = released.max(0.0);
-        let highest = bounds.velocity.max(lowest);
-        let rest = distance - self.way_over(highest, bounds);
+        let lowest = released.clamp(0.0, bounds.velocity);
+        // Exact where a small gain needs it: zero for a start that brakes or does not accelerate.
+        let least_gain = if released >= 0.0 {
+            self.release(bounds) + self.release(bounds).copysign(self.acceleration)
+        } else {
+            -base.velocity
+        };
+        let way_over = |more: f32| base.way_over(lowest + more, least_gain + more, bounds);
+        let most = bounds.velocity - lowest;
+        let rest = distance - way_over(most);
+        // The gain is searched, not the velocity: near a start that is fast already it has the more digits.
+        let more = if rest >= 0.0 {
+            most
+        } else {
+            last_not_beyond(0.0, most, |more| way_over(more) <= distance)
+        };
+        let peak = lowest + more;
+        self.rise_to(peak, least_gain + more, sign, bounds, builder)?;
         if rest >= 0.0 {
-            self.rise_to(highest, sign, bounds, builder)?;
-            builder.push_cruise(rest / highest, sign * highest)?;
-            return Self::steady(sign * highest).change_to(0.0, bounds, builder);
+            builder.push_cruise(rest / peak, sign * peak)?;
         }
-        let peak = last_not_beyond(lowest, highest, |peak| {
-            self.way_over(peak, bounds) <= distance
-        });
-        self.rise_to(peak, sign, bounds, builder)?;
         Self::steady(sign * peak).change_to(0.0, bounds, builder)
-    }
-
-    /// Way of a change to a highest velocity and one to rest.
-    fn way_over(self, peak: f32, bounds: &Bounds) -> f32 {
-        self.rise_way(peak, bounds) + 0.5 * peak * bounds.change_cycles(peak)
     }
 
     /// A start that brakes and is too near for more velocity: brakes less for a while, then to rest.
@@ -376,5 +381,33 @@ impl Motion {
             acceleration: a + less,
         };
         (way, motion)
+    }
+}
+
+/// Where a rise would have started, or will start, without acceleration. From there on it is symmetric: the mean velocity is the mean
+/// of its ends.
+struct Base {
+    velocity: f32,
+    /// Way to there, `-acceleration / jerk` cycles away.
+    way: f32,
+}
+
+impl Base {
+    fn of(motion: Motion, bounds: &Bounds) -> Self {
+        let (v, a, j) = (motion.velocity, motion.acceleration, bounds.jerk);
+        Self {
+            velocity: v - motion.release(bounds),
+            way: (a * a / (3.0 * j) - v) * (a / j),
+        }
+    }
+
+    /// Way of the rise to a velocity that is `gain` higher than that of the base.
+    fn way_to(&self, velocity: f32, gain: f32, bounds: &Bounds) -> f32 {
+        self.way + 0.5 * (self.velocity + velocity) * bounds.change_cycles(gain)
+    }
+
+    /// The same, and then to rest.
+    fn way_over(&self, velocity: f32, gain: f32, bounds: &Bounds) -> f32 {
+        self.way_to(velocity, gain, bounds) + 0.5 * velocity * bounds.change_cycles(velocity)
     }
 }

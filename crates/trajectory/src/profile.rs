@@ -91,16 +91,18 @@ impl Profile {
     /// Where it rests, or reaches its velocity.
     #[must_use]
     pub const fn end_position(&self) -> Position {
-        self.origin.moved_by(Position::from_units(self.end_position))
+        self.origin
+            .moved_by(Position::from_units(self.end_position))
     }
 
     /// The position at a time since the start; the set-point is [`Position::counts`] of it.
     #[must_use]
     pub fn position(&self, at: Time) -> Position {
         let units = match self.segment(at.ticks()) {
-            Some((segment, start)) => {
-                segment.position_at(at.ticks().wrapping_sub(start), segment.end.wrapping_sub(start))
-            }
+            Some((segment, start)) => segment.position_at(
+                at.ticks().wrapping_sub(start),
+                segment.end.wrapping_sub(start),
+            ),
             None => self.behind_the_end(at.ticks()),
         };
         self.origin.moved_by(Position::from_units(units))

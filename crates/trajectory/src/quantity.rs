@@ -175,10 +175,7 @@ mod tests {
     #[test]
     fn times_end_at_their_range() {
         assert_eq!(Time::MAX.after(Time::from_cycles(1)), Time::MAX);
-        assert_eq!(
-            Time::from_cycles(1).since(Time::from_cycles(2)),
-            Time::ZERO
-        );
+        assert_eq!(Time::from_cycles(1).since(Time::from_cycles(2)), Time::ZERO);
         assert_eq!(
             Time::from_cycles(3).since(Time::from_cycles(2)).cycles(),
             1.0

@@ -71,23 +71,40 @@ impl Case {
         match class {
             Class::AtTheTarget => {
                 let target = start_count(random);
-                case(State { position: Position::from_counts(target), ..moving }, target)
+                case(
+                    State {
+                        position: Position::from_counts(target),
+                        ..moving
+                    },
+                    target,
+                )
             }
             Class::OneCountAway => {
-                let start = if random.below(2) == 0 { moving } else { State::at_rest(start_count(random)) };
+                let start = if random.below(2) == 0 {
+                    moving
+                } else {
+                    State::at_rest(start_count(random))
+                };
                 case(start, start.position.counts() + sign)
             }
             Class::Dust => {
-                let dust = |random: &mut Random| (random.sign() * random.magnitude(1e-30, 1e-3)) as f32;
+                let dust =
+                    |random: &mut Random| (random.sign() * random.magnitude(1e-30, 1e-3)) as f32;
                 let start = State {
                     position: moving.position,
                     velocity: dust(random),
-                    acceleration: if random.below(2) == 0 { dust(random) } else { 0.0 },
+                    acceleration: if random.below(2) == 0 {
+                        dust(random)
+                    } else {
+                        0.0
+                    },
                 };
                 case(start, start.position.counts() + random.below(3) as i32 - 1)
             }
             Class::TargetBehind => {
-                let way = random.magnitude(1.0, 1e6).copysign(f64::from(-moving.velocity));
+                let way = random
+                    .magnitude(1.0, 1e6)
+                    .copysign(f64::from(-moving.velocity));
                 case(moving, moving.position.counts() + way as i32)
             }
             Class::BeyondLimits => {
@@ -95,7 +112,10 @@ impl Case {
                 case(start, near(random, start.position.counts()))
             }
             Class::LongestTravel => {
-                let start = State { position: Position::from_counts(-sign * ((1 << 27) - 1)), ..moving };
+                let start = State {
+                    position: Position::from_counts(-sign * ((1 << 27) - 1)),
+                    ..moving
+                };
                 case(start, sign * ((1 << 27) - 1))
             }
             Class::LimitsChanged => {
@@ -104,21 +124,41 @@ impl Case {
             }
             Class::TargetMoved => {
                 let target = near(random, moving.position.counts());
-                let start = on_the_way(random, &Self { limits, ..case(moving, target) });
+                let start = on_the_way(
+                    random,
+                    &Self {
+                        limits,
+                        ..case(moving, target)
+                    },
+                );
                 // Small and large changes of the target alike.
                 let by = random.sign() * random.magnitude(1.0, 1e5);
-                Self { limits, ..case(start, target + by as i32) }
+                Self {
+                    limits,
+                    ..case(start, target + by as i32)
+                }
             }
             Class::NearTheStop => {
-                let stop = Profile::stop(&moving, &limits).map_or(Position::ZERO, |stop| stop.end_position());
+                let stop = Profile::stop(&moving, &limits)
+                    .map_or(Position::ZERO, |stop| stop.end_position());
                 let off = random.sign() * random.magnitude(1e-6, 1e3) * 1_048_576.0;
                 let whole = (stop.units() + off as i64 + (1 << 19)) >> 20;
                 // A start with a fraction, so that the distance is any number.
                 let shift = (whole << 20) - stop.units() - off as i64;
-                let start = State { position: Position::from_units(moving.position.units() + shift), ..moving };
-                Self { class, start, target: Position::from_units(whole << 20), limits }
+                let start = State {
+                    position: Position::from_units(moving.position.units() + shift),
+                    ..moving
+                };
+                Self {
+                    class,
+                    start,
+                    target: Position::from_units(whole << 20),
+                    limits,
+                }
             }
-            Class::TinyLimits | Class::HugeLimits | Class::AnyState => case(moving, near(random, moving.position.counts())),
+            Class::TinyLimits | Class::HugeLimits | Class::AnyState => {
+                case(moving, near(random, moving.position.counts()))
+            }
         }
     }
 }
@@ -156,7 +196,11 @@ fn usual(random: &mut Random) -> Limits {
 /// Up to ten times as large or small.
 fn changed(random: &mut Random, before: &Limits) -> Limits {
     let mut times = |limit: f32| f64::from(limit) * random.magnitude(0.1, 10.0);
-    limits(times(before.velocity()), times(before.acceleration()), times(before.jerk()))
+    limits(
+        times(before.velocity()),
+        times(before.acceleration()),
+        times(before.jerk()),
+    )
 }
 
 /// Hours for a million counts, minutes to get there.

@@ -8,9 +8,11 @@ use super::cases::Case;
 /// Rounding that a limit may be exceeded by: two units in the last place of a float.
 const ROUNDING: f64 = 1.0 + 2.0 * f32::EPSILON as f64;
 /// Largest jump of position at the border of two stretches, in counts, and at the end.
-const JUMP_COUNTS: f64 = 1.0 / 32_768.0;
+const JUMP_COUNTS: f64 = 1.0 / 16_384.0;
 /// Largest jump of velocity and acceleration there, relative to their largest value in the profile.
 const JUMP: f64 = 1.0 / 262_144.0;
+/// A start below this share of the limits leaves room for rounding.
+const ROOM: f64 = 1.0 - 1.0 / 131_072.0;
 /// Velocity and acceleration below this share of their limits count as so much.
 const LEAST: f64 = 1.0 / 4_096.0;
 const TICK: f64 = 1.0 / 4_294_967_296.0;
@@ -43,7 +45,10 @@ impl Exact {
     /// The state at the start of a stretch.
     pub(crate) fn start_of(stretch: &Stretch, origin: Position) -> Self {
         let state = Self::of(&stretch.state, origin);
-        Self { v: state.v + f64::from(stretch.velocity_correction), ..state }
+        Self {
+            v: state.v + f64::from(stretch.velocity_correction),
+            ..state
+        }
     }
 
     pub(crate) fn later(self, j: f64, t: f64) -> Self {
@@ -58,6 +63,7 @@ impl Exact {
 /// Largest sizes in a profile.
 #[derive(Debug, Clone, Copy)]
 struct Largest {
+    p: f64,
     v: f64,
     a: f64,
 }
@@ -70,7 +76,11 @@ pub(crate) fn judge(case: &Case, profile: &Profile) -> Result<(), String> {
     if profile.end_position() != case.target {
         return Err(format!("ends at {:?}", profile.end_position()));
     }
-    for late in [profile.duration(), profile.duration().after(Time::from_cycles(1)), Time::MAX] {
+    for late in [
+        profile.duration(),
+        profile.duration().after(Time::from_cycles(1)),
+        Time::MAX,
+    ] {
         let state = profile.state(late);
         if state.position != case.target || state.velocity != 0.0 || state.acceleration != 0.0 {
             return Err(format!("does not rest at the target: {state:?}"));
@@ -80,14 +90,21 @@ pub(crate) fn judge(case: &Case, profile: &Profile) -> Result<(), String> {
 }
 
 /// Each stretch starts where the one before it ends, the first one at the start, and the last one ends where the profile says.
-pub(crate) fn joined(start: &State, limits: &Limits, profile: &Profile, stretches: &[Stretch]) -> Result<(), String> {
+pub(crate) fn joined(
+    start: &State,
+    limits: &Limits,
+    profile: &Profile,
+    stretches: &[Stretch],
+) -> Result<(), String> {
     let origin = start.position;
     let mut largest = Largest {
+        p: 0.0,
         v: LEAST * f64::from(limits.velocity()),
         a: LEAST * f64::from(limits.acceleration()),
     };
     for stretch in stretches {
         let state = Exact::start_of(stretch, origin);
+        largest.p = largest.p.max(state.p.abs());
         largest.v = largest.v.max(state.v.abs());
         largest.a = largest.a.max(state.a.abs());
     }
@@ -96,7 +113,7 @@ pub(crate) fn joined(start: &State, limits: &Limits, profile: &Profile, stretche
     let mut corner = (now.a.abs() * TICK, 0.0);
     let nearly = |from: Exact, to: Exact, corner: (f64, f64), place: usize| {
         let (v, a) = (JUMP * largest.v + corner.0, JUMP * largest.a + corner.1);
-        let is_joined = (from.p - to.p).abs() <= JUMP_COUNTS + 1e-15 * to.p.abs()
+        let is_joined = (from.p - to.p).abs() <= JUMP_COUNTS + 1e-15 * largest.p
             && (from.v - to.v).abs() <= v
             && (from.a - to.a).abs() <= a;
         is_joined.then_some(()).ok_or_else(|| {
@@ -106,7 +123,10 @@ pub(crate) fn joined(start: &State, limits: &Limits, profile: &Profile, stretche
     for (place, stretch) in stretches.iter().enumerate() {
         let state = Exact::start_of(stretch, origin);
         if stretch.start != time {
-            return Err(format!("stretch {place} starts at {} instead of {time}", stretch.start));
+            return Err(format!(
+                "stretch {place} starts at {} instead of {time}",
+                stretch.start
+            ));
         }
         nearly(now, state, corner, place)?;
         let j = f64::from(stretch.jerk);
@@ -123,16 +143,54 @@ pub(crate) fn joined(start: &State, limits: &Limits, profile: &Profile, stretche
 }
 
 /// The extrema of each stretch keep the limits; a start beyond them comes back without going further out than it must.
-fn within(start: &State, limits: &Limits, profile: &Profile, stretches: &[Stretch]) -> Result<(), String> {
-    let [v_max, a_max, j_max] =
-        [limits.velocity(), limits.acceleration(), limits.jerk()].map(|limit| f64::from(limit) * ROUNDING);
+fn within(
+    start: &State,
+    limits: &Limits,
+    profile: &Profile,
+    stretches: &[Stretch],
+) -> Result<(), String> {
+    let [v_max, a_max, j_max] = [limits.velocity(), limits.acceleration(), limits.jerk()]
+        .map(|limit| f64::from(limit) * ROUNDING);
     let begin = Exact::of(start, start.position);
     // The velocity that a start goes to whatever the jerk. The planned jerk is a little smaller.
-    let gained = begin.a * begin.a / 2.0 / f64::from(limits.jerk()).min(4_095.0 * f64::from(limits.acceleration()).min(4_095.0 * f64::from(limits.velocity())));
-    let forced = |sign: f64| sign * begin.v + if sign * begin.a > 0.0 { gained * 1.000_2 } else { 0.0 };
-    let dust = 1e-6 * begin.v.abs();
-    let (v_high, v_low) = (v_max.max(forced(1.0) + dust), -v_max.max(forced(-1.0) + dust));
-    let (a_high, a_low) = (a_max.max(begin.a * ROUNDING), -a_max.max(-begin.a * ROUNDING));
+    let gained = begin.a * begin.a
+        / 2.0
+        / f64::from(limits.jerk()).min(
+            4_095.0 * f64::from(limits.acceleration()).min(4_095.0 * f64::from(limits.velocity())),
+        );
+    let forced = |sign: f64| {
+        sign * begin.v
+            + if sign * begin.a > 0.0 {
+                gained * 1.000_2
+            } else {
+                0.0
+            }
+    };
+    // A start that is at a limit, or beyond it, leaves no room for rounding: the limit is then kept to a share of the largest value.
+    let has_room = begin.a.abs() <= ROOM * a_max && forced(1.0).max(forced(-1.0)) <= ROOM * v_max;
+    let largest = |first: f64, limit: f64, of: fn(&State) -> f32| {
+        let most = stretches.iter().fold(first.abs(), |most, stretch| {
+            most.max(f64::from(of(&stretch.state)).abs())
+        });
+        if has_room {
+            0.0
+        } else {
+            JUMP * most.max(limit)
+        }
+    };
+    let dust = largest(begin.v, v_max, |state| state.velocity);
+    let (v_max, a_max) = (
+        v_max + dust,
+        a_max + largest(begin.a, a_max, |state| state.acceleration),
+    );
+    let (v_high, v_low) = (
+        v_max.max(forced(1.0) + dust),
+        -v_max.max(forced(-1.0) + dust),
+    );
+    let (a_high, a_low) = (
+        a_max.max(begin.a * ROUNDING),
+        -a_max.max(-begin.a * ROUNDING),
+    );
     let (lowest, highest) = profile.extent();
     let (lowest, highest) = (
         counts(lowest.distance_from(start.position)) - JUMP_COUNTS,
@@ -150,15 +208,21 @@ fn within(start: &State, limits: &Limits, profile: &Profile, stretches: &[Stretc
                 return Err(format!("acceleration {} in stretch {place}", point.a));
             }
             if point.v > v_high || point.v < v_low {
-                return Err(format!("velocity {} in stretch {place}, allowed {v_low} to {v_high}", point.v));
+                return Err(format!(
+                    "velocity {} in stretch {place}, allowed {v_low} to {v_high}",
+                    point.v
+                ));
             }
             let slack = 1e-9 * (highest - lowest);
             if point.p < lowest - slack || point.p > highest + slack {
-                return Err(format!("position {} in stretch {place} outside {lowest} to {highest}", point.p));
+                return Err(format!(
+                    "position {} in stretch {place} outside {lowest} to {highest}",
+                    point.p
+                ));
             }
             let is_inside = point.v.abs() <= v_max && point.a.abs() <= a_max;
             // A start inside the limits that cannot stay inside is no mistake of the profile.
-            if was_inside && !is_inside && forced(point.v.signum()) <= v_max {
+            if was_inside && !is_inside && forced(point.v.signum()) <= ROOM * v_max {
                 return Err(format!("leaves the limits in stretch {place}: {point:?}"));
             }
             was_inside |= is_inside;
@@ -189,8 +253,12 @@ pub(crate) fn judge_samples(case: &Case, profile: &Profile, most: u32) -> Result
     let last = profile.duration().whole_cycles();
     let stride = last / most + 1;
     let fastest = stretches.iter().fold(0.0_f64, |fastest, stretch| {
-        extrema(Exact::start_of(stretch, origin), f64::from(stretch.jerk), cycles(stretch.duration))
-            .fold(fastest, |fastest, point| fastest.max(point.v.abs()))
+        extrema(
+            Exact::start_of(stretch, origin),
+            f64::from(stretch.jerk),
+            cycles(stretch.duration),
+        )
+        .fold(fastest, |fastest, point| fastest.max(point.v.abs()))
     });
     let mut place = 0;
     let mut cycle = 0;
@@ -200,12 +268,15 @@ pub(crate) fn judge_samples(case: &Case, profile: &Profile, most: u32) -> Result
             place += 1;
         }
         let stretch = &stretches[place];
-        let expected = Exact::start_of(stretch, origin).later(f64::from(stretch.jerk), cycles(at.since(stretch.start)));
+        let expected = Exact::start_of(stretch, origin)
+            .later(f64::from(stretch.jerk), cycles(at.since(stretch.start)));
         let actual = profile.state(at);
         let state = Exact::of(&actual, origin);
         let tolerance = JUMP_COUNTS + 1e-12 * expected.p.abs();
         if (state.p - expected.p).abs() > tolerance {
-            return Err(format!("at cycle {cycle} {state:?} instead of {expected:?}"));
+            return Err(format!(
+                "at cycle {cycle} {state:?} instead of {expected:?}"
+            ));
         }
         let step = f64::from(
             profile
@@ -214,7 +285,9 @@ pub(crate) fn judge_samples(case: &Case, profile: &Profile, most: u32) -> Result
                 .wrapping_sub(actual.position.counts()),
         );
         if step.abs() > fastest * ROUNDING + 1.0 {
-            return Err(format!("a step of {step} at cycle {cycle}, fastest {fastest}"));
+            return Err(format!(
+                "a step of {step} at cycle {cycle}, fastest {fastest}"
+            ));
         }
         cycle = cycle.saturating_add(stride);
     }

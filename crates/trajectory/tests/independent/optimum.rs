@@ -2,6 +2,8 @@
 
 use rsruckig::prelude::*;
 
+use trajectory::State;
+
 use super::cases::Case;
 
 /// The duration in cycles; `None` where the other solver fails.
@@ -25,26 +27,40 @@ pub(crate) fn optimum(case: &Case) -> Option<f64> {
 
 /// No move is faster: each limit alone needs this long.
 pub(crate) fn lower_bound(case: &Case) -> f64 {
-    let (v, a) = (f64::from(case.start.velocity), f64::from(case.start.acceleration));
-    let [v_max, a_max, j_max] =
-        [case.limits.velocity(), case.limits.acceleration(), case.limits.jerk()].map(f64::from);
+    let (v, a) = (
+        f64::from(case.start.velocity),
+        f64::from(case.start.acceleration),
+    );
+    let [v_max, a_max, j_max] = [
+        case.limits.velocity(),
+        case.limits.acceleration(),
+        case.limits.jerk(),
+    ]
+    .map(f64::from);
     let way = (case.target.distance_from(case.start.position).units() as f64 / 1_048_576.0).abs();
     let fastest = v_max.max(v.abs() + a * a / 2.0 / j_max);
     let hardest = a_max.max(a.abs());
     (way / fastest).max(v.abs() / hardest).max(a.abs() / j_max)
 }
 
-/// Whether a refusal is right: the fastest stop alone, or the way at the highest velocity, is beyond what a profile may be. Durations
+/// Whether a refusal is right: the start is beyond the range of a state, or the fastest stop alone, or the way at the highest velocity, is beyond what a profile may be. Durations
 /// that are near the limit either way count as right.
 pub(crate) fn is_beyond_range(case: &Case) -> bool {
-    let [v_max, a_max, j] =
-        [case.limits.velocity(), case.limits.acceleration(), case.limits.jerk()].map(f64::from);
-    let (v, a) = (f64::from(case.start.velocity).abs(), f64::from(case.start.acceleration).abs());
+    let [v_max, a_max, j] = [
+        case.limits.velocity(),
+        case.limits.acceleration(),
+        case.limits.jerk(),
+    ]
+    .map(f64::from);
+    let (v, a) = (
+        f64::from(case.start.velocity).abs(),
+        f64::from(case.start.acceleration).abs(),
+    );
     let way = (case.target.distance_from(case.start.position).units() as f64 / 1_048_576.0).abs();
     // While the acceleration is released, velocity grows to this at most; from there the brake takes so long and so far.
     let highest = v + a * a / (2.0 * j);
     let brake = highest / a_max + 2.0 * a.max(a_max) / j;
     let far = highest * (a / j + brake);
     let long = a / j + brake + (way + far) / v_max;
-    far > 2_f64.powi(37) || long > 2_f64.powi(30)
+    v.max(a) > f64::from(State::LARGEST) || far > 2_f64.powi(37) || long > 2_f64.powi(30)
 }
