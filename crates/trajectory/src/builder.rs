@@ -47,7 +47,7 @@ const LONGEST: f32 = Profile::LONGEST_CYCLES as f32;
 const LONGEST_TICKS: u64 = (Profile::LONGEST_CYCLES as u64) << fixed::TIME_BITS;
 /// A remainder of so many position units is rounding of the sum, below 2^-16 counts, and is not spread.
 const ROUNDING: u64 = 16;
-/// Times that the length of the cruise is refined; each gains more than 20 bits.
+/// Times that the length of the cruise is refined, or what is left over is spread; each gains about 20 bits.
 const REFINEMENTS: u32 = 2;
 
 /// A profile under construction.
@@ -133,7 +133,9 @@ impl Builder {
         for _ in 0..REFINEMENTS {
             self.lengthen_cruise(self.remainder(target))?;
         }
-        self.spread(self.remainder(target));
+        for _ in 0..REFINEMENTS {
+            self.spread(self.remainder(target));
+        }
         Ok(self.profile(target.distance_from(self.origin).units(), 0.0))
     }
 
@@ -207,7 +209,7 @@ impl Builder {
             // A cruise may have become nothing.
             if duration > 0 {
                 let way = fixed::counts(segment.way(duration, duration)).abs();
-                segment.correction = share * way / fixed::cycles(duration);
+                segment.correction += share * way / fixed::cycles(duration);
             }
             start = segment.end;
         }

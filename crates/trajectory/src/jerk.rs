@@ -6,69 +6,59 @@
 
 use crate::bisection::last_not_beyond;
 use crate::builder::{Builder, PlanError};
-use crate::limits::{Limits, Quantity, State, check};
+use crate::limits::{Limits, State};
 use crate::profile::Profile;
 use crate::quantity::Position;
 
 /// Limits are planned with by this much smaller, which is what rounding may add: a relative 2^-18.
 const MARGIN: f32 = 1.0 - 1.0 / 262_144.0;
+
+/// The limit to plan with. A start that is exactly at its limit is inside.
+pub(crate) fn inside(limit: f32, actual: f32) -> f32 {
+    let planned = limit * MARGIN;
+    if actual.abs() <= limit {
+        planned.max(actual.abs())
+    } else {
+        planned
+    }
+}
+
 /// Shortest time in which the full acceleration is built up, and the full velocity: 2^-12 cycles. Shorter ones would not be many
 /// ticks long.
 const STEEPEST: f32 = 4_096.0;
 
-impl Profile {
-    /// The fastest move from any state to rest at a target.
-    ///
-    /// A start beyond the limits is brought back inside first, as fast as they allow; a fast start may overshoot the target and come
-    /// back: check [`Self::extent`] where the travel is limited. Costs at most 20,000 instructions on a Cortex-M4.
-    ///
-    /// # Errors
-    /// [`PlanError`] when the start is out of range, or the move is longer than 2^31 cycles or 2^38 counts.
-    pub fn to_rest(start: &State, target: Position, limits: &Limits) -> Result<Self, PlanError> {
-        let mut builder = Builder::starting(start)?;
-        let bounds = Bounds::new(limits, start);
-        let motion = Motion {
-            velocity: start.velocity,
-            acceleration: start.acceleration,
-        }
-        .back_inside(&bounds, &mut builder)?;
-        let distance = builder.distance_to(target);
-        let sign = if distance < motion.way_to(0.0, &bounds) {
-            -1.0
-        } else {
-            1.0
-        };
-        motion
-            .times(sign)
-            .travel(sign * distance, sign, &bounds, &mut builder)?;
-        builder.end_at(target)
-    }
+/// See [`crate::Profile::to_rest`].
+pub(crate) fn to_rest(
+    mut builder: Builder,
+    start: &State,
+    target: Position,
+    limits: &Limits,
+) -> Result<Profile, PlanError> {
+    let bounds = Bounds::new(limits, start);
+    let motion = Motion::of(start).back_inside(&bounds, &mut builder)?;
+    let distance = builder.distance_to(target);
+    let sign = if distance < motion.way_to(0.0, &bounds) {
+        -1.0
+    } else {
+        1.0
+    };
+    motion
+        .times(sign)
+        .travel(sign * distance, sign, &bounds, &mut builder)?;
+    builder.end_at(target)
+}
 
-    /// The fastest change to a constant velocity, which then goes on for ever; acceleration beyond its limit is reduced first.
-    ///
-    /// # Errors
-    /// [`PlanError`] when the start or the velocity is out of range, or the change is longer than 2^31 cycles or 2^38 counts.
-    pub fn to_velocity(start: &State, velocity: f32, limits: &Limits) -> Result<Self, PlanError> {
-        let most = limits.velocity();
-        check(Quantity::Velocity, velocity, (-most, most))?;
-        let mut builder = Builder::starting(start)?;
-        let bounds = Bounds::new(limits, start);
-        let motion = Motion {
-            velocity: start.velocity,
-            acceleration: start.acceleration,
-        }
-        .acceleration_inside(&bounds, &mut builder)?;
-        motion.change_to(velocity, &bounds, &mut builder)?;
-        Ok(builder.go_on(velocity))
-    }
-
-    /// The fastest way to rest, wherever that is: [`Self::end_position`] says where.
-    ///
-    /// # Errors
-    /// As [`Self::to_velocity`].
-    pub fn stop(start: &State, limits: &Limits) -> Result<Self, PlanError> {
-        Self::to_velocity(start, 0.0, limits)
-    }
+/// See [`crate::Profile::to_velocity`].
+pub(crate) fn to_velocity(
+    mut builder: Builder,
+    start: &State,
+    velocity: f32,
+    limits: &Limits,
+) -> Result<Profile, PlanError> {
+    let bounds = Bounds::new(limits, start);
+    let motion = Motion::of(start).acceleration_inside(&bounds, &mut builder)?;
+    motion.change_to(velocity, &bounds, &mut builder)?;
+    Ok(builder.go_on(velocity))
 }
 
 /// Limits to plan with.
@@ -82,15 +72,6 @@ struct Bounds {
 
 impl Bounds {
     fn new(limits: &Limits, start: &State) -> Self {
-        // A start that is exactly at a limit is inside it.
-        let inside = |limit: f32, actual: f32| {
-            let planned = limit * MARGIN;
-            if actual.abs() <= limit {
-                planned.max(actual.abs())
-            } else {
-                planned
-            }
-        };
         let velocity = inside(limits.velocity(), start.velocity);
         let acceleration = inside(
             limits.acceleration().min(STEEPEST * velocity),
@@ -143,6 +124,13 @@ struct Motion {
 }
 
 impl Motion {
+    const fn of(start: &State) -> Self {
+        Self {
+            velocity: start.velocity,
+            acceleration: start.acceleration,
+        }
+    }
+
     const fn steady(velocity: f32) -> Self {
         Self {
             velocity,

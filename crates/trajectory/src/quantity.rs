@@ -109,6 +109,12 @@ impl Position {
         self.0
     }
 
+    /// The way at a constant velocity in counts per cycle, exact to a unit.
+    #[must_use]
+    pub fn at_velocity(velocity: f32, time: Time) -> Self {
+        Self(fixed::travelled(velocity, time.ticks()))
+    }
+
     /// The set-point: the nearest count, a half rounded up, and the lower 32 bits of it. An axis that turns for ever wraps, as the
     /// counters of drives do; the difference of two set-points by `wrapping_sub` stays the step.
     #[must_use]
