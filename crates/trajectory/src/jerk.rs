@@ -293,7 +293,7 @@ impl Motion {
             velocity: v + 0.5 * (a - peak) * (a + peak) / j,
             acceleration: -peak,
         };
-        let cycles = ((braking.velocity - most) / peak).clamp(0.0, bounds.hold_cycles(gain));
+        let cycles = ((braking.velocity - most) / peak).max(0.0).min(bounds.hold_cycles(gain));
         braking.push(cycles, 0.0, sign, builder)?;
         Ok(Self {
             velocity: braking.velocity - peak * cycles,
@@ -315,7 +315,7 @@ impl Motion {
         if brakes && distance < base.way_over(released, 0.0, bounds) {
             return self.brake_later(distance, sign, bounds, builder);
         }
-        let lowest = released.clamp(0.0, bounds.velocity);
+        let lowest = released.max(0.0).min(bounds.velocity);
         // Exact where a small gain needs it: zero for a start that brakes or does not accelerate.
         let least_gain = if released >= 0.0 {
             self.release(bounds) + self.release(bounds).copysign(self.acceleration)
