@@ -327,3 +327,6 @@ fn between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, time_us: u64) -
     }
     counts
 }
+
+#[cfg(test)]
+mod tests;

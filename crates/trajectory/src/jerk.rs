@@ -293,7 +293,9 @@ impl Motion {
             velocity: v + 0.5 * (a - peak) * (a + peak) / j,
             acceleration: -peak,
         };
-        let cycles = ((braking.velocity - most) / peak).max(0.0).min(bounds.hold_cycles(gain));
+        let cycles = ((braking.velocity - most) / peak)
+            .max(0.0)
+            .min(bounds.hold_cycles(gain));
         braking.push(cycles, 0.0, sign, builder)?;
         Ok(Self {
             velocity: braking.velocity - peak * cycles,

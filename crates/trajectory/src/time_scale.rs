@@ -63,7 +63,7 @@ impl TimeScale {
     /// # Errors
     /// [`TimeScaleError::Change`] for 0 cycles.
     pub const fn new(cycles: u32) -> Result<Self, TimeScaleError> {
-        let Some(change) = ONE.checked_div(cycles) else {
+        let (Some(whole), Some(rest)) = (ONE.checked_div(cycles), ONE.checked_rem(cycles)) else {
             return Err(TimeScaleError::Change);
         };
         Ok(Self {
@@ -71,8 +71,8 @@ impl TimeScale {
             rate: 0,
             override_rate: ONE,
             is_paused: true,
-            // A change of at least one unit: the longest one has 2^30 cycles.
-            change: if change == 0 { 1 } else { change },
+            // Rounded up, so that the last cycle ends it.
+            change: whole + (rest != 0) as u32,
         })
     }
 
@@ -212,5 +212,179 @@ impl Coast {
             Some(whole) => whole.saturating_add(1),
             None => 1,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE: u64 = 1 << 32;
+
+    fn running(cycles: u32) -> TimeScale {
+        TimeScale::running(cycles).unwrap()
+    }
+
+    #[test]
+    fn a_pause_slows_down_in_even_steps() {
+        let mut scale = running(4);
+        scale.pause();
+        let expected = scale.time_if_paused();
+        let times = [(); 5].map(|()| scale.advance().ticks());
+        let eighth = CYCLE / 8;
+        assert_eq!(
+            times,
+            [
+                7 * eighth,
+                12 * eighth,
+                15 * eighth,
+                16 * eighth,
+                16 * eighth
+            ]
+        );
+        assert_eq!(scale.time(), expected);
+        assert!(scale.is_standing());
+        scale.resume();
+        assert!(!scale.is_standing());
+        assert_eq!(scale.advance().ticks(), 17 * eighth);
+        assert_eq!(scale.rate(), 0.25);
+    }
+
+    #[test]
+    fn it_starts_standing() {
+        let mut scale = TimeScale::new(2).unwrap();
+        assert!(scale.is_standing());
+        assert_eq!(scale.advance(), Time::ZERO);
+        scale.resume();
+        scale.advance();
+        scale.advance();
+        assert_eq!((scale.time().cycles(), scale.rate()), (1.0, 1.0));
+        assert_eq!(scale.advance().cycles(), 2.0);
+    }
+
+    #[test]
+    fn an_override_is_0_to_200_percent() {
+        let mut scale = running(10);
+        assert_eq!(
+            scale.set_override(201),
+            Err(TimeScaleError::Override {
+                actual_percent: 201
+            })
+        );
+        scale.set_override(200).unwrap();
+        for _ in 0..10 {
+            scale.advance();
+        }
+        assert!((scale.rate() - 2.0).abs() < 1e-6, "{}", scale.rate());
+        let before = scale.time();
+        assert!((scale.advance().since(before).cycles() - 2.0).abs() < 1e-6);
+        scale.set_override(0).unwrap();
+        for _ in 0..21 {
+            scale.advance();
+        }
+        assert!(scale.is_standing());
+        scale.set_override(50).unwrap();
+        for _ in 0..6 {
+            scale.advance();
+        }
+        assert_eq!(scale.rate(), 0.5);
+    }
+
+    #[test]
+    fn no_cycle_at_all_is_refused() {
+        assert_eq!(TimeScale::new(0), Err(TimeScaleError::Change));
+        assert_eq!(TimeScale::running(0), Err(TimeScaleError::Change));
+        assert!(TimeScale::new(u32::MAX).is_ok());
+        let mut slow = running(u32::MAX);
+        slow.pause();
+        slow.advance();
+        assert!(slow.time() < Time::from_cycles(1));
+    }
+
+    /// Rate and its change stay in their bounds, and a pause ends where it was said, whatever is done in between.
+    #[test]
+    fn derivatives_are_bounded() {
+        let mut state = 1_u32;
+        let mut scale = running(37);
+        let change = 1.0 / 37.0 + 1e-6;
+        for _ in 0..100_000 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            match state >> 24 {
+                0..4 => scale.pause(),
+                4..8 => scale.resume(),
+                8..12 => scale
+                    .set_override((state >> 8 & 0xFF) as u16 % 201)
+                    .unwrap(),
+                _ => {}
+            }
+            let (time, rate) = (scale.time(), scale.rate());
+            let step = scale.advance().since(time).cycles();
+            assert!((0.0..=2.0).contains(&scale.rate()));
+            assert!((scale.rate() - rate).abs() <= change);
+            assert!((step - (scale.rate() + rate) / 2.0).abs() < 1e-5);
+            let mut paused = scale;
+            paused.pause();
+            while !paused.is_standing() {
+                paused.advance();
+            }
+            assert_eq!(paused.time(), scale.time_if_paused());
+        }
+    }
+
+    #[test]
+    fn axes_that_coast_keep_their_ratio_and_stop_together() {
+        let axes = [(0, 1_000), (500, -100), (7, 0)].map(|(start_counts, velocity_counts)| Coast {
+            start_counts,
+            velocity_counts,
+        });
+        let cycles = axes
+            .iter()
+            .map(|axis| Coast::cycles_to_stop(axis.velocity_counts, 20))
+            .max()
+            .unwrap();
+        assert_eq!(cycles, 50);
+        let mut scale = running(cycles);
+        scale.pause();
+        let mut last = 0;
+        for cycle in 1..=50 {
+            let time = scale.advance();
+            let [fast, slow, still] = axes.map(|axis| axis.set_point(time));
+            assert!((fast + 10 * (slow - 500)).abs() <= 5);
+            assert_eq!(still, 7);
+            // Half a count of rounding on each side.
+            let step = fast - last;
+            assert!(
+                (step - (1_000 - 20 * cycle + 10)).abs() <= 1,
+                "{cycle}: {step}"
+            );
+            last = fast;
+        }
+        assert!(scale.is_standing());
+        assert_eq!(last, 25_000);
+    }
+
+    #[test]
+    fn cycles_to_stop_are_rounded_up() {
+        for (velocity, acceleration, cycles) in [
+            (0, 5, 1),
+            (4, 5, 1),
+            (5, 5, 1),
+            (6, 5, 2),
+            (-6, 5, 2),
+            (7, 0, 7),
+            (i32::MIN, 1, 1 << 31),
+        ] {
+            assert_eq!(Coast::cycles_to_stop(velocity, acceleration), cycles);
+        }
+    }
+
+    #[test]
+    fn errors_say_what_is_expected() {
+        use std::string::ToString;
+        let error = TimeScaleError::Override {
+            actual_percent: 300,
+        };
+        assert_eq!(error.to_string(), "an override is 0 to 200 %, not 300 %");
+        assert!(TimeScaleError::Change.to_string().contains("one cycle"));
     }
 }

@@ -233,3 +233,142 @@ const fn fitting(actual: i64) -> Result<i32, UnitsError> {
         Err(UnitsError::Range { actual })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn ratio(numerator: i32, denominator: u32) -> Ratio {
+        Ratio::new(numerator, denominator).unwrap()
+    }
+
+    #[test]
+    fn ratios_are_in_lowest_terms() {
+        let product = ratio(65_536, 1).times(ratio(-10, 3)).unwrap();
+        let product = product.times(ratio(1, 5_000)).unwrap();
+        assert_eq!((product.numerator(), product.denominator()), (-16_384, 375));
+        assert_eq!(ratio(-6, 4), ratio(-3, 2));
+    }
+
+    #[test]
+    fn a_ratio_of_nothing_is_refused() {
+        for (numerator, denominator) in [(0, 1), (1, 0), (0, 0)] {
+            assert_eq!(Ratio::new(numerator, denominator), Err(UnitsError::Zero));
+        }
+    }
+
+    #[test]
+    fn a_ratio_that_does_not_fit_is_refused() {
+        let large = ratio(i32::MAX, 1);
+        let Err(error) = large.times(large) else {
+            panic!("it fits");
+        };
+        assert_eq!(
+            error,
+            UnitsError::Ratio {
+                numerator: i64::from(i32::MAX) * i64::from(i32::MAX),
+                denominator: 1
+            }
+        );
+        assert!(ratio(1, u32::MAX).times(ratio(1, 2)).is_err());
+        assert!(Ratio::new(i32::MIN, 1).is_err());
+        assert_eq!(ratio(i32::MIN, 2).numerator(), i32::MIN / 2);
+    }
+
+    #[test]
+    fn positions_are_rounded_to_the_nearest() {
+        let thirds = Units::new(ratio(1, 3), 100);
+        for (units, counts) in [(0, 100), (1, 100), (2, 101), (3, 101), (-1, 100), (-2, 99)] {
+            assert_eq!(thirds.to_counts(units), Ok(counts));
+        }
+        let halves = Units::new(ratio(1, 2), 0);
+        assert_eq!((halves.to_counts(1), halves.to_counts(-1)), (Ok(1), Ok(0)));
+        let reversed = Units::new(ratio(-10, 1), -5);
+        assert_eq!(reversed.to_counts(3), Ok(-35));
+        assert_eq!(reversed.to_units(-35), Ok(3));
+        assert_eq!(reversed.to_units(-31), Ok(3));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let units = Units::new(ratio(1_000, 1), 0);
+        assert_eq!(
+            units.to_counts(i32::MAX),
+            Err(UnitsError::Range {
+                actual: i64::from(i32::MAX) * 1_000
+            })
+        );
+        let fine = Units::new(ratio(1, u32::MAX), i32::MIN);
+        assert_eq!(
+            fine.to_units(i32::MAX),
+            Err(UnitsError::Range { actual: i64::MAX })
+        );
+        let fine = Units::new(ratio(-1, u32::MAX), i32::MIN);
+        assert_eq!(
+            fine.to_units(i32::MAX),
+            Err(UnitsError::Range { actual: i64::MIN })
+        );
+        assert!(
+            Units::new(ratio(i32::MAX, 1), i32::MAX)
+                .to_counts(i32::MAX)
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn limits_per_second_are_limits_per_cycle() {
+        // 100 counts per unit, cycles of 2 ms.
+        let units = Units::new(ratio(-100, 1), 0);
+        let limits = units.limits(50.0, 1_000.0, 20_000.0, 2_000).unwrap();
+        assert!((limits.velocity() - 10.0).abs() < 1e-5);
+        assert!((limits.acceleration() - 0.4).abs() < 1e-6);
+        assert!((limits.jerk() - 0.016).abs() < 1e-8);
+        let trapezoid = units.limits(50.0, 1_000.0, f32::INFINITY, 2_000).unwrap();
+        assert_eq!(trapezoid.jerk(), f32::INFINITY);
+        assert!(units.limits(-1.0, 1.0, 1.0, 2_000).is_err());
+    }
+
+    #[test]
+    fn errors_say_what_is_wrong() {
+        assert!(UnitsError::Zero.to_string().contains('0'));
+        assert!(
+            UnitsError::Range { actual: 1 << 40 }
+                .to_string()
+                .contains("1099511627776")
+        );
+        let error = UnitsError::Ratio {
+            numerator: -7,
+            denominator: 3,
+        };
+        assert!(error.to_string().ends_with("-7 / 3"));
+    }
+
+    proptest! {
+        /// Exact arithmetic in 128 bits says the same, and a unit of at least one count comes back.
+        #[test]
+        fn conversions_are_those_of_exact_arithmetic(
+            numerator in prop_oneof![1..i32::MAX, -i32::MAX..0, 1..100_000],
+            denominator in prop_oneof![1..u32::MAX, 1..1_000_u32],
+            zero in any::<i32>(),
+            position in prop_oneof![any::<i32>(), -1_000..1_000],
+        ) {
+            let ratio = ratio(numerator, denominator);
+            let units = Units::new(ratio, zero);
+            let (n, d) = (i128::from(numerator), i128::from(denominator));
+            let nearest = |dividend: i128, divisor: i128| (2 * dividend + divisor).div_euclid(2 * divisor);
+            let counts = nearest(i128::from(position) * n, d) + i128::from(zero);
+            prop_assert_eq!(units.to_counts(position).ok().map(i128::from), i32::try_from(counts).ok().map(i128::from));
+            let back = nearest((i128::from(position) - i128::from(zero)) * d * n.signum(), n.abs());
+            prop_assert_eq!(units.to_units(position).ok().map(i128::from), i32::try_from(back).ok().map(i128::from));
+            if let Ok(counts) = units.to_counts(position)
+                && n.abs() >= d
+            {
+                prop_assert_eq!(units.to_units(counts), Ok(position));
+            }
+        }
+    }
+}

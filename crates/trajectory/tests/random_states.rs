@@ -36,7 +36,7 @@ fn check(seed: u64) -> Result<(), String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 100_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn every_state_comes_to_rest_within_the_limits_and_in_time(seed in any::<u64>().no_shrink()) {
