@@ -1,9 +1,9 @@
 //! What a user of this firmware decides: drives, limits, bit rate and the built-in motion. Pins and clocks are in `board`.
 
-use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::BusPlan;
 use can_motion::{AxisConfig, GroupId, Limits, MasterConfig};
 use dyn_can::{DriveId, GearNumber, StepLimit};
+use trajectory::curve::{Keyframe, KeyframeMotion};
 
 /// Number of axes.
 pub(crate) const AXES: usize = 2;

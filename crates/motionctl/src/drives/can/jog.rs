@@ -1,8 +1,8 @@
-//! A move by hand, streamed as a minimum-jerk profile.
+//! A move by hand, streamed on a jerk-limited profile.
 
-use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::{AxisState, Fault, PollPeriods};
-use dyn_can::{DriveId, StepLimit, units};
+use dyn_can::{DriveId, GearNumber, StepLimit, units};
+use trajectory::{Limits, Position, Profile, State, Time};
 
 use super::procedure::answering_station;
 use crate::drives::{DrivesError, Jog, JogEnd};
@@ -24,9 +24,10 @@ const POLLS: PollPeriods = PollPeriods {
 const START_UP_LIMIT_US: u64 = 10_000_000;
 /// Time after the move for the drive to arrive and to be read once more.
 const SETTLE_US: u64 = 300_000;
-/// The highest speed of a minimum-jerk move is 15/8 of the mean one.
-const PEAK_OVER_MEAN: f64 = 15.0 / 8.0;
-const MS_PER_MINUTE: f64 = 60_000.0;
+/// Time from standstill to the full speed at the largest acceleration, and from none to the largest acceleration: slow on purpose.
+const SPEED_UP_US: f64 = 500_000.0;
+const BUILD_UP_US: f64 = 250_000.0;
+const US_PER_MINUTE: f64 = 60_000_000.0;
 
 /// Enables, moves, disables.
 pub(super) fn jog(
@@ -35,18 +36,22 @@ pub(super) fn jog(
     drive: DriveId,
     jog: Jog,
 ) -> Result<JogEnd, DrivesError> {
-    let asked_counts = distance_counts(link, axes, drive, jog)?;
-    let keyframes = keyframes(asked_counts, jog);
-    let motion = KeyframeMotion::new(&keyframes).map_err(|error| DrivesError::Fault {
-        drive: drive.into(),
-        reason: error.to_string(),
-    })?;
+    let gear = gear_number(link, axes, drive)?;
     let cycle_us = CYCLE_US.max(link.bit_rate().us_covering(CYCLE_BITS));
-    let axis = axes.axis(drive, catch_up(&motion, cycle_us), POLLS);
+    let counts_per_turn = f64::from(units::command_counts_per_turn(gear));
+    let asked_counts = (jog.turns * counts_per_turn).round() as i32;
+    let motion = profile(asked_counts, jog.rpm * counts_per_turn, cycle_us).map_err(|reason| {
+        DrivesError::Fault {
+            drive: drive.into(),
+            reason,
+        }
+    })?;
+    let axis = axes.axis(drive, catch_up(&motion), POLLS);
     let mut station = Station::new(link, &[axis], cycle_us).map_err(DrivesError::Config)?;
     let moved = Move {
         station: &mut station,
         drive,
+        cycle_us,
     }
     .along(&motion);
     // Whatever has happened, the drive shall not stay enabled.
@@ -61,53 +66,56 @@ pub(super) fn jog(
     })
 }
 
-/// From rest to rest, with the highest speed in the middle.
-fn keyframes(counts: i32, jog: Jog) -> [Keyframe<1>; 2] {
-    let minutes = jog.turns.abs() * PEAK_OVER_MEAN / jog.rpm;
-    // The options bound turns and speed, so the time fits.
-    let duration_ms = ((minutes * MS_PER_MINUTE).ceil() as u32).max(1);
-    [(0, 0), (duration_ms, counts)].map(|(at_ms, counts)| Keyframe {
-        at_ms,
-        positions_counts: [counts],
-    })
+/// From rest to rest, no faster than so many counts per minute.
+fn profile(counts: i32, counts_per_minute: f64, cycle_us: u32) -> Result<Profile, String> {
+    let cycle_us = f64::from(cycle_us);
+    let velocity = counts_per_minute * cycle_us / US_PER_MINUTE;
+    let acceleration = velocity * cycle_us / SPEED_UP_US;
+    let jerk = acceleration * cycle_us / BUILD_UP_US;
+    let limits = Limits::new(velocity as f32, acceleration as f32, jerk as f32)
+        .map_err(|error| error.to_string())?;
+    Profile::to_rest(&State::at_rest(0), Position::from_counts(counts), &limits)
+        .map_err(|error| error.to_string())
 }
 
-/// A quarter above the largest step of the motion: an axis that is behind catches up, and never much faster than planned.
-fn catch_up(motion: &KeyframeMotion<'_, 1>, cycle_us: u32) -> StepLimit {
-    let [peak] = motion.peak_step_counts(cycle_us);
-    let step = i32::try_from(peak + peak / 4).unwrap_or(i32::MAX);
+/// A quarter above the highest velocity of the motion, and a count for rounding: an axis that is behind catches up, and never much faster
+/// than planned.
+fn catch_up(motion: &Profile) -> StepLimit {
+    let peak = motion
+        .stretches()
+        .map(|stretch| stretch.state.velocity.abs())
+        .fold(0.0, f32::max);
+    let step = (1.25 * peak).ceil() as i32 + 1;
     StepLimit::new(step).unwrap_or(StepLimit::MAX)
 }
 
-/// Turns in the command counts of the drive, which depend on its gear number.
-fn distance_counts(
+/// The gear number of the drive, on which its command counts depend.
+fn gear_number(
     link: &mut Link,
     axes: AxisOptions,
     drive: DriveId,
-    jog: Jog,
-) -> Result<i32, DrivesError> {
+) -> Result<GearNumber, DrivesError> {
     let mut station = answering_station(link, axes, drive, PollPeriods::OFF)?;
     let axis = station.master().snapshot(0);
     let group = axis.and_then(|axis| axis.feedback.group3);
-    let gear = group
+    group
+        .map(|group| group.gear_number)
         .ok_or(DrivesError::Incomplete {
             drive: drive.into(),
-        })?
-        .gear_number;
-    let counts = jog.turns * f64::from(units::command_counts_per_turn(gear));
-    Ok(counts.round() as i32)
+        })
 }
 
 struct Move<'a, 'link> {
     station: &'a mut Station<'link>,
     drive: DriveId,
+    cycle_us: u32,
 }
 
 impl Move<'_, '_> {
     /// Runs the move; returns the counts that were sent, those that were read, and whether it was interrupted.
     fn along(
         &mut self,
-        motion: &KeyframeMotion<'_, 1>,
+        motion: &Profile,
     ) -> Result<(i32, Option<i32>, bool), DrivesError> {
         self.wait_for(AxisState::Ready)?;
         let now = self.station.now();
@@ -119,11 +127,12 @@ impl Move<'_, '_> {
         self.wait_for(AxisState::Streaming)?;
         let (anchor, read_anchor) = self.positions();
         let start = self.station.now();
-        let end_us = motion.duration_us() + SETTLE_US;
-        let mut elapsed_us = 0;
-        while elapsed_us < end_us && interrupt::requests() == 0 {
-            elapsed_us = self.station.now().us_since(start);
-            let [offset] = motion.position(elapsed_us);
+        let settle = Time::from_units(SETTLE_US, self.cycle_us);
+        let end = motion.duration().after(settle);
+        let mut elapsed = Time::ZERO;
+        while elapsed < end && interrupt::requests() == 0 {
+            elapsed = Time::from_units(self.station.now().us_since(start), self.cycle_us);
+            let offset = motion.position(elapsed).counts();
             self.station.cycle(|master, _| {
                 // A refusal is an axis that stopped by a fault, which the check below tells.
                 let _ = master.set_target(0, anchor.wrapping_add(offset));
