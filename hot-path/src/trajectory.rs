@@ -107,6 +107,24 @@ pub fn exercise(counter: fn() -> u32) {
     }
 }
 
+/// One move that needs every part of the solver, from beyond every limit; the profile itself is on the stack too.
+pub fn plan_one() {
+    let start = State {
+        velocity: 300.0,
+        acceleration: 3.0,
+        ..State::at_rest(0)
+    };
+    let Ok(limits) = Limits::new(100.0, 1.0, 0.01) else {
+        return;
+    };
+    let target = Position::from_counts(-1_000);
+    let planned = Profile::to_rest(black_box(&start), black_box(target), black_box(&limits));
+    if let Ok(profile) = black_box(&planned) {
+        black_box(profile.position(black_box(Time::from_cycles(50))).counts());
+        black_box(profile.extent());
+    }
+}
+
 /// Limits of machines and starts inside and beyond them.
 fn case(numbers: &mut Numbers) -> Option<(State, Position, Limits, Limits)> {
     let velocity = 100.0 * numbers.power(7);

@@ -25,7 +25,7 @@ impl fmt::Display for PlanError {
         match self {
             Self::Range(error) => error.fmt(f),
             Self::TooLong => f.write_str(
-                "the move takes longer than 2^31 cycles: raise the limits or shorten the move",
+                "the move takes longer than 2^30 cycles: raise the limits or shorten the move",
             ),
             Self::TooFar => f.write_str(
                 "the move goes further than 2^38 counts: the start is too fast for the limits",
@@ -50,28 +50,21 @@ const ROUNDING: u64 = 16;
 /// Times that the length of the cruise is refined, or what is left over is spread; each gains about 20 bits.
 const REFINEMENTS: u32 = 2;
 
-/// A profile under construction.
+/// A profile under construction: its end is where the next segment starts.
 pub(crate) struct Builder {
-    origin: Position,
-    segments: [Segment; Profile::SEGMENTS],
-    len: usize,
-    /// Where the next segment starts: ticks and position units from the start of the profile.
-    time: u64,
-    position: i64,
-    /// The segment at constant velocity whose length is free.
+    profile: Profile,
+    /// The place of the segment at constant velocity whose length is free.
     cruise: Option<usize>,
 }
 
 impl Builder {
-    pub(crate) const fn new(origin: Position) -> Self {
-        Self {
-            origin,
-            segments: [Segment::EMPTY; Profile::SEGMENTS],
-            len: 0,
-            time: 0,
-            position: 0,
+    /// Nothing yet, for a start that is in range.
+    pub(crate) fn starting(start: &State) -> Result<Self, PlanError> {
+        start.check()?;
+        Ok(Self {
+            profile: Profile::starting(start.position),
             cruise: None,
-        }
+        })
     }
 
     /// Counts from where the next segment starts to a position.
@@ -87,79 +80,68 @@ impl Builder {
         acceleration: f32,
         jerk: f32,
     ) -> Result<(), PlanError> {
-        if !(cycles <= LONGEST) {
+        self.add(cycles, velocity, acceleration, jerk).map(drop)
+    }
+
+    /// Constant velocity for about this time; [`Self::end_at`] changes it to make the end exact.
+    pub(crate) fn push_cruise(&mut self, cycles: f32, velocity: f32) -> Result<(), PlanError> {
+        self.cruise = self.add(cycles, velocity, 0.0, 0.0)?;
+        Ok(())
+    }
+
+    /// Returns the place of the segment.
+    fn add(
+        &mut self,
+        cycles: f32,
+        velocity: f32,
+        acceleration: f32,
+        jerk: f32,
+    ) -> Result<Option<usize>, PlanError> {
+        // Not for what is no number either.
+        if !(cycles < LONGEST) {
             return Err(PlanError::TooLong);
         }
         let duration = fixed::scaled(cycles, fixed::TIME_BITS as i32).max(0) as u64;
+        if duration == 0 {
+            return Ok(None);
+        }
         let segment = Segment {
-            end: self.time + duration,
-            position: self.position,
+            end: self.profile.end + duration,
+            position: self.profile.end_position,
             velocity,
             correction: 0.0,
             acceleration,
             jerk,
         };
-        if duration == 0 {
-            return Ok(());
-        }
-        if segment.end > LONGEST_TICKS {
-            return Err(PlanError::TooLong);
-        }
-        if !segment.fits(duration) {
-            return Err(PlanError::TooFar);
-        }
-        // The solver never makes more segments than there is room for.
-        if let Some(place) = self.segments.get_mut(self.len) {
-            *place = segment;
-            self.len += 1;
-            self.time = segment.end;
-            self.position = segment.position_at(duration, duration);
-        }
-        Ok(())
-    }
-
-    /// Constant velocity for about this time; [`Self::end_at`] changes it to make the end exact.
-    pub(crate) fn push_cruise(&mut self, cycles: f32, velocity: f32) -> Result<(), PlanError> {
-        let place = self.len;
-        self.push(cycles, velocity, 0.0, 0.0)?;
-        if self.len > place {
-            self.cruise = Some(place);
-        }
-        Ok(())
+        check(&segment, duration)?;
+        self.profile.end = segment.end;
+        self.profile.end_position = segment.position_at(duration, duration);
+        Ok(self.profile.add(segment))
     }
 
     /// Ends at rest exactly at the target.
-    pub(crate) fn end_at(mut self, target: Position) -> Result<Profile, PlanError> {
+    pub(crate) fn end_at(&mut self, target: Position) -> Result<(), PlanError> {
         for _ in 0..REFINEMENTS {
             self.lengthen_cruise(self.remainder(target))?;
         }
         for _ in 0..REFINEMENTS {
             self.spread(self.remainder(target));
         }
-        Ok(self.profile(target.distance_from(self.origin).units(), 0.0))
+        self.profile.end_position += self.remainder(target);
+        Ok(())
     }
 
     /// Goes on with this velocity for ever.
-    pub(crate) fn go_on(self, velocity: f32) -> Profile {
-        self.profile(self.position, velocity)
+    pub(crate) fn go_on(&mut self, velocity: f32) {
+        self.profile.end_velocity = velocity;
     }
 
-    fn profile(&self, end_position: i64, end_velocity: f32) -> Profile {
-        Profile::from_parts(
-            self.origin,
-            self.segments,
-            self.len,
-            self.time,
-            end_position,
-            end_velocity,
-        )
+    pub(crate) fn finish(self) -> Profile {
+        self.profile
     }
 
     fn remainder(&self, target: Position) -> i64 {
-        target
-            .distance_from(self.origin)
-            .units()
-            .wrapping_sub(self.position)
+        target.distance_from(self.profile.end_position()).units()
     }
 
     /// Cruises longer, or shorter but never less than nothing, by the time that a way takes.
@@ -168,22 +150,24 @@ impl Builder {
             return Ok(());
         };
         let start = self.start_of(place);
-        let Some(cruise) = self.segments.get_mut(place) else {
+        let segments = self.profile.used_mut();
+        let Some(cruise) = segments.get(place) else {
             return Ok(());
         };
         let before = cruise.end - start;
-        let change = fixed::scaled(
-            fixed::counts(way) / cruise.velocity,
-            fixed::TIME_BITS as i32,
-        );
-        let duration = before.saturating_add_signed(change);
-        if duration > LONGEST_TICKS {
+        let cycles = fixed::counts(way) / cruise.velocity;
+        // Also refuses what is no number.
+        if !(cycles.abs() < LONGEST) {
             return Err(PlanError::TooLong);
         }
-        if !cruise.fits(duration) {
-            return Err(PlanError::TooFar);
-        }
-        for segment in self.used().iter_mut().skip(place) {
+        let change = fixed::scaled(cycles, fixed::TIME_BITS as i32);
+        let duration = before.saturating_add_signed(change);
+        let cruise = Segment {
+            end: start.saturating_add(duration),
+            ..*cruise
+        };
+        check(&cruise, duration)?;
+        for segment in segments.iter_mut().skip(place) {
             segment.end = (segment.end - before).wrapping_add(duration);
         }
         self.recompute(place);
@@ -197,14 +181,18 @@ impl Builder {
         }
         let mut start = 0;
         let mut length = 0.0;
-        for segment in self.used().iter() {
+        for segment in self.profile.used() {
             let duration = segment.end - start;
             length += fixed::counts(segment.way(duration, duration)).abs();
             start = segment.end;
         }
+        // No way at all, to the last digit.
+        if length == 0.0 {
+            return;
+        }
         let share = fixed::counts(remainder) / length;
         start = 0;
-        for segment in self.used().iter_mut() {
+        for segment in self.profile.used_mut() {
             let duration = segment.end - start;
             // A cruise may have become nothing.
             if duration > 0 {
@@ -216,36 +204,37 @@ impl Builder {
         self.recompute(0);
     }
 
-    /// Start positions from a segment on, and the end.
+    /// Start positions behind a segment, and the end.
     fn recompute(&mut self, place: usize) {
         let mut start = self.start_of(place);
         let mut position = None;
-        for segment in self.used().iter_mut().skip(place) {
+        for segment in self.profile.used_mut().iter_mut().skip(place) {
             segment.position = position.unwrap_or(segment.position);
             let duration = segment.end - start;
             position = Some(segment.position_at(duration, duration));
             start = segment.end;
         }
-        self.time = start;
-        self.position = position.unwrap_or(self.position);
+        self.profile.end = start;
+        if let Some(position) = position {
+            self.profile.end_position = position;
+        }
     }
 
     fn start_of(&self, place: usize) -> u64 {
         place
             .checked_sub(1)
-            .and_then(|before| self.segments.get(before))
+            .and_then(|before| self.profile.used().get(before))
             .map_or(0, |before| before.end)
-    }
-
-    fn used(&mut self) -> &mut [Segment] {
-        self.segments.get_mut(..self.len).unwrap_or_default()
     }
 }
 
-impl Builder {
-    /// A builder for a start that is in range.
-    pub(crate) fn starting(start: &State) -> Result<Self, PlanError> {
-        start.check()?;
-        Ok(Self::new(start.position))
+/// Whether a segment may be part of a profile.
+fn check(segment: &Segment, duration: u64) -> Result<(), PlanError> {
+    if segment.end >= LONGEST_TICKS {
+        return Err(PlanError::TooLong);
     }
+    if !segment.fits(duration) {
+        return Err(PlanError::TooFar);
+    }
+    Ok(())
 }

@@ -8,22 +8,25 @@ use core::fmt;
 use crate::fixed::part_of;
 use crate::quantity::Position;
 
-/// The share of a duration that has passed, 0 to 1, in steps of 2^-32 or finer.
+/// The share of a duration that has passed, 0 to 1, in steps of 2^-32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Share(u64);
+
+/// Everything; the last step before it is smaller.
+const WHOLE: Share = Share(u64::MAX);
 
 impl Share {
     /// `elapsed` out of `duration`, in any unit; 1 when it is over.
     #[must_use]
     pub const fn of(elapsed: u64, duration: u64) -> Self {
         if elapsed >= duration {
-            return Self(1 << 63);
+            return WHOLE;
         }
         // Down to 32 bits, so that the dividend fits 64.
         let places = 32_u32.saturating_sub(duration.leading_zeros());
         match ((elapsed >> places) << 32).checked_div(duration >> places) {
-            Some(share) => Self(share << 31),
-            None => Self(1 << 63),
+            Some(share) => Self(share << 32),
+            None => WHOLE,
         }
     }
 }
@@ -90,6 +93,11 @@ impl Piece {
     #[must_use]
     pub const fn at(&self, share: Share) -> Position {
         let [one, two, three, four, five] = self.coefficients;
+        if share.0 == WHOLE.0 {
+            let three = three.wrapping_add(four).wrapping_add(five);
+            let way = one.wrapping_add(two).wrapping_add(three);
+            return self.start.moved_by(Position::from_units(way));
+        }
         let way = part_of(five, share.0).wrapping_add(four);
         let way = part_of(way, share.0).wrapping_add(three);
         let way = part_of(way, share.0).wrapping_add(two);

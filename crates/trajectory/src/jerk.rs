@@ -7,7 +7,6 @@
 use crate::bisection::last_not_beyond;
 use crate::builder::{Builder, PlanError};
 use crate::limits::{Limits, State};
-use crate::profile::Profile;
 use crate::quantity::Position;
 
 /// Limits are planned with by this much smaller, which is what rounding may add: a relative 2^-18.
@@ -29,13 +28,13 @@ const STEEPEST: f32 = 4_096.0;
 
 /// See [`crate::Profile::to_rest`].
 pub(crate) fn to_rest(
-    mut builder: Builder,
+    builder: &mut Builder,
     start: &State,
     target: Position,
     limits: &Limits,
-) -> Result<Profile, PlanError> {
+) -> Result<(), PlanError> {
     let bounds = Bounds::new(limits, start);
-    let motion = Motion::of(start).back_inside(&bounds, &mut builder)?;
+    let motion = Motion::of(start).back_inside(&bounds, builder)?;
     let distance = builder.distance_to(target);
     let sign = if distance < motion.way_to(0.0, &bounds) {
         -1.0
@@ -44,21 +43,19 @@ pub(crate) fn to_rest(
     };
     motion
         .times(sign)
-        .travel(sign * distance, sign, &bounds, &mut builder)?;
-    builder.end_at(target)
+        .travel(sign * distance, sign, &bounds, builder)
 }
 
 /// See [`crate::Profile::to_velocity`].
 pub(crate) fn to_velocity(
-    mut builder: Builder,
+    builder: &mut Builder,
     start: &State,
     velocity: f32,
     limits: &Limits,
-) -> Result<Profile, PlanError> {
+) -> Result<(), PlanError> {
     let bounds = Bounds::new(limits, start);
-    let motion = Motion::of(start).acceleration_inside(&bounds, &mut builder)?;
-    motion.change_to(velocity, &bounds, &mut builder)?;
-    Ok(builder.go_on(velocity))
+    let motion = Motion::of(start).acceleration_inside(&bounds, builder)?;
+    motion.change_to(velocity, &bounds, builder)
 }
 
 /// Limits to plan with.

@@ -14,29 +14,33 @@ impl Profile {
     /// zero.
     ///
     /// # Errors
-    /// [`PlanError`] when the start is out of range, or the move is longer than 2^31 cycles or 2^38 counts.
+    /// [`PlanError`] when the start is out of range, or the move is longer than 2^30 cycles or 2^38 counts.
     pub fn to_rest(start: &State, target: Position, limits: &Limits) -> Result<Self, PlanError> {
-        let builder = Builder::starting(start)?;
+        let mut builder = Builder::starting(start)?;
         if limits.has_jerk() {
-            jerk::to_rest(builder, start, target, limits)
+            jerk::to_rest(&mut builder, start, target, limits)?;
         } else {
-            trapezoid::to_rest(builder, start, target, limits)
+            trapezoid::to_rest(&mut builder, start, target, limits)?;
         }
+        builder.end_at(target)?;
+        Ok(builder.finish())
     }
 
     /// The fastest change to a constant velocity, which then goes on for ever; an acceleration beyond its limit is reduced first.
     ///
     /// # Errors
-    /// [`PlanError`] when the start or the velocity is out of range, or the change is longer than 2^31 cycles or 2^38 counts.
+    /// [`PlanError`] when the start or the velocity is out of range, or the change is longer than 2^30 cycles or 2^38 counts.
     pub fn to_velocity(start: &State, velocity: f32, limits: &Limits) -> Result<Self, PlanError> {
         let most = limits.velocity();
         check(Quantity::Velocity, velocity, (-most, most))?;
-        let builder = Builder::starting(start)?;
+        let mut builder = Builder::starting(start)?;
         if limits.has_jerk() {
-            jerk::to_velocity(builder, start, velocity, limits)
+            jerk::to_velocity(&mut builder, start, velocity, limits)?;
         } else {
-            trapezoid::to_velocity(builder, start, velocity, limits)
+            trapezoid::to_velocity(&mut builder, start, velocity, limits)?;
         }
+        builder.go_on(velocity);
+        Ok(builder.finish())
     }
 
     /// The fastest way to rest, wherever that is: [`Self::end_position`] says where, usually between two counts.

@@ -10,10 +10,10 @@ use crate::segment::Segment;
 pub struct Profile {
     origin: Position,
     /// Behind the last segment, position units from the origin.
-    end_position: i64,
+    pub(crate) end_position: i64,
     /// Ticks of the end of the last segment.
-    end: u64,
-    end_velocity: f32,
+    pub(crate) end: u64,
+    pub(crate) end_velocity: f32,
     len: u8,
     segments: [Segment; Self::SEGMENTS],
 }
@@ -34,40 +34,34 @@ pub struct Stretch {
 }
 
 impl Profile {
-    /// Longest move: 24 days at 1 kHz.
-    pub const LONGEST_CYCLES: u32 = 1 << 31;
+    /// Every move is shorter: 12 days at 1 kHz.
+    pub const LONGEST_CYCLES: u32 = 1 << 30;
     /// Most segments: three to come back inside the limits, three to the highest velocity, one there, three to rest.
     pub(crate) const SEGMENTS: usize = 10;
-
-    pub(crate) const fn from_parts(
-        origin: Position,
-        segments: [Segment; Self::SEGMENTS],
-        len: usize,
-        end: u64,
-        end_position: i64,
-        end_velocity: f32,
-    ) -> Self {
-        Self {
-            origin,
-            end_position,
-            end,
-            end_velocity,
-            len: len as u8,
-            segments,
-        }
-    }
 
     /// No move: rest at a count.
     #[must_use]
     pub const fn rest(counts: i32) -> Self {
-        Self::from_parts(
-            Position::from_counts(counts),
-            [Segment::EMPTY; Self::SEGMENTS],
-            0,
-            0,
-            0,
-            0.0,
-        )
+        Self::starting(Position::from_counts(counts))
+    }
+
+    pub(crate) const fn starting(origin: Position) -> Self {
+        Self {
+            origin,
+            end_position: 0,
+            end: 0,
+            end_velocity: 0.0,
+            len: 0,
+            segments: [Segment::EMPTY; Self::SEGMENTS],
+        }
+    }
+
+    /// One segment more; returns its place. The solvers never make more segments than there is room for.
+    pub(crate) fn add(&mut self, segment: Segment) -> Option<usize> {
+        let place = usize::from(self.len);
+        *self.segments.get_mut(place)? = segment;
+        self.len += 1;
+        Some(place)
     }
 
     /// Time from the start until it rests, or has reached its velocity.
@@ -132,9 +126,10 @@ impl Profile {
         for segment in self.used() {
             let duration = segment.end.wrapping_sub(start);
             for turn in turning_points(segment) {
-                let elapsed = fixed::scaled(turn, fixed::TIME_BITS as i32);
-                if elapsed > 0 && (elapsed as u64) < duration {
-                    let position = segment.position_at(elapsed as u64, duration);
+                // Not for what is no number either.
+                if turn > 0.0 && turn < fixed::cycles(duration) {
+                    let elapsed = fixed::scaled(turn, fixed::TIME_BITS as i32) as u64;
+                    let position = segment.position_at(elapsed.min(duration), duration);
                     lowest = lowest.min(position);
                     highest = highest.max(position);
                 }
@@ -190,7 +185,13 @@ impl Profile {
         None
     }
 
-    fn used(&self) -> &[Segment] {
+    pub(crate) fn used_mut(&mut self) -> &mut [Segment] {
+        self.segments
+            .get_mut(..usize::from(self.len))
+            .unwrap_or_default()
+    }
+
+    pub(crate) fn used(&self) -> &[Segment] {
         self.segments
             .get(..usize::from(self.len))
             .unwrap_or_default()

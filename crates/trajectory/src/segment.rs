@@ -37,15 +37,17 @@ impl Segment {
         self.position.wrapping_add(self.way(elapsed, duration))
     }
 
-    /// Way since the start of the segment. The time is a share of the smallest power of two that holds the duration, so the
-    /// coefficients are scaled by shifts and a share needs no division.
+    /// Way since the start of the segment. The time is a share of the next power of two above the duration, so the coefficients are
+    /// scaled by shifts and a share needs no division. `elapsed` is at most `duration`.
     pub(crate) fn way(&self, elapsed: u64, duration: u64) -> i64 {
-        let places = u64::BITS - duration.leading_zeros();
-        let share = elapsed.min(duration) << ((u64::BITS - 1).saturating_sub(places) & 63);
-        let cycles = places as i32 - TIME_BITS as i32;
+        let free = duration.leading_zeros();
+        let share = elapsed.wrapping_shl(free);
+        let cycles = (u64::BITS - TIME_BITS) as i32 - free as i32;
         let units = FRACTION_BITS as i32;
-        let linear = fixed::scaled(self.velocity, cycles + units)
-            .wrapping_add(fixed::scaled(self.correction, cycles + units));
+        let mut linear = fixed::scaled(self.velocity, cycles + units);
+        if self.correction != 0.0 {
+            linear = linear.wrapping_add(fixed::scaled(self.correction, cycles + units));
+        }
         let square = fixed::scaled(self.acceleration, 2 * cycles + units - 1);
         let cubic = fixed::scaled(self.jerk / 6.0, 3 * cycles + units);
         let slope = fixed::part_of(cubic, share).wrapping_add(square);
@@ -71,7 +73,7 @@ impl Segment {
             + self.velocity.abs())
             * cycles;
         // Also false for what is no number.
-        largest <= LARGEST_COUNTS
+        largest < LARGEST_COUNTS
     }
 }
 

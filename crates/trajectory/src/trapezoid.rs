@@ -3,16 +3,15 @@
 use crate::builder::{Builder, PlanError};
 use crate::jerk::inside;
 use crate::limits::{Limits, State};
-use crate::profile::Profile;
 use crate::quantity::Position;
 
 /// See [`crate::Profile::to_rest`].
 pub(crate) fn to_rest(
-    mut builder: Builder,
+    builder: &mut Builder,
     start: &State,
     target: Position,
     limits: &Limits,
-) -> Result<Profile, PlanError> {
+) -> Result<(), PlanError> {
     let acceleration = limits.acceleration();
     let stop = 0.5 * start.velocity * start.velocity.abs() / acceleration;
     let distance = builder.distance_to(target);
@@ -22,7 +21,7 @@ pub(crate) fn to_rest(
     let square = acceleration * distance + 0.5 * velocity * velocity;
     let highest = libm::sqrtf(square.max(0.0));
     let peak = highest.min(inside(limits.velocity(), velocity));
-    push_change(velocity, peak, sign, acceleration, &mut builder)?;
+    push_change(velocity, peak, sign, acceleration, builder)?;
     if peak < highest {
         let way = if velocity > peak {
             distance - 0.5 * velocity * velocity / acceleration
@@ -31,25 +30,23 @@ pub(crate) fn to_rest(
         };
         builder.push_cruise(way / peak, sign * peak)?;
     }
-    push_change(peak, 0.0, sign, acceleration, &mut builder)?;
-    builder.end_at(target)
+    push_change(peak, 0.0, sign, acceleration, builder)
 }
 
 /// See [`crate::Profile::to_velocity`].
 pub(crate) fn to_velocity(
-    mut builder: Builder,
+    builder: &mut Builder,
     start: &State,
     velocity: f32,
     limits: &Limits,
-) -> Result<Profile, PlanError> {
+) -> Result<(), PlanError> {
     push_change(
         start.velocity,
         velocity,
         1.0,
         limits.acceleration(),
-        &mut builder,
-    )?;
-    Ok(builder.go_on(velocity))
+        builder,
+    )
 }
 
 /// A change from one velocity to another, both in the direction `sign`.

@@ -121,11 +121,11 @@ fn errors_name_the_place() {
 #[test]
 fn shares_are_parts_of_a_whole() {
     assert_eq!(Share::of(0, 7), Share(0));
-    assert_eq!(Share::of(1, 4), Share(1 << 61));
+    assert_eq!(Share::of(1, 4), Share(1 << 62));
     for (elapsed, duration) in [(7, 7), (8, 7), (0, 0), (1, 0), (u64::MAX, u64::MAX)] {
-        assert_eq!(Share::of(elapsed, duration), Share(1 << 63));
+        assert_eq!(Share::of(elapsed, duration), WHOLE);
     }
-    let third = Share::of(u64::MAX / 3, u64::MAX).0 as f64 / (1_u64 << 63) as f64;
+    let third = Share::of(u64::MAX / 3, u64::MAX).0 as f64 / 2_f64.powi(64);
     assert!((third - 1.0 / 3.0).abs() < 1e-9);
 }
 

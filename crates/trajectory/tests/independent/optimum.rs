@@ -62,5 +62,5 @@ pub(crate) fn is_beyond_range(case: &Case) -> bool {
     let brake = highest / a_max + 2.0 * a.max(a_max) / j;
     let far = highest * (a / j + brake);
     let long = a / j + brake + (way + far) / v_max;
-    v.max(a) > f64::from(State::LARGEST) || far > 2_f64.powi(37) || long > 2_f64.powi(30)
+    v.max(a) > f64::from(State::LARGEST) || far > 2_f64.powi(37) || long > 2_f64.powi(29)
 }
