@@ -16,7 +16,7 @@ pub enum PlanError {
     Range(RangeError),
     /// The move takes longer than [`Profile::LONGEST_CYCLES`].
     TooLong,
-    /// The move goes further than 2^38 counts.
+    /// The move goes further than 2^34 counts.
     TooFar,
 }
 
@@ -28,7 +28,7 @@ impl fmt::Display for PlanError {
                 "the move takes longer than 2^30 cycles: raise the limits or shorten the move",
             ),
             Self::TooFar => f.write_str(
-                "the move goes further than 2^38 counts: the start is too fast for the limits",
+                "the move goes further than 2^34 counts: the start is too fast for the limits",
             ),
         }
     }
@@ -45,8 +45,8 @@ impl From<RangeError> for PlanError {
 /// Longest segment and longest profile, in cycles.
 const LONGEST: f32 = Profile::LONGEST_CYCLES as f32;
 const LONGEST_TICKS: u64 = (Profile::LONGEST_CYCLES as u64) << fixed::TIME_BITS;
-/// A remainder of so many position units is rounding of the sum, below 2^-16 counts, and is not spread.
-const ROUNDING: u64 = 16;
+/// A remainder of so many position units, 2^-18 counts, is rounding of the sum, and is not spread.
+const ROUNDING: u64 = 64;
 /// Times that the length of the cruise is refined, or what is left over is spread; each gains about 20 bits.
 const REFINEMENTS: u32 = 2;
 

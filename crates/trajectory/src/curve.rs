@@ -1,7 +1,7 @@
 //! Curves through given points at given times: keyframes, motion files.
 //!
 //! A piece goes from one point to the next as a polynomial of the share of its duration that has passed. It is computed with integers
-//! alone, exact at both ends and to 2^-18 counts between them, the same on every machine.
+//! alone, exact at both ends and to 2^-20 counts between them, the same on every machine.
 
 use core::fmt;
 

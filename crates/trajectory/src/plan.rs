@@ -14,7 +14,7 @@ impl Profile {
     /// zero.
     ///
     /// # Errors
-    /// [`PlanError`] when the start is out of range, or the move is longer than 2^30 cycles or 2^38 counts.
+    /// [`PlanError`] when the start is out of range, or the move is longer than 2^30 cycles or 2^34 counts.
     pub fn to_rest(start: &State, target: Position, limits: &Limits) -> Result<Self, PlanError> {
         let mut builder = Builder::starting(start)?;
         if limits.has_jerk() {
@@ -29,7 +29,7 @@ impl Profile {
     /// The fastest change to a constant velocity, which then goes on for ever; an acceleration beyond its limit is reduced first.
     ///
     /// # Errors
-    /// [`PlanError`] when the start or the velocity is out of range, or the change is longer than 2^30 cycles or 2^38 counts.
+    /// [`PlanError`] when the start or the velocity is out of range, or the change is longer than 2^30 cycles or 2^34 counts.
     pub fn to_velocity(start: &State, velocity: f32, limits: &Limits) -> Result<Self, PlanError> {
         let most = limits.velocity();
         check(Quantity::Velocity, velocity, (-most, most))?;

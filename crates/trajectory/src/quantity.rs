@@ -81,7 +81,7 @@ impl Time {
     }
 }
 
-/// A position in counts, with 20 bits behind the point: up to 2^43 counts either way.
+/// A position in counts, with 24 bits behind the point: up to 2^39 counts either way.
 ///
 /// The fraction is what makes replanning in every cycle exact: a velocity below one count per cycle is not lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -90,6 +90,8 @@ pub struct Position(i64);
 impl Position {
     /// The origin.
     pub const ZERO: Self = Self(0);
+    /// Units of a count.
+    pub const UNITS: i64 = 1 << FRACTION_BITS;
 
     /// Whole counts.
     #[must_use]
@@ -97,13 +99,13 @@ impl Position {
         Self((counts as i64) << FRACTION_BITS)
     }
 
-    /// In units of 2^-20 counts.
+    /// In units of 2^-24 counts.
     #[must_use]
     pub const fn from_units(units: i64) -> Self {
         Self(units)
     }
 
-    /// In units of 2^-20 counts.
+    /// In units of 2^-24 counts.
     #[must_use]
     pub const fn units(self) -> i64 {
         self.0
@@ -190,10 +192,10 @@ mod tests {
 
     #[test]
     fn set_points_are_the_nearest_counts() {
-        let half = Position::from_units(1 << 19);
+        let half = Position::from_units(1 << 23);
         assert_eq!(half.counts(), 1);
-        assert_eq!(Position::from_units((1 << 19) - 1).counts(), 0);
-        assert_eq!(Position::from_units(-(1 << 19)).counts(), 0);
+        assert_eq!(Position::from_units((1 << 23) - 1).counts(), 0);
+        assert_eq!(Position::from_units(-(1 << 23)).counts(), 0);
         assert_eq!(Position::from_counts(-7).counts(), -7);
         assert_eq!(
             Position::from_counts(i32::MIN)

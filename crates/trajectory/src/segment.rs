@@ -78,4 +78,4 @@ impl Segment {
 }
 
 /// What the terms of a segment may sum up to, in counts: half the range of a position. They are up to ten times the way.
-const LARGEST_COUNTS: f32 = (1_u64 << 42) as f32;
+const LARGEST_COUNTS: f32 = (1_u64 << 38) as f32;

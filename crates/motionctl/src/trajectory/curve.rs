@@ -15,9 +15,8 @@ pub(crate) enum Interpolation {
 }
 
 /// Values beyond this many counts are beyond every travel, and refused as such: no need to compute with them.
-const FARTHEST_COUNTS: f64 = (1_u64 << 38) as f64;
-/// Position units of a count.
-const UNITS: f64 = 1_048_576.0;
+const FARTHEST_COUNTS: f64 = (1_u64 << 33) as f64;
+const UNITS: f64 = Position::UNITS as f64;
 /// A piece of a curve is divided into so many steps of time: a nanosecond in an hour.
 const STEPS: u64 = 1 << 42;
 

@@ -160,7 +160,7 @@ proptest! {
     fn pieces_are_those_of_exact_arithmetic(
         from in -1e6..1e6_f64, to in -1e6..1e6_f64, leaving in -1e6..1e6_f64, arriving in -1e6..1e6_f64, elapsed in 0..1_000_u64,
     ) {
-        let position = |counts: f64| Position::from_units((counts * 1_048_576.0) as i64);
+        let position = |counts: f64| Position::from_units((counts * 16_777_216.0) as i64);
         let share = Share::of(elapsed, 1_000);
         let u = elapsed as f64 / 1_000.0;
         let (way, v, w) = (to - from, leaving, arriving);
@@ -171,8 +171,8 @@ proptest! {
             (Piece::cubic(position(from), position(to), position(leaving), position(arriving)), cubic),
             (Piece::minimum_jerk(position(from), position(to)), quintic),
         ] {
-            let actual = piece.at(share).units() as f64 / 1_048_576.0;
-            // Positions are cut off at 2^-20 counts, times at 2^-32 of the duration.
+            let actual = piece.at(share).units() as f64 / 16_777_216.0;
+            // Positions are cut off at 2^-24 counts, times at 2^-32 of the duration.
             prop_assert!((actual - expected).abs() < 0.002, "{} {}", actual, expected);
         }
     }

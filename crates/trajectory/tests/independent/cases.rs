@@ -141,10 +141,11 @@ impl Case {
             Class::NearTheStop => {
                 let stop = Profile::stop(&moving, &limits)
                     .map_or(Position::ZERO, |stop| stop.end_position());
-                let off = random.sign() * random.magnitude(1e-6, 1e3) * 1_048_576.0;
-                let whole = (stop.units() + off as i64 + (1 << 19)) >> 20;
+                let off = random.sign() * random.magnitude(1e-6, 1e3) * Position::UNITS as f64;
+                let whole =
+                    (stop.units() + off as i64 + Position::UNITS / 2).div_euclid(Position::UNITS);
                 // A start with a fraction, so that the distance is any number.
-                let shift = (whole << 20) - stop.units() - off as i64;
+                let shift = (whole * Position::UNITS) - stop.units() - off as i64;
                 let start = State {
                     position: Position::from_units(moving.position.units() + shift),
                     ..moving
@@ -152,7 +153,7 @@ impl Case {
                 Self {
                     class,
                     start,
-                    target: Position::from_units(whole << 20),
+                    target: Position::from_units(whole * Position::UNITS),
                     limits,
                 }
             }

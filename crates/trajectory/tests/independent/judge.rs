@@ -18,7 +18,7 @@ const LEAST: f64 = 1.0 / 4_096.0;
 const TICK: f64 = 1.0 / 4_294_967_296.0;
 
 fn counts(position: Position) -> f64 {
-    position.units() as f64 / 1_048_576.0
+    position.units() as f64 / Position::UNITS as f64
 }
 
 fn cycles(time: Time) -> f64 {

@@ -2,14 +2,15 @@
 
 use rsruckig::prelude::*;
 
-use trajectory::State;
+use trajectory::{Position, State};
 
 use super::cases::Case;
 
 /// The duration in cycles; `None` where the other solver fails.
 pub(crate) fn optimum(case: &Case) -> Option<f64> {
     let mut input = InputParameter::<1>::new(None);
-    let counts = case.target.distance_from(case.start.position).units() as f64 / 1_048_576.0;
+    let counts =
+        case.target.distance_from(case.start.position).units() as f64 / Position::UNITS as f64;
     input.current_position[0] = 0.0;
     input.current_velocity[0] = f64::from(case.start.velocity);
     input.current_acceleration[0] = f64::from(case.start.acceleration);
@@ -37,7 +38,9 @@ pub(crate) fn lower_bound(case: &Case) -> f64 {
         case.limits.jerk(),
     ]
     .map(f64::from);
-    let way = (case.target.distance_from(case.start.position).units() as f64 / 1_048_576.0).abs();
+    let way = (case.target.distance_from(case.start.position).units() as f64
+        / Position::UNITS as f64)
+        .abs();
     let fastest = v_max.max(v.abs() + a * a / 2.0 / j_max);
     let hardest = a_max.max(a.abs());
     (way / fastest).max(v.abs() / hardest).max(a.abs() / j_max)
@@ -56,11 +59,13 @@ pub(crate) fn is_beyond_range(case: &Case) -> bool {
         f64::from(case.start.velocity).abs(),
         f64::from(case.start.acceleration).abs(),
     );
-    let way = (case.target.distance_from(case.start.position).units() as f64 / 1_048_576.0).abs();
+    let way = (case.target.distance_from(case.start.position).units() as f64
+        / Position::UNITS as f64)
+        .abs();
     // While the acceleration is released, velocity grows to this at most; from there the brake takes so long and so far.
     let highest = v + a * a / (2.0 * j);
     let brake = highest / a_max + 2.0 * a.max(a_max) / j;
     let far = highest * (a / j + brake);
     let long = a / j + brake + (way + far) / v_max;
-    v.max(a) > f64::from(State::LARGEST) || far > 2_f64.powi(37) || long > 2_f64.powi(29)
+    v.max(a) > f64::from(State::LARGEST) || far > 2_f64.powi(33) || long > 2_f64.powi(29)
 }

@@ -113,10 +113,7 @@ struct Move<'a, 'link> {
 
 impl Move<'_, '_> {
     /// Runs the move; returns the counts that were sent, those that were read, and whether it was interrupted.
-    fn along(
-        &mut self,
-        motion: &Profile,
-    ) -> Result<(i32, Option<i32>, bool), DrivesError> {
+    fn along(&mut self, motion: &Profile) -> Result<(i32, Option<i32>, bool), DrivesError> {
         self.wait_for(AxisState::Ready)?;
         let now = self.station.now();
         let enabled = self.station.master().enable(now, GROUP);
