@@ -96,7 +96,9 @@ pub fn exercise(counter: fn() -> u32) {
             });
         }
         for sample in 0..SAMPLES {
-            let at = Time::from_ticks(profile.duration().ticks() / u64::from(SAMPLES) * u64::from(sample));
+            let at = Time::from_ticks(
+                profile.duration().ticks() / u64::from(SAMPLES) * u64::from(sample),
+            );
             measure(&FIGURE_SAMPLE, &mut || {
                 black_box(black_box(&profile).position(black_box(at)).counts());
             });

@@ -145,6 +145,7 @@ impl Builder {
     }
 
     /// Cruises longer, or shorter but never less than nothing, by the time that a way takes.
+    #[inline(never)]
     fn lengthen_cruise(&mut self, way: i64) -> Result<(), PlanError> {
         let Some(place) = self.cruise else {
             return Ok(());
@@ -175,6 +176,7 @@ impl Builder {
     }
 
     /// Gives every segment its share of what rounding has left over, as a velocity, in proportion to the way that it goes.
+    #[inline(never)]
     fn spread(&mut self, remainder: i64) {
         if remainder.unsigned_abs() <= ROUNDING {
             return;
@@ -205,6 +207,7 @@ impl Builder {
     }
 
     /// Start positions behind a segment, and the end.
+    #[inline(never)]
     fn recompute(&mut self, place: usize) {
         let mut start = self.start_of(place);
         let mut position = None;

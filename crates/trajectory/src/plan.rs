@@ -1,4 +1,4 @@
-//! The ways to make a profile.
+//! The ways to make a profile. Not inlined: each is kilobytes.
 
 use crate::builder::{Builder, PlanError};
 use crate::limits::{Limits, Quantity, State, check};
@@ -15,6 +15,7 @@ impl Profile {
     ///
     /// # Errors
     /// [`PlanError`] when the start is out of range, or the move is longer than 2^30 cycles or 2^34 counts.
+    #[inline(never)]
     pub fn to_rest(start: &State, target: Position, limits: &Limits) -> Result<Self, PlanError> {
         let mut builder = Builder::starting(start)?;
         if limits.has_jerk() {
@@ -30,6 +31,7 @@ impl Profile {
     ///
     /// # Errors
     /// [`PlanError`] when the start or the velocity is out of range, or the change is longer than 2^30 cycles or 2^34 counts.
+    #[inline(never)]
     pub fn to_velocity(start: &State, velocity: f32, limits: &Limits) -> Result<Self, PlanError> {
         let most = limits.velocity();
         check(Quantity::Velocity, velocity, (-most, most))?;
