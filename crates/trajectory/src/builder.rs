@@ -97,8 +97,7 @@ impl Builder {
         acceleration: f32,
         jerk: f32,
     ) -> Result<Option<usize>, PlanError> {
-        // Not for what is no number either.
-        if !(cycles < LONGEST) {
+        if cycles.is_nan() || cycles >= LONGEST {
             return Err(PlanError::TooLong);
         }
         let duration = fixed::scaled(cycles, fixed::TIME_BITS as i32).max(0) as u64;
@@ -157,8 +156,7 @@ impl Builder {
         };
         let before = cruise.end - start;
         let cycles = fixed::counts(way) / cruise.velocity;
-        // Also refuses what is no number.
-        if !(cycles.abs() < LONGEST) {
+        if cycles.is_nan() || cycles.abs() >= LONGEST {
             return Err(PlanError::TooLong);
         }
         let change = fixed::scaled(cycles, fixed::TIME_BITS as i32);

@@ -162,7 +162,7 @@ mod tests {
         #[test]
         fn a_part_is_that_of_exact_arithmetic(value in any::<i64>(), share in any::<u64>()) {
             let value = value >> 2;
-            let exact = i128::from(value) * i128::from(share) >> 64;
+            let exact = (i128::from(value) * i128::from(share)) >> 64;
             let missing = exact - i128::from(part_of(value, share));
             prop_assert!((-3..=3).contains(&missing), "{}", missing);
         }

@@ -197,15 +197,13 @@ mod tests {
 
     #[test]
     fn limits_have_ranges_with_their_ends_inside() {
-        for ((v_min, v_max), (a_min, a_max), (j_min, j_max)) in
-            [(Limits::VELOCITY, Limits::ACCELERATION, Limits::JERK)]
-        {
-            assert!(Limits::new(v_min, a_min, j_min).is_ok());
-            assert!(Limits::new(v_max, a_max, j_max).is_ok());
-            assert!(Limits::new(v_max * 1.01, a_max, j_max).is_err());
-            assert!(Limits::new(v_max, a_min * 0.99, j_max).is_err());
-            assert!(Limits::new(v_max, a_max, j_min * 0.99).is_err());
-        }
+        let ((v_min, v_max), (a_min, a_max), (j_min, j_max)) =
+            (Limits::VELOCITY, Limits::ACCELERATION, Limits::JERK);
+        assert!(Limits::new(v_min, a_min, j_min).is_ok());
+        assert!(Limits::new(v_max, a_max, j_max).is_ok());
+        assert!(Limits::new(v_max * 1.01, a_max, j_max).is_err());
+        assert!(Limits::new(v_max, a_min * 0.99, j_max).is_err());
+        assert!(Limits::new(v_max, a_max, j_min * 0.99).is_err());
         for none in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert!(Limits::new(none, 1.0, 1.0).is_err());
             assert!(Limits::new(1.0, none, 1.0).is_err());

@@ -21,7 +21,7 @@ Examples:
   motionctl jog --can can0 --drive 3 --turns -1 --rpm 120 --yes
   motionctl jog --serial /dev/ttyUSB0 --drive 3 --turns 0.25 --rpm 300
 
-The drive is enabled, turns on a smooth profile that reaches --rpm in its middle, and is disabled:
+The drive is enabled, turns on a smooth profile that is never faster than --rpm, and is disabled:
 a vertical axis without a brake falls then. Ctrl-C ramps down and disables. Over --serial a drive that is enabled already makes one built-in move,
 whose speed comes from its own parameters: it is refused where that is more than --rpm.
 
