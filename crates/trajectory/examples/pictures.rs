@@ -15,11 +15,13 @@ const ACCELERATION: f32 = 1.0;
 const JERK: f32 = 0.05;
 const SIZE: (u32, u32) = (640, 420);
 
-/// A row of points: time in cycles, then position, velocity and acceleration.
+/// Time in cycles, then position, velocity and acceleration.
+type Point = (f32, [f32; 3]);
+
 struct Picture {
     name: &'static str,
     title: &'static str,
-    points: Vec<(f32, [f32; 3])>,
+    points: Vec<Point>,
 }
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
@@ -122,13 +124,13 @@ fn pictures() -> Result<Vec<Picture>, Box<dyn Error>> {
         .into())
 }
 
-fn point(at: f32, state: &State) -> (f32, [f32; 3]) {
+fn point(at: f32, state: &State) -> Point {
     let counts = state.position.units() as f32 / Position::UNITS as f32;
     (at, [counts, state.velocity, state.acceleration])
 }
 
 /// The whole profile and a little rest at both ends.
-fn profile(profile: &Profile) -> Vec<(f32, [f32; 3])> {
+fn profile(profile: &Profile) -> Vec<Point> {
     const POINTS: u64 = 160;
     let end = profile.duration().ticks();
     let at = |point| Time::from_ticks(end / POINTS * point);
@@ -138,7 +140,7 @@ fn profile(profile: &Profile) -> Vec<(f32, [f32; 3])> {
 }
 
 /// A move whose time is scaled; velocity and acceleration as differences of the positions of four cycles.
-fn overridden(limits: &Limits) -> Result<Vec<(f32, [f32; 3])>, Box<dyn Error>> {
+fn overridden(limits: &Limits) -> Result<Vec<Point>, Box<dyn Error>> {
     let profile = Profile::to_rest(&State::at_rest(0), Position::from_counts(8_000), limits)?;
     let mut scale = TimeScale::running(40)?;
     let mut positions = Vec::new();
@@ -163,7 +165,7 @@ fn overridden(limits: &Limits) -> Result<Vec<(f32, [f32; 3])>, Box<dyn Error>> {
 }
 
 /// A target that stands, moves, and moves the other way.
-fn followed(limits: Limits) -> Result<Vec<(f32, [f32; 3])>, Box<dyn Error>> {
+fn followed(limits: Limits) -> Result<Vec<Point>, Box<dyn Error>> {
     let mut tracker = Tracker::at_rest(0, limits);
     let mut target = Position::from_counts(600);
     let mut points = Vec::new();
