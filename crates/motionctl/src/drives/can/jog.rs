@@ -2,7 +2,7 @@
 
 use can_motion::{AxisState, Fault, PollPeriods};
 use dyn_can::{DriveId, GearNumber, StepLimit, units};
-use trajectory::{Limits, Position, Profile, State, Time};
+use trajectory::{Limits, Position, Profile, RangeError, State, Time};
 
 use super::procedure::answering_station;
 use crate::drives::{DrivesError, Jog, JogEnd};
@@ -40,13 +40,16 @@ pub(super) fn jog(
     let cycle_us = CYCLE_US.max(link.bit_rate().us_covering(CYCLE_BITS));
     let counts_per_turn = f64::from(units::command_counts_per_turn(gear));
     let asked_counts = (jog.turns * counts_per_turn).round() as i32;
-    let motion = profile(asked_counts, jog.rpm * counts_per_turn, cycle_us).map_err(|reason| {
-        DrivesError::Fault {
-            drive: drive.into(),
-            reason,
-        }
-    })?;
-    let axis = axes.axis(drive, catch_up(&motion), POLLS);
+    let fault = |reason: String| DrivesError::Fault {
+        drive: drive.into(),
+        reason,
+    };
+    let limits =
+        limits(jog.rpm * counts_per_turn, cycle_us).map_err(|error| fault(error.to_string()))?;
+    let target = Position::from_counts(asked_counts);
+    let motion = Profile::to_rest(&State::at_rest(0), target, &limits)
+        .map_err(|error| fault(error.to_string()))?;
+    let axis = axes.axis(drive, catch_up(&limits), POLLS);
     let mut station = Station::new(link, &[axis], cycle_us).map_err(DrivesError::Config)?;
     let moved = Move {
         station: &mut station,
@@ -66,26 +69,18 @@ pub(super) fn jog(
     })
 }
 
-/// From rest to rest, no faster than so many counts per minute.
-fn profile(counts: i32, counts_per_minute: f64, cycle_us: u32) -> Result<Profile, String> {
+/// No faster than so many counts per minute.
+fn limits(counts_per_minute: f64, cycle_us: u32) -> Result<Limits, RangeError> {
     let cycle_us = f64::from(cycle_us);
     let velocity = counts_per_minute * cycle_us / US_PER_MINUTE;
     let acceleration = velocity * cycle_us / SPEED_UP_US;
     let jerk = acceleration * cycle_us / BUILD_UP_US;
-    let limits = Limits::new(velocity as f32, acceleration as f32, jerk as f32)
-        .map_err(|error| error.to_string())?;
-    Profile::to_rest(&State::at_rest(0), Position::from_counts(counts), &limits)
-        .map_err(|error| error.to_string())
+    Limits::new(velocity as f32, acceleration as f32, jerk as f32)
 }
 
-/// A quarter above the highest velocity of the motion, and a count for rounding: an axis that is behind catches up, and never much faster
-/// than planned.
-fn catch_up(motion: &Profile) -> StepLimit {
-    let peak = motion
-        .stretches()
-        .map(|stretch| stretch.state.velocity.abs())
-        .fold(0.0, f32::max);
-    let step = (1.25 * peak).ceil() as i32 + 1;
+/// A quarter above the highest velocity, and a count for rounding: an axis that is behind catches up, and never much faster than allowed.
+fn catch_up(limits: &Limits) -> StepLimit {
+    let step = (1.25 * limits.velocity()).ceil() as i32 + 1;
     StepLimit::new(step).unwrap_or(StepLimit::MAX)
 }
 
