@@ -65,6 +65,9 @@ pub(super) fn byte(word: &str, radix: u32) -> Result<u8, LineError> {
 /// A word without the escape sequences in front of it and behind it.
 pub(super) fn without_colours(word: &str) -> &str {
     const ESCAPE: char = '\u{1b}';
+    if !word.bytes().any(|byte| byte == b'\x1b') {
+        return word;
+    }
     let mut word = word;
     while let Some((_, rest)) = word
         .strip_prefix(ESCAPE)

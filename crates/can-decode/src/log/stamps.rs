@@ -89,7 +89,7 @@ impl Clock {
             .and_then(|time| time.strip_suffix(')'));
         let inside = inside.ok_or_else(|| LineError::field("a time in brackets", first))?;
         let time = time_ns(inside, NS_PER_S)?;
-        if short_time_ns(first).is_none() || words.any_is_log_frame() {
+        if !is_short(inside) || words.any_is_log_frame() {
             return Ok(Some(time));
         }
         self.short(time).map(Some)
@@ -125,9 +125,13 @@ impl Words<'_> {
 /// A time such as `(000.000621)`.
 fn short_time_ns(word: &str) -> Option<u64> {
     let inside = without_colours(word).strip_prefix('(')?.strip_suffix(')')?;
-    let digits = inside.split_once('.')?.0.len();
-    let is_short = (PADDED_DIGITS..ABSOLUTE_DIGITS).contains(&digits);
-    time_ns(inside, NS_PER_S).ok().filter(|_| is_short)
+    time_ns(inside, NS_PER_S).ok().filter(|_| is_short(inside))
+}
+
+/// Whether a time has as many digits in front of the point as those that do not count from 1970.
+fn is_short(time: &str) -> bool {
+    let digits = time.bytes().position(|byte| byte == b'.');
+    digits.is_some_and(|digits| (PADDED_DIGITS..ABSOLUTE_DIGITS).contains(&digits))
 }
 
 /// `2026-11-28` and `10:00:00.123456)` as the time since 1970 in the zone of the log.
