@@ -132,7 +132,11 @@ fn case(numbers: &mut Numbers) -> Option<(State, Position, Limits, Limits)> {
     let velocity = 100.0 * numbers.power(7);
     let acceleration = velocity * 0.01 * numbers.power(6);
     let jerk = acceleration * 0.01 * numbers.power(6);
-    let beyond = if numbers.next() % 4 == 0 { 3.0 } else { 1.0 };
+    let beyond = if numbers.next().is_multiple_of(4) {
+        3.0
+    } else {
+        1.0
+    };
     let start = State {
         position: Position::from_counts(numbers.next() as i32 >> 4),
         velocity: beyond * velocity * numbers.share(),

@@ -8,7 +8,7 @@ use independent::optimum::is_beyond_range;
 use independent::random::Random;
 use proptest::prelude::*;
 use trajectory::{
-    Limits, PlanError, Position, Profile, Quantity, State, Stretch, Time, TimeScale, Tracker,
+    Coast, Limits, PlanError, Position, Profile, Quantity, State, Stretch, Time, TimeScale, Tracker,
 };
 
 fn counts(position: Position) -> f64 {
@@ -383,4 +383,13 @@ fn a_move_is_done_at_its_end_and_not_before() {
     assert!(profile.is_done(end));
     assert!(!profile.is_done(Time::from_ticks(end.ticks() - 1)));
     assert!(!profile.is_done(Time::ZERO));
+}
+
+/// What the README says of the memory.
+#[test]
+fn values_are_small() {
+    assert_eq!(size_of::<Profile>(), 352);
+    assert_eq!(size_of::<Result<Profile, PlanError>>(), 360);
+    assert_eq!(size_of::<TimeScale>(), 24);
+    assert_eq!(size_of::<Coast>(), 8);
 }

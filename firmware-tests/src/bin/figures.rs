@@ -43,8 +43,7 @@ fn figures(path: &Path) -> Result<Value, String> {
     let wire = Wire::new(Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new()));
     let mut board =
         Board::new(image, HSE_HZ, wire).map_err(|error| format!("emulator: {error:?}"))?;
-    run_until_asleep(&mut board)
-        .ok_or_else(|| format!("{} does not sleep", path.display()))?;
+    run_until_asleep(&mut board).ok_or_else(|| format!("{} does not sleep", path.display()))?;
     let mut figures = Map::new();
     for (symbol, address) in board.image().symbols_with(MARK) {
         let (sum, largest) = board
