@@ -1,0 +1,1 @@
+//! The family of the example of `can-motion`, with its own simulated drive.
