@@ -38,9 +38,11 @@ pub(super) struct Books {
     pub(super) off_word: Option<OffWord>,
     /// The master may switch off on its own account: enabling was cut short, or the reaction to a fault says so.
     pub(super) may_close: bool,
+    /// When the controller took the latest command to switch off, until it is confirmed.
+    pub(super) closed_us: Option<u64>,
     pub(super) switched_on_us: Option<u64>,
-    /// The request that is under way, by when the controller took it.
-    pub(super) asked_us: Option<u64>,
+    /// The request that is under way: when the controller took it, and its identifier.
+    pub(super) asked: Option<(u64, u16)>,
     pub(super) set_point_us: Option<u64>,
     /// What the controller took and did not give back: the sum of steps, or the latest value.
     pub(super) ledger: i64,
@@ -66,8 +68,9 @@ impl Books {
         is_found: false,
         off_word: None,
         may_close: false,
+        closed_us: None,
         switched_on_us: None,
-        asked_us: None,
+        asked: None,
         set_point_us: None,
         ledger: 0,
         before: [0; 4],

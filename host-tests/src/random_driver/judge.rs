@@ -49,7 +49,7 @@ impl Judge {
         self.cycle += 1;
         let Rules { stuck_us, reply_us, .. } = self.rules;
         for (books, must_fault) in self.books.iter_mut().zip(&mut self.must_fault) {
-            books.asked_us = books.asked_us.filter(|at| now_us < at + reply_us);
+            books.asked = books.asked.filter(|(at, _)| now_us < at + reply_us);
             let is_stuck = books.set_point_us.is_some_and(|at| now_us - at >= stuck_us);
             *must_fault = is_stuck && books.permit == Permit::Stream;
         }
@@ -82,28 +82,37 @@ impl Judge {
     }
 
     /// A frame of a drive comes in.
-    pub(super) fn delivers(&mut self, axis: usize, told: Told, asked: Option<Asked>) {
-        let one_at_a_time = self.rules.asks_one_at_a_time;
+    pub(super) fn delivers(&mut self, axis: usize, id: u16, told: Told, asked: Option<Asked>) {
         let books = &mut self.books[axis];
-        let is_awaited = |asked: &Asked| !one_at_a_time || books.asked_us == Some(asked.taken_us);
-        if let Some(asked) = asked.filter(is_awaited) {
-            if one_at_a_time {
-                books.asked_us = None;
-            }
-            Self::learn(books, told, asked);
+        let counts = if self.rules.asks_one_at_a_time {
+            // Answers do not say which request they are to (D31): a very late one passes for that to the latest.
+            let open = books.asked.filter(|(_, open)| *open == id);
+            books.asked = books.asked.filter(|(_, open)| *open != id);
+            let is_behind_switches = asked.is_none_or(|asked| asked.is_behind_switches);
+            open.map(|(taken_us, _)| Asked { taken_us, is_behind_switches })
+        } else {
+            asked
+        };
+        if let Some(asked) = counts {
+            Self::learn(books, told, asked, self.rules.cycle_us);
         }
         if told.is_alarm {
             books.is_mine = false;
-            books.told_power = None;
+            if !books.is_latched {
+                books.told_power = None;
+            }
             self.stop(GROUP_OF[axis], false);
         }
     }
 
-    fn learn(books: &mut Books, told: Told, asked: Asked) {
+    fn learn(books: &mut Books, told: Told, asked: Asked, cycle_us: u64) {
         let is_newer = |at: Option<u64>| at.is_none_or(|at| asked.taken_us > at);
         match told.power {
             Some(true) => {
-                books.told_power = Some(true);
+                // One asked for within a cycle of the command is not believed.
+                if is_newer(books.switched_on_us.map(|at| at + cycle_us - 1)) {
+                    books.told_power = Some(true);
+                }
                 let is_closing = books.may_close || books.off_word.is_some();
                 books.is_found |= !books.is_mine && !is_closing;
             }
@@ -114,6 +123,7 @@ impl Judge {
                 if is_confirmed {
                     books.off_word = None;
                     books.may_close = false;
+                    books.closed_us = None;
                     books.told_power = Some(false);
                     (books.is_mine, books.is_found) = (false, false);
                 }
@@ -142,13 +152,16 @@ impl Judge {
     /// An event of an axis.
     pub(super) fn sees(&mut self, axis: usize, seen: Seen, now_us: u64) {
         match seen {
-            Seen::Fault { is_own, ramps, ramps_itself, is_bus } => {
+            Seen::Fault { is_own, ramps, ramps_itself, is_bus, disables } => {
                 let books = &mut self.books[axis];
                 books.is_latched = true;
-                books.may_close |= books.is_mine && is_own && !ramps;
                 if is_own {
                     books.stop(ramps_itself);
                     self.stop(GROUP_OF[axis], ramps);
+                    for other in Self::in_group(GROUP_OF[axis]) {
+                        let books = &mut self.books[other];
+                        books.may_close |= disables && !books.is_found;
+                    }
                 }
                 if is_bus {
                     self.books[axis].told_power = None;
@@ -247,7 +260,7 @@ impl Judge {
                 books.off_word = Some(OffWord {
                     is_due: false,
                     since_cycle: cycle,
-                    taken_us: None,
+                    taken_us: books.closed_us,
                 });
             }
         }
@@ -264,7 +277,7 @@ impl Judge {
         self.is_bus_off = true;
         for books in &mut self.books {
             books.stop(false);
-            books.asked_us = None;
+            books.asked = None;
         }
         self.note_rest();
     }

@@ -6,7 +6,13 @@ use super::subject::{Command, Rules};
 
 impl Judge {
     /// The controller took a frame of an axis; `is_sure` when it did not report an error.
-    pub(super) fn takes(&mut self, axis: usize, command: Command, now_us: u64, is_sure: bool) {
+    pub(super) fn takes(
+        &mut self,
+        axis: usize,
+        (id, command): (u16, Command),
+        now_us: u64,
+        is_sure: bool,
+    ) {
         self.expects_disable_first(axis, command);
         let books = &self.books[axis];
         let touches = !matches!(command, Command::Ask | Command::Change | Command::Nothing);
@@ -23,10 +29,13 @@ impl Judge {
             }
             Command::On => self.switches_on(axis, now_us),
             Command::Off => self.switches_off(axis, now_us),
-            Command::Ask => self.asks(axis, now_us),
+            Command::Ask => {
+                self.counts_request(axis);
+                self.asks(axis, id, now_us);
+            }
             Command::Change => {
+                self.counts_request(axis);
                 self.changes(axis);
-                self.asks(axis, now_us);
             }
             Command::Nothing => {}
         }
@@ -118,6 +127,7 @@ impl Judge {
         let is_latched = books.is_latched;
         books.is_mine = true;
         books.told_power = books.told_power.filter(|is_on| *is_on);
+        books.closed_us = None;
         books.switched_on_us = Some(now_us);
         match wants {
             None => self.broken(axis, "switched on without a word"),
@@ -133,6 +143,7 @@ impl Judge {
         let books = &mut self.books[axis];
         let is_own = books.is_mine && books.told_power == Some(true);
         let may = books.may_close || books.off_word.is_some() || books.wants_power.is_some();
+        books.closed_us = Some(now_us);
         if let Some(word) = &mut books.off_word {
             word.taken_us = Some(now_us);
         }
@@ -144,15 +155,16 @@ impl Judge {
         }
     }
 
-    fn asks(&mut self, axis: usize, now_us: u64) {
+    fn counts_request(&mut self, axis: usize) {
         self.requests += 1;
         if self.requests > self.rules.requests_per_cycle {
             self.broken(axis, format!("{} requests in a cycle", self.requests));
         }
-        if !self.rules.asks_one_at_a_time {
-            return;
-        }
-        if let Some(at_us) = self.books[axis].asked_us.replace(now_us) {
+    }
+
+    fn asks(&mut self, axis: usize, id: u16, now_us: u64) {
+        let open = self.books[axis].asked.replace((now_us, id));
+        if let Some((at_us, _)) = open.filter(|_| self.rules.asks_one_at_a_time) {
             self.broken(axis, format!("asked again, the request of {at_us} us is open"));
         }
     }
@@ -172,13 +184,14 @@ impl Judge {
             Command::Target(_) => books.gives_value_back(),
             Command::Hold | Command::Brake if self.rules.is_speed => books.gives_value_back(),
             Command::Ask | Command::Change => {
-                books.asked_us = None;
+                books.asked = None;
                 self.requests -= 1;
             }
             Command::Off => {
                 if self.rules.is_speed {
                     books.gives_value_back();
                 }
+                books.closed_us = None;
                 if let Some(word) = &mut books.off_word {
                     (word.taken_us, word.since_cycle) = (None, self.cycle);
                 }

@@ -133,7 +133,7 @@ impl<S: Subject> Tap<'_, S> {
         let is_set_point = matches!(command, Command::Step(_) | Command::Target(_));
         self.tally.set_points += u64::from(is_set_point);
         if let Some(axis) = S::axis_of(frame) {
-            self.judge.takes(axis, command, self.run_now_us, is_sure);
+            self.judge.takes(axis, (frame.id(), command), self.run_now_us, is_sure);
         }
     }
 
@@ -275,12 +275,13 @@ impl<S: Subject> Run<S> {
         while let Some(Event { axis, kind, .. }) = self.master.next_event() {
             self.history.note(self.now_us, Entry::Event(axis, kind));
             let Some(axis) = axis else { continue };
-            let seen = self.subject.seen(&kind);
+            let axis = usize::from(axis);
+            let seen = self.subject.seen(axis, &kind);
             use super::subject::Seen;
             self.tally.faults += u64::from(matches!(seen, Seen::Fault { .. }));
             let streams = matches!(seen, Seen::State { to: AxisState::Streaming, .. });
             self.tally.streams += u64::from(streams);
-            self.judge.sees(usize::from(axis), seen, self.now_us);
+            self.judge.sees(axis, seen, self.now_us);
         }
     }
 
@@ -316,7 +317,7 @@ impl<S: Subject> Run<S> {
             let axis = S::axis_of(&sent.frame);
             let switches = |frame: &DataFrame| {
                 let command = self.subject.command(frame);
-                S::axis_of(frame) == axis && matches!(command, Command::On | Command::Off)
+                S::axis_of(frame) == axis && command == Command::On
             };
             let asked = Asked {
                 taken_us: sent.taken_us,
@@ -339,7 +340,7 @@ impl<S: Subject> Run<S> {
         let told = self.subject.told(&answer.frame);
         let axis = S::axis_of(&answer.frame);
         if let Some(axis) = axis {
-            self.judge.delivers(axis, told, answer.asked);
+            self.judge.delivers(axis, answer.frame.id(), told, answer.asked);
         }
         let now = self.now();
         self.master.on_frame(now, &answer.frame);

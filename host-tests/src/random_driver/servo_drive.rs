@@ -37,7 +37,9 @@ struct ServoDrive {
     position: i64,
     /// A number that changes when the shaft is moved by something else than the master.
     disturbances: u32,
-    /// The number when the position was taken as an anchor.
+    /// The number when the position was told last.
+    told_at: u32,
+    /// The number when the position that became an anchor was told.
     anchored_at: u32,
     /// When the shaft comes to rest.
     turns_until_us: u64,
@@ -107,7 +109,10 @@ impl ServoDrive {
             (READ_CONFIG, _) => return Some(vec![0]),
             (READ_ID, _) => return Some(vec![1]),
             (READ_STATUS, _) => return Some(vec![self.status()]),
-            (GENERAL_READ, [0x1B]) => return Some(number(self.position)),
+            (GENERAL_READ, [0x1B]) => {
+                self.told_at = self.disturbances;
+                return Some(number(self.position));
+            }
             (GENERAL_READ, _) => return Some(vec![0]),
             (READ_GROUP2, _) => return Some(self.group2.to_vec()),
             (READ_GROUP3, _) => return Some(vec![20, 0, 0, 0x10, 0xC4, 0x09]),
@@ -186,6 +191,7 @@ impl Subject for Servos {
             alarm: 0,
             position: random.i64(-300..=300),
             disturbances: 0,
+            told_at: 0,
             anchored_at: 0,
             turns_until_us: 0,
             silent_until_us: 0,
@@ -349,13 +355,14 @@ impl Subject for Servos {
         }
     }
 
-    fn seen(&self, kind: &EventKind) -> Seen {
+    fn seen(&self, axis: usize, kind: &EventKind) -> Seen {
         match kind {
             EventKind::Fault(fault) => Seen::Fault {
                 is_own: *fault != Fault::Group,
                 is_bus: matches!(fault, Fault::Bus | Fault::Lost),
-                ramps: self.axes.iter().any(|axis| axis.reactions.to(*fault) == Reaction::RampDown),
+                ramps: self.axes[axis].reactions.to(*fault) == Reaction::RampDown,
                 ramps_itself: false,
+                disables: self.axes[axis].reactions.to(*fault) == Reaction::Disable,
             },
             EventKind::State { from, to, reason } => Seen::State {
                 from: *from,
@@ -393,6 +400,6 @@ impl Subject for Servos {
 
     fn anchored(&mut self, axis: usize) {
         let drive = &mut self.drives[axis];
-        drive.anchored_at = drive.disturbances;
+        drive.anchored_at = drive.told_at;
     }
 }

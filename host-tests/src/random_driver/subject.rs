@@ -49,7 +49,7 @@ pub(super) struct Told {
 pub(super) struct Asked {
     /// When the controller took it.
     pub(super) taken_us: u64,
-    /// No command that switches the drive waited when it left.
+    /// No command that switches the drive on waited when it left.
     pub(super) is_behind_switches: bool,
 }
 
@@ -73,6 +73,8 @@ pub(super) enum Seen {
         ramps: bool,
         /// The axis itself may.
         ramps_itself: bool,
+        /// The drives of the group are switched off.
+        disables: bool,
     },
     State {
         from: AxisState,
@@ -143,7 +145,7 @@ pub(super) trait Subject: Sized {
         random: &mut Rng,
         answers: &mut Vec<Answer>,
     ) -> &'static str;
-    fn seen(&self, kind: &<Self::Family as Family>::EventKind) -> Seen;
+    fn seen(&self, axis: usize, kind: &<Self::Family as Family>::EventKind) -> Seen;
     fn procedure(
         random: &mut Rng,
     ) -> Option<(<Self::Family as Family>::Procedure, Confirmation)>;
