@@ -3,7 +3,7 @@
 use can_motion::AxisState;
 
 use super::books::{Books, OffWord, Permit};
-use super::subject::{AXES, Asked, GROUP_OF, Rules, Seen, Told};
+use super::subject::{AXES, Asked, Rules, Seen, Told};
 
 /// The judge.
 #[derive(Debug)]
@@ -39,8 +39,9 @@ impl Judge {
         self.finding.get_or_insert(format!("axis {axis}: {what}"));
     }
 
-    pub(super) fn in_group(group: u8) -> impl Iterator<Item = usize> {
-        (0..AXES).filter(move |axis| GROUP_OF[*axis] == group)
+    pub(super) fn in_group(&self, group: u8) -> impl Iterator<Item = usize> + use<> {
+        let groups = self.rules.groups;
+        (0..AXES).filter(move |axis| groups[*axis] == group)
     }
 
     /// A cycle begins now; [`Self::has_begun`] follows when its events were read.
@@ -82,9 +83,16 @@ impl Judge {
     }
 
     /// A frame of a drive comes in.
-    pub(super) fn delivers(&mut self, axis: usize, id: u16, told: Told, asked: Option<Asked>) {
+    /// Whether it is an alarm that must stop the group.
+    pub(super) fn delivers(
+        &mut self,
+        axis: usize,
+        id: u16,
+        told: Told,
+        asked: Option<Asked>,
+    ) -> bool {
         let books = &mut self.books[axis];
-        let counts = if self.rules.asks_one_at_a_time {
+        let counts = if self.rules.is_asked {
             // Answers do not say which request they are to (D31): a very late one passes for that to the latest.
             let open = books.asked.filter(|(_, open)| *open == id);
             books.asked = books.asked.filter(|(_, open)| *open != id);
@@ -96,13 +104,18 @@ impl Judge {
         if let Some(asked) = counts {
             Self::learn(books, told, asked, self.rules.cycle_us);
         }
-        if told.is_alarm {
-            books.is_mine = false;
+        let is_alarm = told.is_alarm && (asked.is_none() || counts.is_some());
+        if told.is_boot_up {
+            (books.is_mine, books.told_power) = (false, None);
+        }
+        if is_alarm {
+            books.is_mine &= !self.rules.alarm_frees_shaft;
             if !books.is_latched {
                 books.told_power = None;
             }
-            self.stop(GROUP_OF[axis], false);
+            self.stop(self.rules.groups[axis], false);
         }
+        is_alarm
     }
 
     fn learn(books: &mut Books, told: Told, asked: Asked, cycle_us: u64) {
@@ -118,9 +131,11 @@ impl Judge {
             }
             Some(false) if asked.is_behind_switches && is_newer(books.switched_on_us) => {
                 let is_confirmed = books.off_word.is_none_or(|word| {
-                    !word.is_due || word.taken_us.is_some_and(|at| asked.taken_us > at)
+                    !word.is_due || word.taken_us.is_some()
                 });
-                if is_confirmed {
+                // One asked for within a cycle of the command is not believed.
+                let is_late = books.closed_us.is_none_or(|at| asked.taken_us >= at + cycle_us);
+                if is_confirmed && is_late {
                     books.off_word = None;
                     books.may_close = false;
                     books.closed_us = None;
@@ -157,8 +172,8 @@ impl Judge {
                 books.is_latched = true;
                 if is_own {
                     books.stop(ramps_itself);
-                    self.stop(GROUP_OF[axis], ramps);
-                    for other in Self::in_group(GROUP_OF[axis]) {
+                    self.stop(self.rules.groups[axis], ramps);
+                    for other in self.in_group(self.rules.groups[axis]) {
                         let books = &mut self.books[other];
                         books.may_close |= disables && !books.is_found;
                     }
@@ -212,7 +227,7 @@ impl Judge {
     }
 
     pub(super) fn stop(&mut self, group: u8, ramps: bool) {
-        for axis in Self::in_group(group) {
+        for axis in self.in_group(group) {
             self.books[axis].stop(ramps);
         }
         self.note_rest();
@@ -221,7 +236,7 @@ impl Judge {
     // The calls of the application, each when it was accepted.
 
     pub(super) fn enabled(&mut self, group: u8, now_us: u64) {
-        for axis in Self::in_group(group) {
+        for axis in self.in_group(group) {
             self.books[axis].permit = Permit::Stream;
             self.books[axis].set_point_us = None;
             self.books[axis].wants_power_at(now_us);
@@ -230,7 +245,7 @@ impl Judge {
 
     pub(super) fn resumed(&mut self, group: u8, now_us: u64) {
         let may_rearm = self.rules.has_cycle_frames;
-        for axis in Self::in_group(group) {
+        for axis in self.in_group(group) {
             let books = &mut self.books[axis];
             books.permit = Permit::Stream;
             books.set_point_us = None;
@@ -241,7 +256,7 @@ impl Judge {
     }
 
     pub(super) fn adopted(&mut self, group: u8) {
-        for axis in Self::in_group(group) {
+        for axis in self.in_group(group) {
             let books = &mut self.books[axis];
             if books.is_found {
                 (books.is_mine, books.is_found) = (true, false);
@@ -252,7 +267,7 @@ impl Judge {
 
     pub(super) fn disabled(&mut self, group: u8) {
         self.stop(group, true);
-        for axis in Self::in_group(group) {
+        for axis in self.in_group(group) {
             let cycle = self.cycle;
             let books = &mut self.books[axis];
             books.is_found = false;
@@ -268,7 +283,7 @@ impl Judge {
     }
 
     pub(super) fn cleared(&mut self, group: u8) {
-        for axis in Self::in_group(group) {
+        for axis in self.in_group(group) {
             self.books[axis].is_latched = false;
         }
     }
@@ -283,7 +298,8 @@ impl Judge {
     }
 
     /// What the master believes to have sent, while it knows its position.
-    pub(super) fn compares(&mut self, axis: usize, sent: Option<i32>, is_absolute: bool) -> bool {
+    pub(super) fn compares(&mut self, axis: usize, sent: Option<i32>) -> bool {
+        let is_absolute = self.rules.is_absolute;
         let books = &mut self.books[axis];
         let Some(sent) = sent else {
             books.offset = None;

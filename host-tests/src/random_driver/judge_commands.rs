@@ -125,10 +125,12 @@ impl Judge {
         let is_read = books.stands && books.is_located;
         let wants = books.wants_power;
         let is_latched = books.is_latched;
-        books.is_mine = true;
+        let was_mine = std::mem::replace(&mut books.is_mine, true);
         books.told_power = books.told_power.filter(|is_on| *is_on);
         books.closed_us = None;
-        books.switched_on_us = Some(now_us);
+        if !was_mine || !self.rules.has_cycle_frames {
+            books.switched_on_us = Some(now_us);
+        }
         match wants {
             None => self.broken(axis, "switched on without a word"),
             Some(_) if is_latched => self.broken(axis, "switched on under a fault"),
@@ -142,7 +144,9 @@ impl Judge {
     fn switches_off(&mut self, axis: usize, now_us: u64) {
         let books = &mut self.books[axis];
         let is_own = books.is_mine && books.told_power == Some(true);
-        let may = books.may_close || books.off_word.is_some() || books.wants_power.is_some();
+        let may = books.may_close || books.off_word.is_some();
+        // A step on the way to power may lead through none.
+        let may = may || self.rules.has_cycle_frames && books.wants_power.is_some();
         books.closed_us = Some(now_us);
         if let Some(word) = &mut books.off_word {
             word.taken_us = Some(now_us);

@@ -12,6 +12,11 @@ mod judge_commands;
 mod run;
 mod servo_drive;
 mod subject;
+mod third_subject;
+mod wheel_drive;
+mod wheel_subject;
 
 pub use run::{Finding, Tally, run};
 pub use servo_drive::Servos;
+pub use third_subject::Thirds;
+pub use wheel_subject::Wheels;

@@ -11,7 +11,7 @@ use fastrand::Rng;
 use super::controller::Controller;
 use super::history::{Entry, History};
 use super::judge::Judge;
-use super::subject::{AXES, Answer, Asked, Command, GROUP_OF, Subject};
+use super::subject::{AXES, Answer, Asked, Command, Subject};
 
 /// Cycles of a run, after which another master begins.
 const RUN_CYCLES: u64 = 5_000;
@@ -339,13 +339,13 @@ impl<S: Subject> Run<S> {
         self.history.note(self.now_us, Entry::Delivered(answer.frame));
         let told = self.subject.told(&answer.frame);
         let axis = S::axis_of(&answer.frame);
-        if let Some(axis) = axis {
-            self.judge.delivers(axis, answer.frame.id(), told, answer.asked);
-        }
+        let id = S::question_of(&answer.frame);
+        let is_alarm =
+            axis.is_some_and(|axis| self.judge.delivers(axis, id, told, answer.asked));
         let now = self.now();
         self.master.on_frame(now, &answer.frame);
         self.read_events();
-        if let Some(axis) = axis.filter(|_| told.is_alarm) {
+        if let Some(axis) = axis.filter(|_| is_alarm) {
             self.judge.has_alarmed(axis);
         }
         self.compare();
@@ -353,12 +353,11 @@ impl<S: Subject> Run<S> {
 
     /// Ledgers against what the master believes, and against drives at rest.
     fn compare(&mut self) {
-        let is_absolute = self.judge.rules.has_cycle_frames || !self.judge.rules.asks_one_at_a_time;
         for axis in 0..AXES {
             let facts = self.master.facts(axis).expect("an axis");
             let snapshot = self.master.snapshot(axis).expect("an axis");
-            let sent = (facts.knowledge == Knowledge::Anchored).then(|| S::sent(&snapshot));
-            if self.judge.compares(axis, sent, is_absolute) {
+            let sent = (facts.knowledge == Knowledge::Anchored && S::compares(&facts)).then(|| S::sent(&snapshot));
+            if self.judge.compares(axis, sent) {
                 self.subject.anchored(axis);
             }
             let moves = |frame: &DataFrame| {
@@ -383,7 +382,7 @@ impl<S: Subject> Run<S> {
     fn call(&mut self) {
         self.set_targets();
         let axis = self.random.usize(..AXES);
-        let group = GROUP_OF[axis];
+        let group = self.judge.rules.groups[axis];
         let state = self.master.state(axis).expect("an axis");
         let choice = match state {
             _ if self.rarely(self.restless) => self.random.u8(..9),

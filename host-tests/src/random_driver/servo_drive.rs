@@ -226,11 +226,15 @@ impl Subject for Servos {
             reply_us: u64::from(timeouts.reply_us),
             standstill_us: u64::from(timeouts.standstill_us),
             requests_per_cycle: i32::from(self.config.requests_per_cycle),
+            groups: GROUP_OF,
             axes: [axes[0], axes[1], axes[2]],
             asks_one_at_a_time: true,
+            is_asked: true,
+            is_absolute: false,
             has_cycle_frames: false,
             anchors_after_enable: true,
             is_speed: false,
+            alarm_frees_shaft: true,
         }
     }
 

@@ -1,5 +1,6 @@
 //! What the driver must know of a family: its drives, and what bytes mean.
 
+use can_motion::facts::Facts;
 use can_motion::family::Family;
 use can_motion::{AxisState, Confirmation, Master};
 use dyn_can::DataFrame;
@@ -8,7 +9,7 @@ use fastrand::Rng;
 /// Axes of a run: the first two are group 0, the third is group 1.
 pub(super) const AXES: usize = 3;
 
-/// The group of each axis.
+/// The group of each axis, where a family has groups.
 pub(super) const GROUP_OF: [u8; AXES] = [0, 0, 1];
 
 /// What a frame of the master does to a drive.
@@ -42,6 +43,8 @@ pub(super) struct Told {
     pub(super) position: Option<i32>,
     /// It must end the motion of the group at once.
     pub(super) is_alarm: bool,
+    /// It started anew.
+    pub(super) is_boot_up: bool,
 }
 
 /// The request that an answer is to.
@@ -104,15 +107,22 @@ pub(super) struct Rules {
     pub(super) reply_us: u64,
     pub(super) standstill_us: u64,
     pub(super) requests_per_cycle: i32,
+    pub(super) groups: [u8; AXES],
     pub(super) axes: [AxisRules; AXES],
     /// One request at a time, until its answer came or its time is over.
     pub(super) asks_one_at_a_time: bool,
+    /// Answers come to questions alone, and the latest question is the one that is answered.
+    pub(super) is_asked: bool,
+    /// Set-points are values, not distances.
+    pub(super) is_absolute: bool,
     /// Every drive gets a frame in every cycle, which switches it too.
     pub(super) has_cycle_frames: bool,
     /// The anchor is read anew after every word to enable.
     pub(super) anchors_after_enable: bool,
     /// The values are speeds.
     pub(super) is_speed: bool,
+    /// An alarm takes the power of the drive.
+    pub(super) alarm_frees_shaft: bool,
 }
 
 /// A family with its drives.
@@ -124,6 +134,10 @@ pub(super) trait Subject: Sized {
     fn master(&self) -> Master<AXES, Self::Family>;
     fn rules(&self) -> Rules;
     fn axis_of(frame: &DataFrame) -> Option<usize>;
+    /// The identifier of the question to which a frame may be the answer.
+    fn question_of(frame: &DataFrame) -> u16 {
+        frame.id()
+    }
     fn command(&self, frame: &DataFrame) -> Command;
     fn told(&self, frame: &DataFrame) -> Told;
     /// A drive hears a frame of the master.
@@ -151,6 +165,11 @@ pub(super) trait Subject: Sized {
     ) -> Option<(<Self::Family as Family>::Procedure, Confirmation)>;
     /// The value that the master believes to have sent.
     fn sent(snapshot: &<Self::Family as Family>::Snapshot) -> i32;
+    /// Whether that must be what the controller took.
+    fn compares(facts: &Facts) -> bool {
+        let _ = facts;
+        true
+    }
     /// Where the drive was told to be, while nothing but the master moved it since its position was read.
     fn undisturbed_position(&self, axis: usize) -> Option<i64>;
     /// The position of this drive was taken as an anchor.
