@@ -48,7 +48,9 @@ impl Judge {
     pub(super) fn begins(&mut self, now_us: u64) {
         (self.requests, self.begun_us) = (0, now_us);
         self.cycle += 1;
-        let Rules { stuck_us, reply_us, .. } = self.rules;
+        let Rules {
+            stuck_us, reply_us, ..
+        } = self.rules;
         for (books, must_fault) in self.books.iter_mut().zip(&mut self.must_fault) {
             books.asked = books.asked.filter(|(at, _)| now_us < at + reply_us);
             let is_stuck = books.set_point_us.is_some_and(|at| now_us - at >= stuck_us);
@@ -66,7 +68,11 @@ impl Judge {
 
     /// Everything that was to be sent now is with the controller.
     pub(super) fn is_idle(&mut self) {
-        let Rules { confirm_us, has_cycle_frames, .. } = self.rules;
+        let Rules {
+            confirm_us,
+            has_cycle_frames,
+            ..
+        } = self.rules;
         for axis in 0..AXES {
             let Some(word) = self.books[axis].off_word.filter(|word| word.is_due) else {
                 continue;
@@ -97,7 +103,10 @@ impl Judge {
             let open = books.asked.filter(|(_, open)| *open == id);
             books.asked = books.asked.filter(|(_, open)| *open != id);
             let is_behind_switches = asked.is_none_or(|asked| asked.is_behind_switches);
-            open.map(|(taken_us, _)| Asked { taken_us, is_behind_switches })
+            open.map(|(taken_us, _)| Asked {
+                taken_us,
+                is_behind_switches,
+            })
         } else {
             asked
         };
@@ -130,11 +139,13 @@ impl Judge {
                 books.is_found |= !books.is_mine && !is_closing;
             }
             Some(false) if asked.is_behind_switches && is_newer(books.switched_on_us) => {
-                let is_confirmed = books.off_word.is_none_or(|word| {
-                    !word.is_due || word.taken_us.is_some()
-                });
+                let is_confirmed = books
+                    .off_word
+                    .is_none_or(|word| !word.is_due || word.taken_us.is_some());
                 // One asked for within a cycle of the command is not believed.
-                let is_late = books.closed_us.is_none_or(|at| asked.taken_us >= at + cycle_us);
+                let is_late = books
+                    .closed_us
+                    .is_none_or(|at| asked.taken_us >= at + cycle_us);
                 if is_confirmed && is_late {
                     books.off_word = None;
                     books.may_close = false;
@@ -167,7 +178,13 @@ impl Judge {
     /// An event of an axis.
     pub(super) fn sees(&mut self, axis: usize, seen: Seen, now_us: u64) {
         match seen {
-            Seen::Fault { is_own, ramps, ramps_itself, is_bus, disables } => {
+            Seen::Fault {
+                is_own,
+                ramps,
+                ramps_itself,
+                is_bus,
+                disables,
+            } => {
                 let books = &mut self.books[axis];
                 books.is_latched = true;
                 if is_own {

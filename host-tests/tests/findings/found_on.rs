@@ -115,6 +115,21 @@ fn a_mode_that_changed_after_the_check_is_noticed() {
     assert_none(&found);
 }
 
+/// Promise 7: the mode is guarded afterwards, also while nothing moves.
+#[test]
+fn a_mode_that_changed_under_a_standing_axis_is_noticed() {
+    let mut machine = Servos::new(&servos(1));
+    machine.become_ready();
+    machine.call(Call::Enable).unwrap();
+    machine.run(600);
+    assert_eq!(machine.fault(0), None);
+    let speed_mode = dyn_can::ConfigByte::from_byte(0x08);
+    machine.faults_mut(0).misconfigure(speed_mode);
+    machine.run(1_100);
+    let fault = Fault::Config(speed_mode);
+    assert_eq!(machine.fault(0), Some(fault));
+}
+
 /// Promise 2: a gear number that does not fit the scale of the axis is refused before anything moves.
 #[test]
 fn a_drive_with_another_gear_number_takes_no_set_points() {
