@@ -7,7 +7,9 @@ mod run;
 use std::fs::File;
 use std::io::BufWriter;
 
-use can_motion::{AxisConfig, GroupId, Instant, Limits, MasterConfig, ServoMaster, StepChange, Travel};
+use can_motion::{
+    AxisConfig, GroupId, Instant, Limits, MasterConfig, ServoMaster, StepChange, Travel,
+};
 use drive_sim::{
     Bus, ControllerConfig, DeviceId, DynDrive, LoadMark, LogMode, NodeId, ScriptedFaults,
 };
