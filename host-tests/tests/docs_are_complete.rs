@@ -61,13 +61,13 @@ fn every_state_fault_event_and_error_is_in_the_docs() {
         "docs/master.md",
         60,
         &[
-            ("life", "AxisState", ""),
-            ("fault", "Fault", ""),
-            ("event", "EventKind", ""),
-            ("command", "CommandError", "CommandError::"),
-            ("command", "TargetError", "TargetError::"),
-            ("config/error", "ConfigError", "ConfigError::"),
-            ("procedure/error", "ProcedureError", "ProcedureError::"),
+            ("core/state", "AxisState", ""),
+            ("servo/fault", "Fault", ""),
+            ("servo/event", "EventKind", ""),
+            ("core/command", "CommandError", "CommandError::"),
+            ("core/command", "TargetError", "TargetError::"),
+            ("servo/config/error", "ConfigError", "ConfigError::"),
+            ("servo/procedure/error", "ProcedureError", "ProcedureError::"),
         ],
     );
 }
@@ -78,10 +78,10 @@ fn everything_about_wheels_is_in_the_docs() {
         "docs/wheels.md",
         60,
         &[
-            ("life", "AxisState", ""),
+            ("core/state", "AxisState", ""),
             ("wheel/fault", "WheelFault", ""),
             ("wheel/event", "WheelEventKind", ""),
-            ("wheel/master", "TransferError", "TransferError::"),
+            ("wheel/transfer", "TransferError", "TransferError::"),
             (
                 "wheel/config/error",
                 "WheelConfigError",

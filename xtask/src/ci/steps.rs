@@ -60,6 +60,18 @@ pub(super) const STEPS: &[Step] = &[
         &["test", "test -p dyn-serial --all-features"],
     ),
     Step::cargo(
+        "examples",
+        "every example of the master runs to its end",
+        &[
+            "run -q -p can-motion --example servo",
+            "run -q -p can-motion --example group_stop",
+            "run -q -p can-motion --example bring_up",
+            "run -q -p can-motion --example third_family",
+            "run -q -p can-motion --example async_front_end",
+            "run -q -p can-motion --features zlac --example wheels",
+        ],
+    ),
+    Step::cargo(
         "docs",
         "rustdoc has no warning",
         &["doc --workspace --no-deps --config build.rustdocflags=[\"-D\",\"warnings\"]"],

@@ -20,12 +20,22 @@ use crate::servo::config::{AxisConfig, MasterConfig};
 ///
 /// ```
 /// use can_motion::plan::BusPlan;
-/// use can_motion::{AxisConfig, MasterConfig};
-/// use dyn_can::DriveId;
+/// use can_motion::{AxisConfig, Limits, MasterConfig, MotorLimits, Travel};
+/// use dyn_can::{DriveId, GearNumber};
+///
+/// const GEAR: GearNumber = match GearNumber::new(4_096) {
+///     Ok(gear) => gear,
+///     Err(_) => panic!("gear numbers are 500..=16384"),
+/// };
+/// const MOTOR: MotorLimits = MotorLimits { speed_rpm: 3_000, acceleration_rpm_per_s: 3_000 };
+/// const LIMITS: Limits = match Limits::of_motor(MOTOR, Travel::WHOLE, GEAR, 1_000) {
+///     Ok(limits) => limits,
+///     Err(_) => panic!("a step of 819 counts fits"),
+/// };
 ///
 /// const fn axis(drive: i32) -> AxisConfig {
 ///     match DriveId::new(drive) {
-///         Ok(drive) => AxisConfig::new(drive),
+///         Ok(drive) => AxisConfig::new(drive, GEAR, LIMITS),
 ///         Err(_) => panic!("drive ids are 1..=63"),
 ///     }
 /// }
@@ -37,16 +47,25 @@ use crate::servo::config::{AxisConfig, MasterConfig};
 ///
 /// Eleven axes more, and it no longer compiles:
 ///
-/// ```compile_fail
+/// ```compile_fail,E0080
 /// # use can_motion::plan::BusPlan;
-/// # use can_motion::{AxisConfig, MasterConfig};
-/// # use dyn_can::DriveId;
-/// const fn axis(drive: i32) -> AxisConfig {
-///     match DriveId::new(drive) {
-///         Ok(drive) => AxisConfig::new(drive),
-///         Err(_) => panic!("drive ids are 1..=63"),
-///     }
-/// }
+/// # use can_motion::{AxisConfig, Limits, MasterConfig, MotorLimits, Travel};
+/// # use dyn_can::{DriveId, GearNumber};
+/// # const GEAR: GearNumber = match GearNumber::new(4_096) {
+/// #     Ok(gear) => gear,
+/// #     Err(_) => panic!("gear numbers are 500..=16384"),
+/// # };
+/// # const MOTOR: MotorLimits = MotorLimits { speed_rpm: 3_000, acceleration_rpm_per_s: 3_000 };
+/// # const LIMITS: Limits = match Limits::of_motor(MOTOR, Travel::WHOLE, GEAR, 1_000) {
+/// #     Ok(limits) => limits,
+/// #     Err(_) => panic!("a step of 819 counts fits"),
+/// # };
+/// # const fn axis(drive: i32) -> AxisConfig {
+/// #     match DriveId::new(drive) {
+/// #         Ok(drive) => AxisConfig::new(drive, GEAR, LIMITS),
+/// #         Err(_) => panic!("drive ids are 1..=63"),
+/// #     }
+/// # }
 /// const AXES: [AxisConfig; 14] = [
 ///     axis(1), axis(2), axis(3), axis(4), axis(5), axis(6), axis(7), axis(8), axis(9), axis(10), axis(11), axis(12), axis(13),
 ///     axis(14),
@@ -63,29 +82,14 @@ pub struct BusPlan<'a> {
     /// When the last request of a cycle is through.
     requests_end_bits: Option<u64>,
     poll_stretch_permille: u32,
-    refusal: Option<Refusal>,
+    pub(super) refusal: Option<Refusal>,
     remedies: Remedies,
 }
 
 impl<'a> BusPlan<'a> {
-    /// Works out the worst case of these axes, in the order in which the master sends their set-points.
-    ///
-    /// Takes no notice of what [`Master::new`](crate::Master::new) checks and the bus does not care about.
-    #[must_use]
-    pub const fn new(config: &MasterConfig, axes: &'a [AxisConfig]) -> Self {
-        // The master chooses the place of the requests when that puts no set-point at risk.
-        let plan = Self::of(config, axes, true, RequestPlace::Anywhere);
-        if plan.refusal.is_none() {
-            return plan;
-        }
-        let plan = Self::of(config, axes, true, RequestPlace::Behind);
-        match &plan.refusal {
-            Some(refusal) if refusal.is_about_time() => Self {
-                remedies: Remedies::of(config, axes),
-                ..plan
-            },
-            _ => plan,
-        }
+    /// The same plan with advice.
+    pub(super) const fn with(self, remedies: Remedies) -> Self {
+        Self { remedies, ..self }
     }
 
     /// The plan with or without polls, and no advice.

@@ -5,7 +5,7 @@ use super::cycle::{Cycle, RequestPlace, narrow};
 use super::frames::{Exchange, alarm_bits, set_point_bits};
 use super::setup::TxOrder;
 use crate::servo::config::{AxisConfig, MasterConfig};
-use crate::servo::polls::PollKind;
+use crate::servo::poll_kind::PollKind;
 
 /// The frames of a cycle, with or without polls.
 pub(super) const fn cycle_of(

@@ -5,7 +5,7 @@ use dyn_can::{Dialect, DriveId, FunctionCode, ReadSelector};
 
 use super::setup::RequestMix;
 use crate::servo::config::{AxisConfig, DialectChoice};
-use crate::servo::polls::PollKind;
+use crate::servo::poll_kind::PollKind;
 
 /// Longest request of the protocol in bytes: Set_Param_Group3.
 const LONGEST_REQUEST: u8 = 5;

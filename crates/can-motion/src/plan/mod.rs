@@ -1,6 +1,6 @@
 //! The bus plan: whether set-points, requests and replies are always in time, proved before anything moves.
 //!
-//! [`BusPlan`] is the verdict on a bus with its axes; [`analysis`] the response time analysis of any set of CAN frames; [`wire`]
+//! [`BusPlan`] is the verdict on a bus with its servo axes; [`streams`] that on any list of frames, which hub motors use; [`analysis`] the response time analysis of any set of CAN frames; [`wire`]
 //! the exact length of frames. Everything is a `const fn` in whole bit times, without an allocation or a float.
 //!
 //! # What a plan proves
@@ -37,16 +37,19 @@
 //!
 //! In a `const`, compile time. At run time the master needs the table of [`wire::worst_bits`] in flash (8 KiB).
 
+mod advice;
 pub mod analysis;
 mod burst;
 mod bus_plan;
 mod canopen;
+mod clash;
 mod cycle;
 mod demand;
 pub mod frames;
 mod refusal;
 mod remedies;
 mod setup;
+pub mod streams;
 mod text;
 
 pub use can_frame::{BitRate, wire};

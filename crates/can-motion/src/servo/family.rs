@@ -7,15 +7,12 @@ use crate::core::master::Master;
 use crate::plan::BusPlan;
 use crate::servo::config::{AxisConfig, ConfigError, MasterConfig};
 use crate::servo::drive::Servo;
+use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::placement::Aligned;
 use crate::servo::procedure::{Procedure, ProcedureError};
 use crate::servo::snapshot::AxisSnapshot;
-
-/// DYN2 and DYN4 servo drives: each cycle a `Go_Relative_Pos_PD` for each axis in motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Dyn;
 
 /// A master of at most `N` servo axes.
 pub type ServoMaster<const N: usize> = Master<N, Dyn>;

@@ -4,7 +4,7 @@ use dyn_can::{ConfigByte, DriveStatus, ParamGroup3, Reply, Revision, Torque};
 
 use crate::core::snapshot::Stamped;
 use crate::core::time::Instant;
-use crate::servo::polls::PollKind;
+use crate::servo::poll_kind::PollKind;
 
 /// The latest readings of one drive; `None` before the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -8,10 +8,10 @@ use crate::core::family::{Context, Meaning, Returned, View, Wanted};
 use crate::core::state::Stage;
 use crate::core::time::Instant;
 use crate::servo::drive::Servo;
+use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
-use crate::servo::family::Dyn;
 use crate::servo::fault::Fault;
-use crate::servo::polls::PollKind;
+use crate::servo::poll_kind::PollKind;
 
 impl Servo {
     /// The request to send next: what the life of the axis needs, then what a procedure needs, then the poll that is due longest.

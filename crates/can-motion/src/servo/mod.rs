@@ -6,6 +6,7 @@
 pub(crate) mod config;
 mod drift;
 mod drive;
+mod dyn_family;
 mod event;
 mod family;
 mod fault;
@@ -13,7 +14,8 @@ mod feedback;
 mod frames;
 mod ledger;
 pub(crate) mod placement;
-pub(crate) mod polls;
+pub(crate) mod poll_kind;
+mod polls;
 mod procedure;
 mod procedures;
 mod readings;
@@ -26,11 +28,12 @@ pub use config::{
     PollPeriods, ReadBackScale, StepChange, Timeouts, Travel,
 };
 pub use drive::Servo;
+pub use dyn_family::Dyn;
 pub use event::EventKind;
-pub use family::{Dyn, ServoMaster};
+pub use family::ServoMaster;
 pub use fault::{DriftCause, Fault, Reactions};
 pub use feedback::Feedback;
 pub use placement::Aligned;
-pub use polls::PollKind;
+pub use poll_kind::PollKind;
 pub use procedure::{Procedure, ProcedureEnd, ProcedureError, WearLimits};
 pub use snapshot::AxisSnapshot;

@@ -19,12 +19,13 @@ use crate::core::targets::{AbsoluteLedger, ValueKind};
 use crate::core::time::Instant;
 use crate::wheel::config::{WheelConfig, WheelMasterConfig, WheelMode};
 use crate::wheel::event::WheelEventKind;
-use crate::wheel::family::{TransferError, Zlac, is_owned};
 use crate::wheel::fault::WheelFault;
 use crate::wheel::feedback::{WheelFeedback, WheelSnapshot};
-use crate::wheel::frames::{Purpose, WheelRequest};
 use crate::wheel::process_data;
+use crate::wheel::request::{Purpose, WheelRequest};
 use crate::wheel::set_up;
+use crate::wheel::transfer::{TransferError, is_owned};
+use crate::wheel::zlac_family::Zlac;
 
 /// Counts of a turn of the wheel with the 1024 encoder lines of its hub motors (200Bh).
 const COUNTS_PER_TURN: u32 = 4_096;

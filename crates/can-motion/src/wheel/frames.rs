@@ -1,8 +1,8 @@
 //! Requests of one wheel on their way out, and frames that come back unsent.
 
 use zlac8030l::{
-    CanopenFrame, ControlWord, DataFrame, NmtCommand, NmtRequest, NmtState, NodeId, SdoRequest,
-    Service, objects,
+    CanopenFrame, ControlWord, DataFrame, NmtCommand, NmtRequest, NmtState, SdoRequest, Service,
+    objects,
 };
 
 use crate::core::exit::{Class, may_leave};
@@ -12,49 +12,13 @@ use crate::core::state::Stage;
 use crate::core::time::Instant;
 use crate::wheel::drive::{Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
-use crate::wheel::family::Zlac;
+use crate::wheel::request::{Purpose, WheelRequest};
+use crate::wheel::zlac_family::Zlac;
 
 /// Value of the holding brake 2030h:0E that closes it.
 const BRAKE_CLOSED: u16 = 1;
 /// Value of the holding brake 2030h:0E that opens it.
 const BRAKE_OPEN: u16 = 0;
-
-/// What a transfer is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Purpose {
-    /// The checks of the drive.
-    Check,
-    /// Whether the motor has power, while no feedback says so.
-    Power,
-    /// The holding brake.
-    Brake(Brake),
-    /// A procedure of the application.
-    Procedure,
-}
-
-/// Something that goes out in the gaps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WheelRequest {
-    /// A command of network management.
-    Nmt(NmtCommand),
-    /// The start of a transfer.
-    Transfer(Purpose, SdoRequest),
-    /// The abort of a transfer that was given up.
-    Abort(SdoRequest),
-}
-
-impl WheelRequest {
-    pub(super) fn encode(self, node: NodeId) -> DataFrame {
-        match self {
-            Self::Nmt(command) => NmtRequest {
-                command,
-                node: Some(node),
-            }
-            .encode(),
-            Self::Transfer(_, request) | Self::Abort(request) => request.encode(node),
-        }
-    }
-}
 
 impl Wheel {
     /// The request to send next.

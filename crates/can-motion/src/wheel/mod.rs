@@ -24,7 +24,10 @@ mod frames;
 mod plan;
 mod process_data;
 mod readings;
+mod request;
 mod set_up;
+mod transfer;
+mod zlac_family;
 
 pub use config::{
     FeedbackTiming, WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig, WheelMode,
@@ -32,8 +35,10 @@ pub use config::{
 };
 pub use drive::Wheel;
 pub use event::WheelEventKind;
-pub use family::{TransferError, WheelMaster, Zlac};
+pub use family::WheelMaster;
 pub use fault::{WheelFault, WheelReactions};
 pub use feedback::{WheelFeedback, WheelSnapshot};
-pub use frames::{Purpose, WheelRequest};
-pub use plan::WheelPlan;
+pub use plan::{STREAMS, WheelPlan};
+pub use request::{Purpose, WheelRequest};
+pub use transfer::TransferError;
+pub use zlac_family::Zlac;

@@ -13,10 +13,10 @@ use crate::core::time::Instant;
 use crate::wheel::config::WheelMasterConfig;
 use crate::wheel::drive::{Log, Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
-use crate::wheel::family::Zlac;
 use crate::wheel::fault::WheelFault;
-use crate::wheel::frames::Purpose;
 use crate::wheel::process_data;
+use crate::wheel::request::Purpose;
+use crate::wheel::zlac_family::Zlac;
 
 impl Wheel {
     /// A frame of this drive came in.

@@ -6,7 +6,7 @@ use can_motion::PollPeriods;
 use dyn_can::{DriveId, GearNumber};
 use serde::Serialize;
 
-use crate::drive_ids::{drive_ids, list};
+use crate::drive_ids::{about, drive_ids};
 use crate::drives::DrivesError;
 use crate::link::LinkOptions;
 use crate::output::{print, print_json};
@@ -78,8 +78,7 @@ pub(crate) fn tell_end(end: &End, json: bool) -> Result<ExitCode, DrivesError> {
         };
         print_json(&disabled).map_err(DrivesError::Print)?;
     } else if !end.disabled.is_empty() {
-        print(format_args!("drives {} are disabled", list(&end.disabled)))
-            .map_err(DrivesError::Print)?;
+        print(about(&end.disabled, "is disabled", "are disabled")).map_err(DrivesError::Print)?;
     }
     if end.unconfirmed.is_empty() {
         return Ok(ExitCode::SUCCESS);

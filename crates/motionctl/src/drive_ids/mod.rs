@@ -28,6 +28,14 @@ pub(crate) fn list(drives: &[DriveId]) -> String {
     numbers.join(", ")
 }
 
+/// What is said of drives, in the right number, as in `drive 1 is on` and `drives 1, 2 are on`.
+pub(crate) fn about(drives: &[DriveId], one: &str, many: &str) -> String {
+    match drives {
+        [drive] => format!("drive {drive} {one}"),
+        drives => format!("drives {} {many}", list(drives)),
+    }
+}
+
 /// The drives of a motion: of which family, and which ones.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum DriveSet {

@@ -8,7 +8,7 @@ use dyn_can::DriveId;
 
 use crate::confirm::confirm;
 use crate::disable;
-use crate::drive_ids::{drive_ids, list};
+use crate::drive_ids::{about, drive_ids};
 use crate::drives::DrivesError;
 use crate::interrupt;
 use crate::link::LinkOptions;
@@ -54,9 +54,10 @@ pub(crate) struct Arguments {
 /// Asks, enables, holds, disables.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let mut link = arguments.link.open().map_err(DrivesError::Open)?;
-    let ids = list(&arguments.drives);
-    let question = format!(
-        "Drives {ids} will be ENABLED and hold where they stand. Is everybody clear of the machine?"
+    let question = about(
+        &arguments.drives,
+        "will be ENABLED and hold where it stands. Is everybody clear of the machine?",
+        "will be ENABLED and hold where they stand. Is everybody clear of the machine?",
     );
     confirm(&question, arguments.yes).map_err(DrivesError::NotConfirmed)?;
     interrupt::listen().map_err(DrivesError::Interrupt)?;
@@ -86,9 +87,10 @@ fn hold(
         Err(BringUpError::Interrupted) => return Ok(()),
         Err(error) => return Err(DrivesError::BringUp(error)),
     }
-    tell(format_args!(
-        "drives {} are enabled and hold; Ctrl-C disables them",
-        list(drives)
+    tell(about(
+        drives,
+        "is enabled and holds; Ctrl-C ends it",
+        "are enabled and hold; Ctrl-C ends it",
     ));
     if let Some(text) = found_on(station.found_on()) {
         tell(text);

@@ -175,6 +175,8 @@ impl Stand {
         self.cycle_until(AxisState::FoundOn)?;
         let now = self.now();
         self.master.adopt(now, GROUP).map_err(LimitsError::Enable)?;
+        self.cycle_until(AxisState::Holding)?;
+        let now = self.now();
         self.master
             .enable(now, GROUP)
             .map_err(LimitsError::Enable)?;

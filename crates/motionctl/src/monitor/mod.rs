@@ -1,8 +1,9 @@
 //! `motionctl monitor`: the state of drives, again and again, until Ctrl-C.
 
+use core::fmt;
 use std::process::ExitCode;
 
-use can_motion::{AxisSnapshot, Fault, PollPeriods};
+use can_motion::{AxisSnapshot, Fault, Feedback, Instant, PollPeriods};
 use dyn_can::{DriveId, GearNumber};
 use serde::Serialize;
 
@@ -17,13 +18,16 @@ use crate::station::{AxisOptions, GROUP, Station};
 const CYCLE_US: u32 = 1_000;
 /// Readings of each kind between two lines.
 const POLLS_A_LINE: u32 = 2;
+/// An older value, or one from before the last two lines, is not shown: it says nothing of the present.
+const FRESH_US: u64 = 500_000;
 
 const EXAMPLES: &str = "\
 Examples:
   motionctl monitor --slcan /dev/ttyACM0 --drives 1-3
   motionctl monitor --can can0 --drives 4 --every-ms 50 --count 100 --json > states.jsonl
 
-Nothing is changed and nothing moves. A drive that does not answer is asked again.
+Nothing is changed and nothing moves. A drive that does not answer is asked again; a value that is too old is
+shown as `?`, with its age.
 
 Exit status: 0 ended by Ctrl-C or --count, 3 the link failed.";
 
@@ -56,6 +60,42 @@ struct Line {
     answers: bool,
     #[serde(flatten)]
     state: DriveState,
+    ages: Ages,
+}
+
+/// How long ago each value was read, in milliseconds; `None` when it never was.
+#[derive(Debug, Serialize)]
+struct Ages {
+    status_ms: Option<u64>,
+    position_ms: Option<u64>,
+    torque_ms: Option<u64>,
+    speed_ms: Option<u64>,
+}
+
+impl Ages {
+    fn of(read: &Feedback, now: Instant) -> Self {
+        let ms = |at: Option<Instant>| at.map(|at| now.us_since(at) / 1_000);
+        Self {
+            status_ms: ms(read.status.map(|read| read.at)),
+            position_ms: ms(read.position.map(|read| read.at)),
+            torque_ms: ms(read.torque.map(|read| read.at)),
+            speed_ms: ms(read.speed_rpm.map(|read| read.at)),
+        }
+    }
+}
+
+impl fmt::Display for Ages {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let age = |ms: Option<u64>| ms.map_or_else(|| "never".to_owned(), |ms| format!("{ms} ms"));
+        write!(
+            f,
+            "age of status {}, position {}, speed {}, torque {}",
+            age(self.status_ms),
+            age(self.position_ms),
+            age(self.speed_ms),
+            age(self.torque_ms)
+        )
+    }
 }
 
 /// Prints the states until the user asks to stop.
@@ -80,7 +120,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let mut lines = 0;
     while interrupt::requests() == 0 && arguments.count.is_none_or(|count| lines < count) {
         wait(&mut station, arguments.every_ms)?;
-        if print_lines(&mut station, arguments.json)? == Printed::NobodyReads {
+        if print_lines(&mut station, arguments)? == Printed::NobodyReads {
             break;
         }
         lines += 1;
@@ -98,20 +138,21 @@ fn wait(station: &mut Station<'_>, ms: u32) -> Result<(), DrivesError> {
     Ok(())
 }
 
-fn print_lines(station: &mut Station<'_>, json: bool) -> Result<Printed, DrivesError> {
+fn print_lines(station: &mut Station<'_>, arguments: &Arguments) -> Result<Printed, DrivesError> {
     let now = station.now();
+    let max_age_us = FRESH_US.max(u64::from(arguments.every_ms) * 2_000);
     let mut is_one_lost = false;
     let mut printed = Printed::Read;
     let axes: Vec<AxisSnapshot> = station.snapshots().collect();
     for axis in axes {
-        let line = line_of(&axis, now.as_us());
+        let line = line_of(&axis, now, max_age_us);
         is_one_lost |= axis.fault == Some(Fault::Lost);
-        let text = if json {
+        let text = if arguments.json {
             serde_json::to_string(&line).map_err(|error| DrivesError::Print(error.into()))?
         } else if line.answers {
             format!(
-                "{:9.3} s  drive {:2}: {}",
-                line.time_s, line.drive, line.state
+                "{:9.3} s  drive {:2}: {}; {}",
+                line.time_s, line.drive, line.state, line.ages
             )
         } else {
             format!(
@@ -128,11 +169,14 @@ fn print_lines(station: &mut Station<'_>, json: bool) -> Result<Printed, DrivesE
     Ok(printed)
 }
 
-fn line_of(axis: &AxisSnapshot, now_us: u64) -> Line {
+fn line_of(axis: &AxisSnapshot, now: Instant, max_age_us: u64) -> Line {
+    let oldest = Instant::from_us(now.as_us().saturating_sub(max_age_us));
+    let state = state_of(axis, oldest);
     Line {
-        time_s: now_us as f64 / 1e6,
+        time_s: now.as_us() as f64 / 1e6,
         drive: axis.drive.get(),
-        answers: axis.feedback.status.is_some() && axis.fault != Some(Fault::Lost),
-        state: state_of(axis),
+        answers: state.enabled.is_some() && axis.fault != Some(Fault::Lost),
+        state,
+        ages: Ages::of(&axis.feedback, now),
     }
 }

@@ -38,13 +38,13 @@ impl Stop {
     fn outcome(self) -> Outcome {
         match self {
             Self::Link(fault) | Self::BringUp(BringUpError::Link(fault)) => {
-                Outcome::LinkFailed(fault.to_string())
+                Outcome::LinkFailed(fault)
             }
             Self::Interrupted | Self::BringUp(BringUpError::Interrupted) => Outcome::Interrupted,
             Self::Fault(drive, fault) | Self::BringUp(BringUpError::Fault { drive, fault }) => {
                 let text = fault_text(drive, fault);
                 if fault == Fault::Bus {
-                    Outcome::LinkFailed(text)
+                    Outcome::StoodStill(text)
                 } else {
                     Outcome::Stopped(text)
                 }
@@ -91,7 +91,7 @@ impl<'link> Follow<'link> {
         });
         let before_end = self.snapshots();
         let moved = moved.map_err(Stop::outcome);
-        if let Err(Outcome::Stopped(text) | Outcome::LinkFailed(text)) = &moved {
+        if let Err(Outcome::Stopped(text) | Outcome::StoodStill(text)) = &moved {
             // At once: slowing down and confirming take their time.
             tell(text);
         }
@@ -99,7 +99,7 @@ impl<'link> Follow<'link> {
         let warning = end.is_err().then(|| self.station.link_warning());
         let outcome = match (moved, &end) {
             (Err(outcome), _) => outcome,
-            (Ok(()), Err(fault)) => Outcome::LinkFailed(fault.to_string()),
+            (Ok(()), Err(fault)) => Outcome::LinkFailed(*fault),
             (Ok(()), Ok(_)) => Outcome::Completed,
         };
         let axes = before_end

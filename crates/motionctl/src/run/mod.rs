@@ -11,7 +11,7 @@ use can_motion::AxisConfig;
 use dyn_can::{DriveId, GearNumber, StepLimit};
 
 use crate::confirm::confirm;
-use crate::drive_ids::list;
+use crate::drive_ids::about;
 use crate::interrupt;
 use crate::link::Link;
 use crate::output::{print, print_json, tell};
@@ -63,6 +63,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     interrupt::listen().map_err(RunError::Interrupt)?;
     if !arguments.json {
         tell(format_args!("limits: {}", arguments.limits));
+        if arguments.polls().status_us.is_none() {
+            tell(
+                "note: with --status-hz 0 nobody notices a drive that leaves the bus or loses its power",
+            );
+        }
     }
     let station = station(arguments, &mut link, &axes)?;
     let scales = axes.iter().map(|axis| arguments.axes.scale(axis.gear));
@@ -138,8 +143,12 @@ fn station<'link>(
 fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {
     let seconds = plan.cycles.len() as f64 * f64::from(arguments.cycle_us) * 1e-6;
     format!(
-        "The motors of drives {} will be enabled and MOVE for {seconds:.1} s, {}. Is everybody clear of the machine?",
-        list(drives),
+        "{} for {seconds:.1} s, {}. Is everybody clear of the machine?",
+        about(
+            drives,
+            "will be enabled and its motor will MOVE",
+            "will be enabled and their motors will MOVE"
+        ),
         arguments.limits
     )
 }

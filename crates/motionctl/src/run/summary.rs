@@ -10,6 +10,7 @@ use dyn_can::DriveId;
 use serde::Serialize;
 
 use crate::exit;
+use crate::link::LinkFault;
 use crate::station::{End, PaceCounts, left_on, unconfirmed_warning};
 use crate::table::align_numbers;
 
@@ -17,20 +18,33 @@ use crate::table::align_numbers;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Outcome {
     Completed,
-    /// Why.
+    /// Why, which was told already.
     Stopped(String),
+    /// Why no set-point got out, which was told already.
+    StoodStill(String),
     Interrupted,
-    /// What failed.
-    LinkFailed(String),
+    LinkFailed(LinkFault),
+}
+
+impl Outcome {
+    /// Why it is not complete.
+    pub(super) fn reason(&self) -> Option<String> {
+        match self {
+            Self::Completed | Self::Interrupted => None,
+            Self::Stopped(reason) | Self::StoodStill(reason) => Some(reason.clone()),
+            Self::LinkFailed(fault) => Some(fault.to_string()),
+        }
+    }
 }
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Completed => f.write_str("completed"),
-            Self::Stopped(reason) => write!(f, "stopped by a fault, {reason}"),
+            Self::Stopped(_) => f.write_str("stopped by a fault"),
+            Self::StoodStill(_) => f.write_str("stopped, because no set-point got out"),
             Self::Interrupted => f.write_str("stopped by the user"),
-            Self::LinkFailed(reason) => write!(f, "the link failed: {reason}"),
+            Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
         }
     }
 }
@@ -85,6 +99,7 @@ impl AxisSummary {
 pub(super) struct Summary {
     completed: bool,
     outcome: String,
+    reason: Option<String>,
     axes: Vec<AxisSummary>,
     pace: PaceCounts,
     /// Cycles whose set-points the link did not all accept in time.
@@ -116,7 +131,7 @@ impl Summary {
         let is_off = end.unconfirmed.is_empty();
         let completed = outcome == Outcome::Completed && sums_are_equal && is_off;
         let exit_code = match outcome {
-            Outcome::LinkFailed(_) => exit::LINK_FAILED,
+            Outcome::LinkFailed(_) | Outcome::StoodStill(_) => exit::LINK_FAILED,
             Outcome::Interrupted if is_off => exit::INTERRUPTED,
             _ if completed => 0,
             _ => exit::BROKEN_PROMISE,
@@ -126,6 +141,7 @@ impl Summary {
         let ids = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         Self {
             completed,
+            reason: outcome.reason(),
             outcome: outcome.to_string(),
             axes,
             pace,

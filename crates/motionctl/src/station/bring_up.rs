@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use can_motion::{AxisState, EventKind, Fault};
+use can_motion::{AxisSnapshot, AxisState, CommandError, EventKind, Fault};
 use dyn_can::DriveId;
 
 use super::{GROUP, Station, fault_text};
@@ -25,8 +25,10 @@ pub(crate) enum BringUpError {
     Fault { drive: DriveId, fault: Fault },
     /// A drive is still in this state when the time is over.
     NotReady { drive: DriveId, state: AxisState },
-    /// The master refuses to enable.
-    Refused { reason: String },
+    /// A drive cannot be enabled in this state.
+    Refused { drive: DriveId, state: AxisState },
+    /// The master takes no commands.
+    NoCommands { reason: String },
 }
 
 impl From<LinkFault> for BringUpError {
@@ -46,7 +48,11 @@ impl fmt::Display for BringUpError {
                 "drive {drive} is still {state} after {} s: try again, or look for a second master",
                 LIMIT_US / 1_000_000
             ),
-            Self::Refused { reason } => f.write_str(reason),
+            Self::Refused { drive, state } => write!(
+                f,
+                "drive {drive} cannot be enabled, it is {state}: try again, or look for a second master"
+            ),
+            Self::NoCommands { reason } => f.write_str(reason),
         }
     }
 }
@@ -61,20 +67,45 @@ impl Station<'_> {
         let (found_on, off): (Vec<_>, Vec<_>) = self
             .snapshots()
             .partition(|axis| axis.state == AxisState::FoundOn);
-        let ids =
-            |axes: Vec<can_motion::AxisSnapshot>| axes.iter().map(|axis| axis.drive).collect();
-        self.found_on = ids(found_on);
+        self.found_on = ids(&found_on);
         let now = self.now();
-        let refused = |error: can_motion::CommandError<Fault>| BringUpError::Refused {
-            reason: error.to_string(),
-        };
         if !self.found_on.is_empty() {
-            self.master.adopt(now, GROUP).map_err(refused)?;
+            self.master
+                .adopt(now, GROUP)
+                .map_err(|error| self.refusal(error))?;
+            // One that is taken over is checked anew, and then holds.
+            self.wait_until(|state| matches!(state, AxisState::Ready | AxisState::Holding))?;
         }
+        let now = self.now();
         // Noted before the word is given: whatever happens from here on, these are switched off.
-        self.switched_on = ids(off);
-        self.master.enable(now, GROUP).map_err(refused)?;
+        self.switched_on = ids(&off);
+        self.master
+            .enable(now, GROUP)
+            .map_err(|error| self.refusal(error))?;
         self.wait_until(|state| state == AxisState::Streaming)
+    }
+
+    /// The master knows axes, the user knows drives.
+    fn refusal(&self, error: CommandError<Fault>) -> BringUpError {
+        let axis = match error {
+            CommandError::Faulted { axis, .. }
+            | CommandError::State { axis, .. }
+            | CommandError::Busy { axis }
+            | CommandError::Unclear { axis }
+            | CommandError::LoadCanFall { axis } => self.master.snapshot(usize::from(axis)),
+            _ => None,
+        };
+        match axis {
+            Some(AxisSnapshot {
+                drive,
+                fault: Some(fault),
+                ..
+            }) => BringUpError::Fault { drive, fault },
+            Some(AxisSnapshot { drive, state, .. }) => BringUpError::Refused { drive, state },
+            None => BringUpError::NoCommands {
+                reason: error.to_string(),
+            },
+        }
     }
 
     /// Drives that were on before this station came.
@@ -136,4 +167,8 @@ impl Station<'_> {
             }
         }
     }
+}
+
+fn ids(axes: &[AxisSnapshot]) -> Vec<DriveId> {
+    axes.iter().map(|axis| axis.drive).collect()
 }

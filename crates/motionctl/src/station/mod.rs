@@ -169,3 +169,6 @@ impl<'link> Station<'link> {
         self.master.next_event()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,7 @@ use can_motion::{AxisConfig, PollPeriods};
 use dyn_can::DriveId;
 
 use super::{Clock, GROUP, Pace, PcMaster, Station, serve_until};
-use crate::drive_ids::list;
+use crate::drive_ids::about;
 use crate::interrupt;
 use crate::link::LinkFault;
 use crate::output::tell;
@@ -124,7 +124,7 @@ impl Drop for Station<'_> {
         }
         match self.switch_off(&drives) {
             Ok(unconfirmed) if unconfirmed.is_empty() => {
-                tell(format_args!("drives {} are disabled", list(&drives)));
+                tell(about(&drives, "is disabled", "are disabled"));
             }
             Ok(unconfirmed) => tell(unconfirmed_warning(&unconfirmed)),
             Err(fault) => tell(format_args!(
@@ -143,17 +143,22 @@ fn link_warning(switched_on: &[DriveId], found_on: &[DriveId]) -> String {
         return "No drive was enabled.".to_owned();
     }
     format!(
-        "No command gets through any more. Drives {} hold where the last set-point took them and may still be ENABLED: use the emergency stop before you go near.",
-        list(&drives)
+        "No command gets through any more, and {}: use the emergency stop before you go near.",
+        about(
+            &drives,
+            "may still be ENABLED where its last set-point took it",
+            "may still be ENABLED where their last set-points took them"
+        )
     )
 }
 
 /// The message about drives that are on already; `None` when there are none.
 pub(crate) fn found_on(drives: &[DriveId]) -> Option<String> {
     (!drives.is_empty()).then(|| {
-        format!(
-            "drives {} were enabled before; they will stay enabled",
-            list(drives)
+        about(
+            drives,
+            "was enabled before and will stay enabled",
+            "were enabled before and will stay enabled",
         )
     })
 }
@@ -161,17 +166,19 @@ pub(crate) fn found_on(drives: &[DriveId]) -> Option<String> {
 /// The message about drives that were on before and are left on; `None` when there are none.
 pub(crate) fn left_on(drives: &[DriveId]) -> Option<String> {
     (!drives.is_empty()).then(|| {
-        format!(
-            "drives {} were enabled before and STAY ENABLED: `motionctl disable` switches them off",
-            list(drives)
+        about(
+            drives,
+            "was enabled before and STAYS ENABLED: `motionctl disable` switches it off",
+            "were enabled before and STAY ENABLED: `motionctl disable` switches them off",
         )
     })
 }
 
 /// The warning about drives that have not said that they are disabled.
 pub(crate) fn unconfirmed_warning(unconfirmed: &[DriveId]) -> String {
-    format!(
-        "drives {} did not confirm that they are DISABLED: use the emergency stop before you go near",
-        list(unconfirmed)
+    about(
+        unconfirmed,
+        "did not confirm that it is DISABLED: use the emergency stop before you go near",
+        "did not confirm that they are DISABLED: use the emergency stop before you go near",
     )
 }

@@ -140,6 +140,12 @@ impl BenchProcess {
         kill_process(Pid::from_child(child), signal).expect("the process is there");
     }
 
+    /// Sends it a signal.
+    pub(crate) fn signal(&self, signal: Signal) {
+        let child = self.child.as_ref().expect("it runs");
+        kill_process(Pid::from_child(child), signal).expect("the process is there");
+    }
+
     /// Ends it as a pulled plug does.
     pub(crate) fn kill(&mut self) {
         let child = self.child.as_mut().expect("it runs");

@@ -1,5 +1,7 @@
 //! The commissioning commands against a bench.
 
+use std::io::{BufRead, BufReader};
+
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
@@ -197,7 +199,7 @@ fn enable_holds_until_ctrl_c_and_then_disables() {
     );
     let (_, errors) = status_and_errors(&output);
     assert!(
-        errors.contains("drives 3 were enabled before and STAY ENABLED"),
+        errors.contains("drive 3 was enabled before and STAYS ENABLED"),
         "{errors}"
     );
     let report = bench.stop();
@@ -227,7 +229,7 @@ fn a_killed_holder_leaves_drives_that_disable_ends() {
     );
     let (status, text, errors) = on(&bench, &["disable", "--drives", "2,9", "--json"]);
     assert_eq!(status, Some(1), "{errors}");
-    assert!(errors.contains("drives 9 did not confirm"), "{errors}");
+    assert!(errors.contains("drive 9 did not confirm"), "{errors}");
     assert!(text.contains("\"unconfirmed\": [\n    9"), "{text}");
     let report = bench.stop();
     assert_eq!(report["drives"][0]["enabled"], false);
@@ -278,6 +280,12 @@ fn monitor_shows_each_drive_and_who_is_missing() {
     let pair = [(Some(1), Some(true)), (Some(5), Some(false))];
     assert_eq!(answers, [pair, pair].concat());
     assert_eq!(lines[0]["position_counts"], 0);
+    // Every value has its age, and one that never was read has none.
+    for age in ["status_ms", "position_ms", "torque_ms", "speed_ms"] {
+        let ms = lines[2]["ages"][age].as_u64();
+        assert!(ms.is_some_and(|ms| ms < 2_000), "{lines:?}");
+        assert!(lines[3]["ages"][age].is_null(), "{lines:?}");
+    }
     assert_eq!(bench.stop()["drives"][0]["set_points"], 0);
 }
 
@@ -291,11 +299,7 @@ fn a_vanished_adapter_ends_a_hold_with_a_warning() {
     let (status, errors) = status_and_errors(&output);
     assert_eq!(status, Some(3), "{errors}");
     assert!(errors.contains("the adapter is gone"), "{errors}");
-    assert!(
-        errors
-            .contains("Drives 1 hold where the last set-point took them and may still be ENABLED"),
-        "{errors}"
-    );
+    assert!(errors.contains("drive 1 may still be ENABLED"), "{errors}");
 }
 
 #[test]
@@ -310,4 +314,30 @@ fn completions_know_the_commands() {
             "{shell}"
         );
     }
+}
+
+#[test]
+fn monitor_shows_no_value_that_is_too_old() {
+    let bench = BenchProcess::start("stale", "1");
+    let arguments = ["monitor", "--slcan", bench.path(), "--drives", "1"];
+    let often = ["--every-ms", "250", "--count", "24", "--json"];
+    let mut child = motionctl(&[&arguments[..], &often].concat())
+        .spawn()
+        .expect("motionctl starts");
+    let mut lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
+    let mut next = || -> Option<Value> {
+        let line = lines.next()?.expect("a line");
+        Some(serde_json::from_str(&line).expect("JSON"))
+    };
+    while next().expect("a line")["position_counts"].is_null() {}
+    bench.signal(Signal::STOP);
+    let mut last = Value::Null;
+    while let Some(line) = next() {
+        last = line;
+    }
+    bench.signal(Signal::CONT);
+    child.wait().expect("its end");
+    assert_eq!(last["answers"], false, "{last}");
+    assert!(last["enabled"].is_null() && last["position_counts"].is_null());
+    assert!(last["ages"]["position_ms"].as_u64() > Some(500), "{last}");
 }

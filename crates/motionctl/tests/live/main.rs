@@ -2,5 +2,6 @@
 
 mod bench;
 mod commission;
+mod power;
 mod run;
 mod serial;

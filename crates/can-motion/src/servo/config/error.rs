@@ -5,7 +5,7 @@ use core::fmt;
 use dyn_can::DriveId;
 
 use crate::plan::{Refusal, Remedies};
-use crate::servo::polls::PollKind;
+use crate::servo::poll_kind::PollKind;
 
 /// A configuration that cannot work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

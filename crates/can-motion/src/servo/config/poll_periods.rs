@@ -1,6 +1,6 @@
 //! What is read and how often.
 
-use crate::servo::polls::PollKind;
+use crate::servo::poll_kind::PollKind;
 
 /// Periods of the polls of one axis in microseconds; `None` turns a poll off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

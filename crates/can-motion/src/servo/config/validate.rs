@@ -4,7 +4,7 @@ use dyn_can::{Counts28, DriveId};
 
 use super::{AxisConfig, ConfigError, MasterConfig, Timeouts, Travel};
 use crate::core::group::MOST_AXES;
-use crate::servo::polls::PollKind;
+use crate::servo::poll_kind::PollKind;
 
 impl MasterConfig {
     pub(crate) fn validate(&self, axes: &[AxisConfig], room: usize) -> Result<(), ConfigError> {

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::plan::analysis::Response;
 use zlac8030l::NodeId;
 
 /// A configuration that cannot work.
@@ -66,12 +67,12 @@ pub enum WheelConfigError {
         /// The node.
         node: NodeId,
     },
-    /// The frames of a cycle do not fit into it at this bit rate, each taken at its longest.
-    BusLoad {
-        /// Bits of a cycle.
-        cycle_bits: u32,
-        /// Bits of its frames.
-        needed_bits: u32,
+    /// The bus cannot carry these wheels: a frame may come too late.
+    Late {
+        /// Which kind of frame.
+        frame: &'static str,
+        /// Its worst case.
+        response: Response,
     },
     /// `speed_resolution` is outside 1 ..= 10, or `profile_speed_rpm` outside 1 ..= 1000.
     Speed {
@@ -128,13 +129,18 @@ impl fmt::Display for WheelConfigError {
                     "max_step and max_step_change of node {node} must be 1..=1000000"
                 )
             }
-            Self::BusLoad {
-                cycle_bits,
-                needed_bits,
-            } => write!(
-                f,
-                "the frames of a cycle need {needed_bits} bits, a cycle has {cycle_bits}: use a longer cycle, a higher bit rate, or fewer requests"
-            ),
+            Self::Late { frame, response } => {
+                write!(f, "a {frame} frame may be late: ")?;
+                match response.bits {
+                    Some(bits) => write!(f, "it takes up to {bits} bit times")?,
+                    None => f.write_str("the bus carries more than it can")?,
+                }
+                write!(
+                    f,
+                    ", its deadline is {}: use a longer cycle, a higher bit rate, slower feedback or fewer requests",
+                    response.deadline_bits
+                )
+            }
             Self::Speed { node, most, actual } => {
                 write!(
                     f,

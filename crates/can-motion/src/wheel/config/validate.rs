@@ -5,16 +5,10 @@ use zlac8030l::NodeId;
 use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode, WheelTimeouts};
 use crate::core::group::MOST_AXES;
 use crate::core::targets::ValueLimits;
-use crate::plan::wire;
 use crate::wheel::config::FeedbackTiming;
 
-/// Data bytes of the frames of one wheel in a cycle: command, status, position, and at times a heartbeat.
-const CYCLE_BYTES: [u8; 4] = [6, 8, 6, 1];
 /// Steps and changes of steps with which a ramp can be computed in 64 bit.
 const STEPS: core::ops::RangeInclusive<u32> = 1..=1_000_000;
-/// Data bytes of an SDO frame.
-const SDO_BYTES: u8 = 8;
-
 impl WheelMasterConfig {
     pub(crate) fn validate(
         &self,
@@ -42,27 +36,7 @@ impl WheelMasterConfig {
                 return Err(WheelConfigError::Order { node: upper.node });
             }
         }
-        wheels.iter().try_for_each(WheelConfig::validate)?;
-        self.check_load(actual)
-    }
-
-    /// Every frame of a cycle at its longest, with a reply to each request, must fit.
-    fn check_load(&self, wheels: usize) -> Result<(), WheelConfigError> {
-        let bits = |bytes: u8| u32::from(wire::bound_bits(bytes));
-        let wheel_bits: u32 = CYCLE_BYTES.iter().map(|bytes| bits(*bytes)).sum();
-        // At most 127 wheels and 255 requests.
-        let needed_bits = wheels as u32 * wheel_bits
-            + 2 * u32::from(self.requests_per_cycle) * bits(SDO_BYTES)
-            + bits(0);
-        // kbit/s are bits in a millisecond; the cycle was checked to be at most a second.
-        let cycle_bits = self.bit_rate.kbit_per_s() * (self.cycle_us / 1_000);
-        if needed_bits > cycle_bits {
-            return Err(WheelConfigError::BusLoad {
-                cycle_bits,
-                needed_bits,
-            });
-        }
-        Ok(())
+        wheels.iter().try_for_each(WheelConfig::validate)
     }
 }
 
@@ -285,25 +259,31 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_that_is_too_short_for_its_frames_is_refused() {
+    fn a_bus_that_cannot_carry_its_frames_is_refused() {
+        use crate::core::family::Plan;
+        use crate::wheel::plan::WheelPlan;
         let config = WheelMasterConfig {
-            cycle_us: 1_000,
+            cycle_us: 2_000,
+            feedback: FeedbackTiming::Timer { ticks: 4 },
             ..WheelMasterConfig::DEFAULT
         };
-        // 55 + 10 n bits: 6, 8, 6 and 1 bytes of the wheel, two SDO frames, SYNC.
-        let (cycle_bits, needed_bits) = (500, 755);
-        assert_eq!(
-            config.validate(&[wheel(1)], 1),
-            Err(WheelConfigError::BusLoad {
-                cycle_bits,
-                needed_bits
-            })
+        let four = [1, 2, 3, 4].map(wheel);
+        let refused = WheelPlan::new(&config, &four).admit(4).unwrap_err();
+        assert!(
+            matches!(
+                refused,
+                WheelConfigError::Late {
+                    frame: "command",
+                    ..
+                }
+            ),
+            "{refused}"
         );
         let fast = WheelMasterConfig {
             bit_rate: BitRate::Kbit1000,
             ..config
         };
-        assert_eq!(fast.validate(&[wheel(1)], 1), Ok(()));
+        assert_eq!(WheelPlan::new(&fast, &four[..2]).admit(4), Ok(()));
     }
 
     #[test]

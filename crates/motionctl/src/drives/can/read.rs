@@ -1,6 +1,6 @@
 //! Reads everything that a drive tells.
 
-use can_motion::{AxisSnapshot, Fault, PollPeriods, Procedure, ProcedureEnd};
+use can_motion::{AxisSnapshot, Fault, Instant, PollPeriods, Procedure, ProcedureEnd, Stamped};
 use dyn_can::{DriveId, GearNumber, Reply};
 
 use super::procedure::{answering_station, perform};
@@ -61,7 +61,7 @@ pub(super) fn read(
             return Ok(Readings::new(
                 drive.get(),
                 protocol,
-                state_of(&axis),
+                state_of(&axis, Instant::default()),
                 parameters,
             ));
         }
@@ -77,10 +77,10 @@ fn has_every_reading(axis: &AxisSnapshot) -> bool {
         && read.speed_rpm.is_some()
 }
 
-/// The state that the latest readings show.
-pub(crate) fn state_of(axis: &AxisSnapshot) -> DriveState {
+/// The state that the latest readings show; those from before `oldest` are left out.
+pub(crate) fn state_of(axis: &AxisSnapshot, oldest: Instant) -> DriveState {
     let read = &axis.feedback;
-    let status = read.status.map(|status| status.value);
+    let status = since(oldest, read.status);
     DriveState {
         enabled: status.map(|status| !status.is_disabled()),
         on_position: status.map(|status| status.on_position()),
@@ -89,10 +89,16 @@ pub(crate) fn state_of(axis: &AxisSnapshot) -> DriveState {
             .map(|status| status.alarm())
             .filter(|alarm| alarm.is_alarm())
             .map(|alarm| alarm.to_string()),
-        position_counts: read.position.map(|position| position.value),
-        speed_rpm: read.speed_rpm.map(|speed| i32::from(speed.value)),
-        torque_share: read.torque.map(|torque| torque.value.of_peak()),
+        position_counts: since(oldest, read.position),
+        speed_rpm: since(oldest, read.speed_rpm).map(i32::from),
+        torque_share: since(oldest, read.torque).map(|torque| torque.of_peak()),
     }
+}
+
+fn since<T>(oldest: Instant, reading: Option<Stamped<T>>) -> Option<T> {
+    reading
+        .filter(|reading| reading.at >= oldest)
+        .map(|reading| reading.value)
 }
 
 /// The parameters in a reply.

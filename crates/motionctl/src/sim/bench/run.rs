@@ -27,7 +27,7 @@ impl Bench<'_> {
     ) -> Result<(Summary, Option<Recording>), SimError> {
         let ready = self
             .wait_until(|state| matches!(state, AxisState::Ready | AxisState::FoundOn))?
-            && self.enable()
+            && self.enable()?
             && self.wait_until(|state| state == AxisState::Streaming)?;
         let anchors = self.targets();
         if ready {
@@ -78,11 +78,11 @@ impl Bench<'_> {
     }
 
     /// Simulated drives come up with their servo on: those are taken over, the others are enabled.
-    fn enable(&mut self) -> bool {
-        let now = self.now();
+    fn enable(&mut self) -> Result<bool, SimError> {
         // Refused when no drive was found on.
-        let _ = self.master.adopt(now, GROUP);
-        self.master.enable(now, GROUP).is_ok()
+        let _ = self.master.adopt(self.now(), GROUP);
+        let ready = |state| matches!(state, AxisState::Ready | AxisState::Holding);
+        Ok(self.wait_until(ready)? && self.master.enable(self.now(), GROUP).is_ok())
     }
 
     fn wait_until(&mut self, is_so: impl Fn(AxisState) -> bool) -> Result<bool, SimError> {
