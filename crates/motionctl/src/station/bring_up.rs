@@ -5,7 +5,8 @@ use core::fmt;
 use can_motion::{AxisSnapshot, AxisState, CommandError, EventKind, Fault};
 use dyn_can::DriveId;
 
-use super::{GROUP, Station, fault_text};
+use super::fault_text::fault_text;
+use super::pc_master::{GROUP, Station};
 use crate::interrupt;
 use crate::link::LinkFault;
 

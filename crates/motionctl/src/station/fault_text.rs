@@ -3,6 +3,8 @@
 use can_motion::{DriftCause, Fault};
 use dyn_can::{Alarm, DriveId};
 
+use super::pc_master::STUCK_US;
+
 /// The message for a fault of a drive.
 pub(crate) fn fault_text(drive: DriveId, fault: Fault) -> String {
     match (words(fault), next_step(fault)) {
@@ -17,7 +19,7 @@ fn words(fault: Fault) -> String {
         Fault::AlarmFrame => "alarm, and it does not say which".to_owned(),
         Fault::Bus => format!(
             "no set-point got out for {} ms: the bus or its adapter stands still",
-            super::STUCK_US / 1_000
+            STUCK_US / 1_000
         ),
         other => other.to_string(),
     }

@@ -5,7 +5,9 @@ use core::fmt;
 use can_motion::{AxisSnapshot, ConfigError, Fault, PollPeriods};
 use dyn_can::{DriveId, GearNumber};
 
-use super::{AxisOptions, Station};
+use super::axis_options::AxisOptions;
+use super::fault_text::fault_text;
+use super::pc_master::Station;
 use crate::interrupt;
 use crate::link::{Link, LinkFault};
 
@@ -55,7 +57,7 @@ impl fmt::Display for LookError {
             Self::Link(fault) => write!(f, "the link failed: {fault}"),
             Self::Config(error) => error.fmt(f),
             Self::Interrupted => f.write_str("stopped by the user"),
-            Self::Fault { drive, fault } => f.write_str(&super::fault_text(*drive, *fault)),
+            Self::Fault { drive, fault } => f.write_str(&fault_text(*drive, *fault)),
             Self::Incomplete { drive } => write!(
                 f,
                 "drive {drive} did not answer all requests in time: try again, or look for a second master"

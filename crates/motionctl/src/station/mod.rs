@@ -12,163 +12,17 @@ mod fault_text;
 mod look;
 mod motion_limits;
 mod pace;
+mod pc_master;
 mod shut_down;
+#[cfg(test)]
+mod tests;
 
-use can_motion::plan::BusSetup;
-use can_motion::{
-    AxisConfig, AxisSnapshot, ConfigError, Event, EventKind, GroupId, Instant, MasterConfig,
-    Progress, ServoMaster, Timeouts,
-};
-use dyn_can::DriveId;
-
-use crate::link::{Link, LinkFault};
 pub(crate) use axis_options::AxisOptions;
 pub(crate) use bring_up::BringUpError;
 pub(crate) use clock::{Clock, serve_until};
 pub(crate) use fault_text::fault_text;
 pub(crate) use look::{LookError, Seen, look};
 pub(crate) use motion_limits::{LimitError, MotionLimits, Needs};
-pub(crate) use pace::{Pace, PaceCounts};
+pub(crate) use pace::PaceCounts;
+pub(crate) use pc_master::{GROUP, Station};
 pub(crate) use shut_down::{End, found_on, left_on, unconfirmed_warning};
-
-/// The master of this tool: room for every drive that a bus can carry.
-pub(crate) type PcMaster = ServoMaster<63>;
-
-/// All axes of this tool are in one group.
-pub(crate) const GROUP: GroupId = GroupId(0);
-
-/// In a longer cycle even 63 drives at 10 kbit/s fit.
-const LONGEST_CYCLE_US: u32 = 640_000;
-
-/// Without a set-point that gets out for so long the motion ends with an error. A PC that is busy pauses a program for some hundred
-/// milliseconds, a firmware never.
-pub(crate) const STUCK_US: u32 = 500_000;
-
-/// Waiting times for a PC: adapters on USB hold bytes back for up to 16 ms, and the system lets a program wait.
-const TIMEOUTS: Timeouts = Timeouts {
-    reply_us: 100_000,
-    confirm_us: 1_000_000,
-    stuck_us: STUCK_US,
-    lost_after: 5,
-    ..Timeouts::DEFAULT
-};
-
-/// A master with its link.
-#[derive(Debug)]
-pub(crate) struct Station<'link> {
-    master: PcMaster,
-    link: &'link mut Link,
-    clock: Clock,
-    pace: Pace,
-    config: MasterConfig,
-    axes: Vec<AxisConfig>,
-    /// Drives that this station told to switch on, until they have confirmed that they are off.
-    switched_on: Vec<DriveId>,
-    /// Drives that were on before.
-    found_on: Vec<DriveId>,
-}
-
-impl<'link> Station<'link> {
-    /// A master for these axes, in ascending order of drive id. Nothing is sent yet.
-    ///
-    /// # Errors
-    /// When the configuration cannot work, or the bus cannot carry the axes in this cycle.
-    pub(crate) fn new(
-        link: &'link mut Link,
-        axes: &[AxisConfig],
-        cycle_us: u32,
-    ) -> Result<Self, ConfigError> {
-        let config = MasterConfig {
-            cycle_us,
-            timeouts: TIMEOUTS,
-            bus: BusSetup {
-                bit_rate: link.bit_rate(),
-                ..BusSetup::DEFAULT
-            },
-            ..MasterConfig::DEFAULT
-        };
-        Ok(Self {
-            master: PcMaster::new(config, axes)?,
-            link,
-            clock: Clock::start(),
-            pace: Pace::new(cycle_us),
-            config,
-            axes: axes.to_vec(),
-            switched_on: Vec::new(),
-            found_on: Vec::new(),
-        })
-    }
-
-    /// The same with the shortest cycle, of at least so many microseconds, in which the bus carries the axes: for commands
-    /// that stream no motion.
-    ///
-    /// # Errors
-    /// When the configuration cannot work in any cycle.
-    pub(crate) fn unhurried(
-        link: &'link mut Link,
-        axes: &[AxisConfig],
-        at_least_us: u32,
-    ) -> Result<Self, ConfigError> {
-        let mut cycle_us = at_least_us;
-        while let Err(ConfigError::Plan { .. }) = Station::new(link, axes, cycle_us)
-            && cycle_us < LONGEST_CYCLE_US
-        {
-            cycle_us *= 2;
-        }
-        Self::new(link, axes, cycle_us)
-    }
-
-    /// The master, to read its state and to command it.
-    pub(crate) fn master(&mut self) -> &mut PcMaster {
-        &mut self.master
-    }
-
-    /// Every axis at this moment, in ascending order of drive id.
-    pub(crate) fn snapshots(&self) -> impl Iterator<Item = AxisSnapshot> + '_ {
-        (0..).map_while(|axis| self.master.snapshot(axis))
-    }
-
-    /// The drives, in the order of the axes.
-    pub(crate) fn drives(&self) -> impl Iterator<Item = DriveId> + '_ {
-        self.axes.iter().map(|axis| axis.drive)
-    }
-
-    /// How well the cycles kept their time.
-    pub(crate) fn pace(&self) -> PaceCounts {
-        self.pace.counts()
-    }
-
-    /// The present moment.
-    pub(crate) fn now(&self) -> Instant {
-        self.clock.now()
-    }
-
-    /// One cycle: serves the bus until it is due, lets `prepare` set targets, begins it. `prepare` gets the number of the
-    /// cycle on the clock, which jumps over cycles that were missed.
-    ///
-    /// # Errors
-    /// The fault of the link, after which nothing gets through any more.
-    pub(crate) fn cycle(
-        &mut self,
-        prepare: impl FnOnce(&mut PcMaster, u64),
-    ) -> Result<(), LinkFault> {
-        serve_until(&mut self.master, self.link, &self.clock, self.pace.due())?;
-        let now = self.clock.now();
-        let number = self.pace.begin(now);
-        prepare(&mut self.master, number);
-        self.master.begin_cycle(now);
-        let progress = can_motion::service(&mut self.master, self.link, now);
-        match (progress, self.link.fault()) {
-            (_, Some(fault)) => Err(fault),
-            (Progress::Idle | Progress::Blocked, None) => Ok(()),
-        }
-    }
-
-    /// The oldest event that was not read yet.
-    pub(crate) fn next_event(&mut self) -> Option<Event<EventKind>> {
-        self.master.next_event()
-    }
-}
-
-#[cfg(test)]
-mod tests;

@@ -8,7 +8,7 @@ use core::fmt;
 use can_motion::{Limits, StepChange, Travel};
 use dyn_can::{DriveId, GearNumber, StepLimit, units};
 
-use super::STUCK_US;
+use super::pc_master::STUCK_US;
 
 /// Acceleration is a mean over so long: command counts are too coarse for less.
 const WINDOW_US: u32 = 20_000;

@@ -3,7 +3,9 @@
 use can_motion::{AxisConfig, PollPeriods};
 use dyn_can::DriveId;
 
-use super::{Clock, GROUP, Pace, PcMaster, Station, serve_until};
+use super::clock::{Clock, serve_until};
+use super::pace::Pace;
+use super::pc_master::{GROUP, PcMaster, Station};
 use crate::drive_ids::about;
 use crate::interrupt;
 use crate::link::LinkFault;
