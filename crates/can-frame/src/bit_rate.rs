@@ -173,6 +173,15 @@ mod tests {
     }
 
     #[test]
+    fn a_refused_rate_names_those_that_are_known() {
+        let error = BitRate::from_kbit_per_s(333).unwrap_err();
+        assert_eq!(
+            std::format!("{error}"),
+            "333 kbit/s is not supported; use 10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s"
+        );
+    }
+
+    #[test]
     fn other_rates_are_refused() {
         for kbit_per_s in [0, 100, 300, 1001] {
             assert_eq!(

@@ -7,6 +7,7 @@ mod place;
 mod report;
 mod report_page;
 mod runner;
+mod seeded_mistakes;
 mod step;
 mod steps;
 
@@ -62,7 +63,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         return Ok(());
     }
     let install = arguments.install_packages || env::var("CI").is_ok_and(|value| value == "true");
-    let mut runner = Runner::new(Place::find()?, Packages::new(install), arguments.keep_going);
+    let mut runner = Runner::new(
+        Place::find(install)?,
+        Packages::new(install),
+        arguments.keep_going,
+    );
     let report = runner.run(&steps);
     println!("\n=== all steps\n{report}");
     match report.failed() {

@@ -16,17 +16,34 @@ const OF_THIS_PACKAGE: [&str; 2] = ["CARGO_MANIFEST_", "CARGO_PKG_"];
 /// The workspace as the steps see it.
 pub(super) struct Place {
     workspace: Workspace,
+    may_install: bool,
 }
 
 impl Place {
-    /// The workspace around the current folder.
+    /// The workspace around the current folder, and whether its steps may install what is missing.
     ///
     /// # Errors
     /// When cargo does not know.
-    pub(super) fn find() -> Result<Self, Error> {
+    pub(super) fn find(may_install: bool) -> Result<Self, Error> {
         Ok(Self {
             workspace: Workspace::find()?,
+            may_install,
         })
+    }
+
+    /// The workspace.
+    pub(super) fn workspace(&self) -> &Workspace {
+        &self.workspace
+    }
+
+    /// Its folder.
+    pub(super) fn root(&self) -> &Path {
+        &self.workspace.root
+    }
+
+    /// Whether the user asked to install what is missing.
+    pub(super) fn may_install(&self) -> bool {
+        self.may_install
     }
 
     /// The folder of build products.
@@ -126,14 +143,14 @@ mod tests {
 
     #[test]
     fn what_a_script_could_not_check_is_its_result() {
-        let place = Place::find().unwrap();
+        let place = Place::find(false).unwrap();
         let mut script = shell(&place, "echo checked; echo 'SKIPPED: no bus'; echo more");
         assert_eq!(place.script(&mut script).unwrap(), ["no bus"]);
     }
 
     #[test]
     fn a_script_that_fails_is_an_error_whatever_it_skipped() {
-        let place = Place::find().unwrap();
+        let place = Place::find(false).unwrap();
         let mut script = shell(&place, "echo 'SKIPPED: no bus'; exit 3");
         assert!(matches!(
             place.script(&mut script),
@@ -143,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_program_finds_nothing_of_this_package_in_its_environment() {
-        let place = Place::find().unwrap();
+        let place = Place::find(false).unwrap();
         let output = shell(&place, "env").output().unwrap();
         let environment = String::from_utf8_lossy(&output.stdout);
         assert!(!environment.contains("CARGO_MANIFEST_DIR="));

@@ -159,7 +159,7 @@ mod tests {
     );
 
     fn outcomes(keep_going: bool, steps: &[&'static Step]) -> Vec<Outcome> {
-        let place = Place::find().unwrap();
+        let place = Place::find(false).unwrap();
         let mut runner = Runner::new(place, Packages::new(false), keep_going);
         let report = runner.run(steps);
         report

@@ -3,6 +3,7 @@
 use super::interop;
 use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED};
 use super::report_page;
+use super::seeded_mistakes;
 use super::step::Step;
 
 /// Every step.
@@ -155,6 +156,11 @@ pub(super) const STEPS: &[Step] = &[
         interop::python_canopen,
     )
     .needs(&[&PYTHON]),
+    Step::call(
+        "mutants",
+        "tests find mistakes in the lines of the core that the last change touched, ten minutes at most",
+        seeded_mistakes::run,
+    ),
 ];
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use proc_macro2::{Group, Ident, TokenStream, TokenTree};
+use proc_macro2::{Group, Ident, Spacing, TokenStream, TokenTree};
 use quote::ToTokens;
 use syn::{Item, ItemUse, UseTree, Visibility};
 
@@ -75,7 +75,7 @@ fn collect(tree: &UseTree, path: &mut Vec<String>, passed_on: bool, aliases: &mu
     }
 }
 
-/// The paths of at least two words in an item, and all its words.
+/// The paths of at least two words in an item, and all its words but the names of fields and methods.
 pub(super) fn mentions_of(item: &Item) -> (Vec<Mention>, BTreeSet<String>) {
     let mut scan = Scan::default();
     scan.tokens(item.to_token_stream());
@@ -92,13 +92,19 @@ impl Scan {
     fn tokens(&mut self, tokens: TokenStream) {
         let mut path: Vec<Ident> = Vec::new();
         let mut colons = 0;
-        for token in tokens {
+        let mut is_behind_dot = false;
+        let mut tokens = tokens.into_iter().peekable();
+        while let Some(token) = tokens.next() {
+            let is_field = is_behind_dot || is_single_colon(tokens.peek());
+            is_behind_dot = matches!(&token, TokenTree::Punct(punct) if punct.as_char() == '.');
             match token {
                 TokenTree::Ident(word) => {
                     if colons != 2 {
                         self.end(&mut path);
                     }
-                    self.names.insert(word.to_string());
+                    if !is_field {
+                        self.names.insert(word.to_string());
+                    }
                     path.push(word);
                     colons = 0;
                 }
@@ -128,6 +134,11 @@ impl Scan {
         }
         path.clear();
     }
+}
+
+/// Whether a token is the colon behind the name of a field.
+fn is_single_colon(token: Option<&TokenTree>) -> bool {
+    matches!(token, Some(TokenTree::Punct(punct)) if punct.as_char() == ':' && punct.spacing() == Spacing::Alone)
 }
 
 /// Whether these are the brackets of `pub(in crate::somewhere)`, which names who may use an item and needs nothing.

@@ -123,6 +123,22 @@ fn a_parent_that_uses_what_it_passes_on_needs_it() {
 }
 
 #[test]
+fn a_field_or_method_of_the_same_name_uses_nothing_that_is_passed_on() {
+    let files = [
+        ("lib.rs", "mod a;"),
+        (
+            "a/mod.rs",
+            "mod child; pub use child::{on, off}; pub struct Parent { on: u8 } impl Parent { fn f(&self) -> u8 { self.on + self.off() } }",
+        ),
+        (
+            "a/child.rs",
+            "use super::Parent; pub fn on(_: Parent) {} pub fn off(_: Parent) {}",
+        ),
+    ];
+    assert!(cycles(&files).is_empty());
+}
+
+#[test]
 fn a_private_use_of_a_child_is_a_need() {
     let files = [
         ("lib.rs", "mod a;"),

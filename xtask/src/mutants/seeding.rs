@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use super::arguments::Arguments;
 use super::ledger::{Ledger, failed, source_of, write};
-use super::{Arguments, folder_of};
 use crate::error::Error;
 use crate::workspace::{Workspace, cargo};
 
@@ -64,11 +64,7 @@ impl<'a> Seeding<'a> {
         if self.is_without_difference()? {
             return Ok(Vec::new());
         }
-        let output = self
-            .command()
-            .args(["--list", "--no-config"])
-            .output()
-            .map_err(not_started)?;
+        let output = self.command().arg("--list").output().map_err(not_started)?;
         if !output.status.success() {
             eprint!("{}", String::from_utf8_lossy(&output.stderr));
             return Err(Error::MutantsMissing {
@@ -91,7 +87,7 @@ impl<'a> Seeding<'a> {
         let tested: String = ledger.tested().map(|name| format!("{name}\n")).collect();
         write(&results.join("caught.txt"), &tested)?;
         let mut command = self.command();
-        command.args(["--no-config", "--iterate", "--no-shuffle", "--colors=never"]);
+        command.args(["--iterate", "--no-shuffle", "--colors=never"]);
         command.arg("--output").arg(&self.folder);
         if !self.arguments.tests.is_empty() {
             command.arg("--").args(&self.arguments.tests);
@@ -110,6 +106,8 @@ impl<'a> Seeding<'a> {
         command
             .current_dir(&self.root)
             .env_remove("CARGO_MANIFEST_DIR")
+            // It would print one for each interruption.
+            .env_remove("RUST_BACKTRACE")
             .args(["mutants", "--package", &self.arguments.package])
             .args(["--file", &self.glob]);
         if let Some(shard) = &self.arguments.shard {
@@ -166,6 +164,13 @@ fn difference(
     let file = folder.join("difference.diff");
     write(&file, &String::from_utf8_lossy(&output.stdout))?;
     Ok(file)
+}
+
+/// The folder of a package, relative to the root.
+fn folder_of(workspace: &Workspace, package: &str) -> Result<PathBuf, Error> {
+    let folder = &workspace.package(package)?.folder;
+    let relative = folder.strip_prefix(&workspace.root);
+    Ok(relative.unwrap_or(folder).to_path_buf())
 }
 
 /// Waits for the end, or asks for it when the time is over; the result is whether it was asked.

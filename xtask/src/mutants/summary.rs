@@ -60,18 +60,20 @@ impl fmt::Display for Summary {
         for survivor in &self.survivors {
             writeln!(f, "SURVIVED {survivor}")?;
         }
-        writeln!(
+        write!(
             f,
-            "{} mistakes: {} found by a failed test, {} by tests that did not end, {} survived, {} do not compile, {} not tested yet; \
-             {} % of those tested were found",
+            "{} mistakes: {} found by a failed test, {} by tests that did not end, {} survived, {} do not compile, {} not tested yet",
             self.all,
             self.caught,
             self.timeouts,
             self.survivors.len(),
             self.unviable,
             self.untested(),
-            self.found_percent(),
-        )
+        )?;
+        if self.tested() > 0 {
+            write!(f, "; {} % of those tested were found", self.found_percent())?;
+        }
+        writeln!(f)
     }
 }
 
@@ -110,6 +112,20 @@ mod tests {
         };
         assert!(none.is_enough(95));
         assert_eq!(none.found_percent(), 100);
+    }
+
+    #[test]
+    fn a_run_without_a_result_claims_no_share() {
+        let untested = Summary {
+            all: 3,
+            ..summary(0, 0)
+        };
+        let nothing = Summary {
+            timeouts: 0,
+            unviable: 0,
+            ..untested
+        };
+        assert!(nothing.to_string().ends_with("3 not tested yet\n"));
     }
 
     #[test]
