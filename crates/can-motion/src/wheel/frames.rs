@@ -13,6 +13,7 @@ use crate::core::time::Instant;
 use crate::wheel::drive::{Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
 use crate::wheel::family::Zlac;
+use crate::wheel::process_data;
 
 /// Value of the holding brake 2030h:0E that closes it.
 const BRAKE_CLOSED: u16 = 1;
@@ -177,7 +178,7 @@ impl Wheel {
         self.counters.displaced = self.counters.displaced.wrapping_add(1);
         match frame.service() {
             Ok(Service::Rpdo(..)) => {
-                self.ledger.returned();
+                self.ledger.returned(process_data::target(frame));
                 context.log.push(WheelEventKind::TargetDisplaced);
                 return Returned::OfCycle;
             }
