@@ -214,7 +214,9 @@ impl Wheel {
             return None;
         }
         let switch_off = objects::CONTROL_WORD.write(ControlWord::DISABLE_VOLTAGE.get());
-        if request == switch_off && self.purpose.is_none() {
+        // A transfer of another purpose may be under way beside the command; only a reset of a fault writes the same.
+        let is_release = self.purpose == Some(Purpose::Check) && self.reset == Reset::Release;
+        if request == switch_off && !is_release {
             return Some(Returned::Switch(Class::SwitchOff));
         }
         self.sdo.withdraw();
