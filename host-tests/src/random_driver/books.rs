@@ -18,8 +18,10 @@ pub(super) struct OffWord {
     pub(super) is_due: bool,
     /// Cycle in which it became due.
     pub(super) since_cycle: u64,
-    /// When the controller took the latest command.
+    /// When the controller took the command first.
     pub(super) taken_us: Option<u64>,
+    /// And last.
+    pub(super) repeated_us: Option<u64>,
 }
 
 /// The books of one axis.
@@ -40,9 +42,13 @@ pub(super) struct Books {
     pub(super) may_close: bool,
     /// When the controller took the latest command to switch off, until it is confirmed.
     pub(super) closed_us: Option<u64>,
+    /// When the controller took the first command to switch on since the drive was off, and the latest.
     pub(super) switched_on_us: Option<u64>,
+    pub(super) told_on_us: Option<u64>,
     /// The request that is under way: when the controller took it, and its identifier.
     pub(super) asked: Option<(u64, u16)>,
+    /// The master may not take the answer to that request for one.
+    pub(super) is_doubtful: bool,
     pub(super) set_point_us: Option<u64>,
     /// What the controller took and did not give back: the sum of steps, or the latest value.
     pub(super) ledger: i64,
@@ -70,7 +76,9 @@ impl Books {
         may_close: false,
         closed_us: None,
         switched_on_us: None,
+        told_on_us: None,
         asked: None,
+        is_doubtful: false,
         set_point_us: None,
         ledger: 0,
         before: [0; 4],
@@ -96,6 +104,11 @@ impl Books {
         // What was not on yet may be switched off again.
         self.may_close |= self.wants_power.is_some() && self.told_power != Some(true);
         self.wants_power = None;
+    }
+
+    /// The master may start to ask anew: what it asked before may not be awaited any more.
+    pub(super) fn doubt_question(&mut self) {
+        self.is_doubtful = true;
     }
 
     pub(super) fn wants_power_at(&mut self, now_us: u64) {

@@ -80,7 +80,11 @@ impl Judge {
             let may_wait = has_cycle_frames && word.since_cycle == self.cycle;
             match word.taken_us {
                 None if !may_wait => self.broken(axis, "the command to disable did not leave"),
-                Some(at) if self.begun_us >= at + confirm_us => {
+                Some(_)
+                    if word
+                        .repeated_us
+                        .is_none_or(|at| self.begun_us >= at + confirm_us) =>
+                {
                     self.broken(axis, "the command to disable is not repeated");
                 }
                 _ => {}
@@ -110,12 +114,10 @@ impl Judge {
         } else {
             asked
         };
-        if let Some(asked) = counts {
-            Self::learn(books, told, asked, self.rules.cycle_us);
-        }
-        let is_alarm = told.is_alarm && (asked.is_none() || counts.is_some());
+        let is_answer = counts.is_some() && !books.is_doubtful;
+        let is_alarm = told.is_alarm && (asked.is_none() || is_answer);
         if told.is_boot_up {
-            (books.is_mine, books.told_power) = (false, None);
+            (books.is_mine, books.is_found, books.told_power) = (false, false, None);
         }
         if is_alarm {
             books.is_mine &= !self.rules.alarm_frees_shaft;
@@ -123,6 +125,9 @@ impl Judge {
                 books.told_power = None;
             }
             self.stop(self.rules.groups[axis], false);
+        }
+        if let Some(asked) = counts {
+            Self::learn(&mut self.books[axis], told, asked, self.rules.cycle_us);
         }
         is_alarm
     }
@@ -136,9 +141,11 @@ impl Judge {
                     books.told_power = Some(true);
                 }
                 let is_closing = books.may_close || books.off_word.is_some();
-                books.is_found |= !books.is_mine && !is_closing;
+                if !books.is_mine && !is_closing {
+                    (books.is_found, books.closed_us) = (true, None);
+                }
             }
-            Some(false) if asked.is_behind_switches && is_newer(books.switched_on_us) => {
+            Some(false) if asked.is_behind_switches && is_newer(books.told_on_us) => {
                 let is_confirmed = books
                     .off_word
                     .is_none_or(|word| !word.is_due || word.taken_us.is_some());
@@ -257,6 +264,7 @@ impl Judge {
             self.books[axis].permit = Permit::Stream;
             self.books[axis].set_point_us = None;
             self.books[axis].wants_power_at(now_us);
+            self.books[axis].doubt_question();
         }
     }
 
@@ -278,6 +286,7 @@ impl Judge {
             if books.is_found {
                 (books.is_mine, books.is_found) = (true, false);
                 (books.off_word, books.may_close) = (None, false);
+                books.doubt_question();
             }
         }
     }
@@ -293,6 +302,7 @@ impl Judge {
                     is_due: false,
                     since_cycle: cycle,
                     taken_us: books.closed_us,
+                    repeated_us: books.closed_us,
                 });
             }
         }
@@ -302,6 +312,7 @@ impl Judge {
     pub(super) fn cleared(&mut self, group: u8) {
         for axis in self.in_group(group) {
             self.books[axis].is_latched = false;
+            self.books[axis].doubt_question();
         }
     }
 

@@ -76,7 +76,7 @@ impl Judge {
                 format!("a step of {step}, at most {}", limits.max_step),
             );
         }
-        if !is_anchored {
+        if !is_anchored && !self.rules.is_speed {
             self.broken(axis, "a set-point without an anchor");
         }
         if place < i64::from(limits.min) || place > i64::from(limits.max) {
@@ -128,9 +128,7 @@ impl Judge {
         if self.rules.is_speed {
             books.takes_value(0);
         }
-        if books.permit == Permit::Stream {
-            books.set_point_us = Some(now_us);
-        }
+        books.set_point_us = books.set_point_us.map(|_| now_us);
         if !(books.is_mine && books.told_power == Some(true)) {
             self.switches_on(axis, now_us);
         }
@@ -146,6 +144,7 @@ impl Judge {
         let is_read = books.stands && books.is_located;
         let wants = books.wants_power;
         let is_latched = books.is_latched;
+        books.told_on_us = Some(now_us);
         let was_mine = std::mem::replace(&mut books.is_mine, true);
         books.told_power = books.told_power.filter(|is_on| *is_on);
         books.closed_us = None;
@@ -168,9 +167,14 @@ impl Judge {
         let may = books.may_close || books.off_word.is_some();
         // A step on the way to power may lead through none.
         let may = may || self.rules.has_cycle_frames && books.wants_power.is_some();
-        books.closed_us = Some(now_us);
+        if books.told_power != Some(false) {
+            // A command in every cycle is one command.
+            let is_one = self.rules.has_cycle_frames;
+            books.closed_us = books.closed_us.filter(|_| is_one).or(Some(now_us));
+        }
         if let Some(word) = &mut books.off_word {
-            word.taken_us = Some(now_us);
+            word.taken_us.get_or_insert(now_us);
+            word.repeated_us = Some(now_us);
         }
         if self.rules.is_speed {
             self.books[axis].takes_value(0);
@@ -188,6 +192,7 @@ impl Judge {
     }
 
     fn asks(&mut self, axis: usize, id: u16, now_us: u64) {
+        self.books[axis].is_doubtful = false;
         let open = self.books[axis].asked.replace((now_us, id));
         if let Some((at_us, _)) = open.filter(|_| self.rules.asks_one_at_a_time) {
             self.broken(

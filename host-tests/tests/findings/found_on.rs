@@ -1,5 +1,6 @@
 //! Power is not taken from a load that nobody meant, and not taken for what it is not.
 
+use can_motion::Fault;
 use dyn_can::{Alarm, FunctionCode};
 
 use crate::support::servos::{Servos, Told, servo, servos};
