@@ -23,11 +23,7 @@ pub(crate) fn to_rest(
     let peak = highest.min(inside(limits.velocity(), velocity));
     push_change(velocity, peak, sign, acceleration, builder)?;
     if peak < highest {
-        let way = if velocity > peak {
-            distance - 0.5 * velocity * velocity / acceleration
-        } else {
-            (square - peak * peak) / acceleration
-        };
+        let way = sign * builder.distance_to(target) - 0.5 * peak * peak / acceleration;
         builder.push_cruise(way / peak, sign * peak)?;
     }
     push_change(peak, 0.0, sign, acceleration, builder)

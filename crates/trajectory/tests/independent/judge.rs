@@ -9,8 +9,10 @@ use super::cases::Case;
 const ROUNDING: f64 = 1.0 + 2.0 * f32::EPSILON as f64;
 /// Largest jump of position at the border of two stretches, in counts, and at the end.
 const JUMP_COUNTS: f64 = 1.0 / 16_384.0;
+/// The same as a share of the longest way from the start, for ways of more than 2^29 counts: a correction of the velocity is a float.
+const JUMP_SHARE: f64 = 1.0 / (1_u64 << 43) as f64;
 /// Largest jump of velocity and acceleration there, relative to their largest value in the profile.
-const JUMP: f64 = 1.0 / 262_144.0;
+const JUMP: f64 = 1.0 / 131_072.0;
 /// A start below this share of the limits leaves room for rounding.
 const ROOM: f64 = 1.0 - 1.0 / 131_072.0;
 /// Velocity and acceleration below this share of their limits count as so much.
@@ -113,7 +115,7 @@ pub(crate) fn joined(
     let mut corner = (now.a.abs() * TICK, 0.0);
     let nearly = |from: Exact, to: Exact, corner: (f64, f64), place: usize| {
         let (v, a) = (JUMP * largest.v + corner.0, JUMP * largest.a + corner.1);
-        let is_joined = (from.p - to.p).abs() <= JUMP_COUNTS + 1e-15 * largest.p
+        let is_joined = (from.p - to.p).abs() <= JUMP_COUNTS + JUMP_SHARE * largest.p
             && (from.v - to.v).abs() <= v
             && (from.a - to.a).abs() <= a;
         is_joined.then_some(()).ok_or_else(|| {
