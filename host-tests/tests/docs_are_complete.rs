@@ -67,7 +67,11 @@ fn every_state_fault_event_and_error_is_in_the_docs() {
             ("core/command", "CommandError", "CommandError::"),
             ("core/command", "TargetError", "TargetError::"),
             ("servo/config/error", "ConfigError", "ConfigError::"),
-            ("servo/procedure/error", "ProcedureError", "ProcedureError::"),
+            (
+                "servo/procedure/error",
+                "ProcedureError",
+                "ProcedureError::",
+            ),
         ],
     );
 }
