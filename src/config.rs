@@ -1,10 +1,10 @@
 //! What a user of this firmware decides: drives, limits, bit rate and the built-in motion. Pins and clocks are in `board`.
 
-use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::BusPlan;
 use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, MotorLimits, Travel};
 use dyn_can::units::command_counts_per_turn;
 use dyn_can::{DriveId, GearNumber};
+use trajectory::curve::{Keyframe, KeyframeMotion};
 
 /// Number of axes.
 pub(crate) const AXES: usize = 2;

@@ -26,6 +26,24 @@ pub(crate) struct Statistics {
     oldest_position_us: u64,
 }
 
+/// An age as the log shows it.
+struct Age(u64);
+
+impl Age {
+    /// Of what was not read yet.
+    const NEVER_US: u64 = u64::MAX;
+}
+
+impl defmt::Format for Age {
+    fn format(&self, formatter: defmt::Formatter<'_>) {
+        if self.0 == Self::NEVER_US {
+            defmt::write!(formatter, "never read");
+        } else {
+            defmt::write!(formatter, "{=u64} ms", self.0 / 1_000);
+        }
+    }
+}
+
 /// A stretch of work, measured from here.
 #[derive(Clone, Copy)]
 pub(crate) struct Stretch(u32);
@@ -98,10 +116,10 @@ impl Statistics {
             let feedback = snapshot.feedback;
             let status_us = feedback
                 .status
-                .map_or(u64::MAX, |status| now.us_since(status.at));
+                .map_or(Age::NEVER_US, |status| now.us_since(status.at));
             let position_us = feedback
                 .position
-                .map_or(u64::MAX, |position| now.us_since(position.at));
+                .map_or(Age::NEVER_US, |position| now.us_since(position.at));
             self.oldest_status_us = self.oldest_status_us.max(status_us);
             self.oldest_position_us = self.oldest_position_us.max(position_us);
         }
@@ -111,7 +129,7 @@ impl Statistics {
     pub(crate) fn write(&self) {
         let counters = &self.counters;
         defmt::info!(
-            "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors; begun up to {=u64} us late, up to {=u32} clocks long, load {=u32}/1000; oldest status {=u64} ms, position {=u64} ms",
+            "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors; begun up to {=u64} us late, up to {=u32} clocks long, load {=u32}/1000; oldest status {}, position {}",
             counters.cycles,
             counters.late,
             counters.missed,
@@ -120,8 +138,8 @@ impl Statistics {
             self.worst_delay_us,
             self.worst_cycle_clocks,
             self.busy_clocks / CLOCKS_PER_PERMILLE,
-            self.oldest_status_us / 1_000,
-            self.oldest_position_us / 1_000
+            Age(self.oldest_status_us),
+            Age(self.oldest_position_us)
         );
     }
 }

@@ -1,9 +1,9 @@
 // A configuration for the tests: as many axes as the variable FIRMWARE_TEST_AXES says, with drive ids from 1.
 
-use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::BusPlan;
 use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, PollPeriods, StepChange, Travel};
 use dyn_can::{DriveId, GearNumber, StepLimit};
+use trajectory::curve::{Keyframe, KeyframeMotion};
 
 pub(crate) const AXES: usize = number(env!("FIRMWARE_TEST_AXES"));
 pub(crate) const GROUP: GroupId = GroupId(0);

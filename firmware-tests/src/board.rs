@@ -158,6 +158,14 @@ impl Board {
         written.expect("symbols lie in memory");
     }
 
+    /// A word of the firmware's memory, as a debug probe can read it; `None` where there is no memory.
+    #[must_use]
+    pub fn peek(&self, address: u32) -> Option<u32> {
+        let mut bytes = [0; 4];
+        self.engine.mem_read(u64::from(address), &mut bytes).ok()?;
+        Some(u32::from_le_bytes(bytes))
+    }
+
     /// Most bytes of the stack used so far.
     #[must_use]
     pub fn stack_high_water(&self) -> Option<u32> {

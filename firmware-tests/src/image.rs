@@ -136,6 +136,13 @@ impl Image {
         self.symbols.get(name).copied()
     }
 
+    /// The symbols whose names contain a text, as they are in the image, with their addresses.
+    pub fn symbols_with<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (&'a str, u32)> + 'a {
+        let all = self.symbols.iter();
+        all.filter(move |(name, _)| name.contains(text))
+            .map(|(name, &address)| (name.as_str(), address))
+    }
+
     /// Where the stack lies: from its end, the lowest address, to its start.
     #[must_use]
     pub fn stack(&self) -> Option<Range<u32>> {

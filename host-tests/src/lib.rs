@@ -19,6 +19,7 @@ pub mod dyn_serial;
 pub mod dyn_units;
 pub mod frame_fields;
 pub mod options;
+pub mod random_driver;
 pub mod report;
 pub mod rig;
 pub mod serial_noise;

@@ -4,8 +4,8 @@ use can_motion::commission::{
     AssignId, AssignResult, ByteOrderProbe, ByteOrderResult, Commissioner, Scan, Script,
 };
 use can_motion::{
-    AxisConfig, AxisState, Confirmation, EventKind, GroupId, Instant, MasterConfig, Procedure,
-    ProcedureEnd, ProcedureError, service,
+    AxisState, Confirmation, EventKind, GroupId, Instant, MasterConfig, Procedure, ProcedureEnd,
+    ProcedureError, service,
 };
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, NodeId, ResponseDelay, TxOrder,

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod drives;
+pub mod trajectory;
 
 use core::hint::black_box;
 

@@ -16,6 +16,7 @@ pub mod master;
 pub mod opaque;
 pub mod serial;
 pub mod text;
+pub mod trajectory;
 
 /// What the images print where they are built for the host.
 pub const HOST_MESSAGE: &str =

@@ -1,7 +1,6 @@
 //! The master: any configuration, then any calls in any order, on a driver that does anything.
 
 use can_motion::facts::Class;
-use can_motion::motion::{Keyframe, KeyframeMotion};
 use can_motion::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use can_motion::{
     AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, GroupId, Instant,
@@ -10,6 +9,7 @@ use can_motion::{
     service_taking_back,
 };
 use dyn_can::{GearNumber, Request, StepLimit};
+use trajectory::curve::{Keyframe, KeyframeMotion};
 
 use crate::codec::{dialect, drive, frame, request};
 use crate::fake_can::{FakeCan, FakeFrame};

@@ -2,11 +2,11 @@
 
 use core::fmt::{self, Display, Write};
 
-use can_motion::motion::KeyframeMotion;
 use can_motion::{Confirmation, EventKind, Limits, MotorLimits, PollKind, ServoMaster, Travel};
 use dyn_can::{
     DataFrame, DriveError, DriveId, DriveStatus, FunctionCode, Quantity, Reply, Request,
 };
+use trajectory::curve::KeyframeMotion;
 
 use crate::codec::{address, dialect, drive, frame, request};
 use crate::master::{AXES, axis, config, gear, group, keyframes, now, procedure, run};

@@ -14,6 +14,7 @@ use crate::proofs;
 use crate::size::Size;
 use crate::thumb::Builder;
 use crate::toolchain::Preference;
+use crate::trajectory_cost::TrajectoryCost;
 
 /// Numbers of axes that are measured in motion.
 const AXES: [usize; 4] = [1, 4, 8, 14];
@@ -32,6 +33,7 @@ const RAM_14_AXES: u64 = 8 * 1024;
 const STACK: u64 = 2 * 1024;
 const MESSAGES_FLASH: u64 = 4 * 1024;
 const HOT_PAIR_FLASH: u64 = 256;
+const ONE_AXIS_FLASH: u64 = 16 * 1024;
 
 /// Measures instructions, stack, flash and RAM, and writes docs/cost.md.
 #[derive(clap::Args)]
@@ -55,6 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         images: image_sizes(&builder, emulator.images())?,
         motion: motion(&builder, &emulator)?,
         hot_path: HotPath::measure(&builder, &emulator)?,
+        trajectory: TrajectoryCost::measure(&builder, &emulator)?,
         libraries: proofs::library_sizes(&builder)?,
     };
     let document = cost.document();
@@ -71,6 +74,7 @@ struct Cost {
     images: Vec<ImageSize>,
     motion: Vec<Motion>,
     hot_path: HotPath,
+    trajectory: TrajectoryCost,
     libraries: Vec<(&'static str, u64)>,
 }
 
@@ -128,6 +132,7 @@ impl Cost {
     fn document(&self) -> String {
         let mut text = String::from(INTRODUCTION);
         self.write_motion(&mut text);
+        self.trajectory.write(&mut text);
         self.write_sizes(&mut text);
         self.write_targets(&mut text);
         text.push_str(WHERE);
@@ -207,6 +212,9 @@ impl Cost {
         ] {
             row(what, target, actual);
         }
+        for (what, target, actual) in self.trajectory.targets() {
+            row(what, target, actual);
+        }
         for motion in &self.motion {
             if motion.axes == TARGET_AXES {
                 row(
@@ -247,6 +255,11 @@ impl Cost {
                 proofs::HOT_PAIR => row(
                     "flash of one set-point encoded and one position decoded, bytes",
                     HOT_PAIR_FLASH as f64,
+                    *flash as f64,
+                ),
+                proofs::ONE_AXIS => row(
+                    "flash of moves, jogs and stops of one axis, bytes",
+                    ONE_AXIS_FLASH as f64,
                     *flash as f64,
                 ),
                 _ => {}
@@ -320,6 +333,7 @@ mod tests {
                 decode: 20.0,
                 axis: 20.0,
             },
+            trajectory: TrajectoryCost::default(),
             libraries: Vec::new(),
         }
     }

@@ -170,6 +170,14 @@ impl Emulator {
         })
     }
 
+    /// Runs an image until it sleeps, and reads the figures that it has kept.
+    ///
+    /// # Errors
+    /// When the emulator does not build, fails, or the image does not sleep.
+    pub(crate) fn figures(&self, image: &Path) -> Result<Value, Error> {
+        self.answer("figures", |command| command.arg(image))
+    }
+
     /// Runs cargo in the emulator's workspace.
     fn cargo(&self, arguments: &[&str], behind_dashes: &[&str]) -> Result<(), Error> {
         let mut command = self.command(arguments)?;

@@ -14,6 +14,7 @@ mod size;
 mod symbols;
 mod thumb;
 mod toolchain;
+mod trajectory_cost;
 mod workspace;
 
 use std::process::ExitCode;

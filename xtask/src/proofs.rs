@@ -19,7 +19,7 @@ const CODEC: &str = "codec";
 pub(crate) const MESSAGES: &str = "messages";
 pub(crate) const HOT_PAIR: &str = "set-point-and-position";
 /// The images that link only without a panic.
-const IMAGES: [&str; 12] = [
+const IMAGES: [&str; 14] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
@@ -31,12 +31,16 @@ const IMAGES: [&str; 12] = [
     "hub-motors",
     FOUR_HUB_MOTORS,
     "wheels",
+    "trajectory",
+    ONE_AXIS,
     "text",
 ];
+/// Planning and sampling of one axis alone.
+pub(crate) const ONE_AXIS: &str = "trajectory-one-axis";
 const SERIAL_STREAM: &str = "serial-stream";
 const FOUR_HUB_MOTORS: &str = "four-hub-motors";
 /// The images that must stay small: what they hold, and their limits in bytes of flash.
-const SMALL: [(&str, &str, u64); 2] = [
+const SMALL: [(&str, &str, u64); 3] = [
     (
         SERIAL_STREAM,
         "encode and decode of the serial stream",
@@ -47,6 +51,7 @@ const SMALL: [(&str, &str, u64); 2] = [
         "SDO client, NMT, heartbeat, EMCY and CiA 402 for 4 nodes",
         1_536,
     ),
+    (ONE_AXIS, "moves, jogs and stops of one axis", 16 * 1_024),
 ];
 /// The image that must not link.
 const DELIBERATE_PANIC: &str = "deliberate-panic";

@@ -81,7 +81,7 @@ fn each_frame(
             continue;
         };
         if let Event::Frame(frame) = entry.event {
-            each(entry.at_ns, &frame)?;
+            each(entry.at_ns.unwrap_or_default(), &frame)?;
         }
     }
     Ok(())

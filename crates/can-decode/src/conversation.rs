@@ -14,8 +14,14 @@ pub trait Conversation {
 
     /// Reads a frame that ended at `at_ns`; `None` when no node of this protocol sends or hears such a frame.
     ///
-    /// Frames come in the order of the bus. Time in nanoseconds from any start; a step back is taken as no time.
-    fn hear(&mut self, at_ns: u64, frame: &Frame) -> Option<Self::Message>;
+    /// Frames come in the order of the bus. Time in nanoseconds from any start; a step back is taken as no time passed. `None` when
+    /// the times are not known: then the order alone counts, and nothing is late.
+    fn hear(&mut self, at_ns: Option<u64>, frame: &Frame) -> Option<Self::Message>;
+}
+
+/// Time that has passed, when both times are known.
+pub(crate) fn since(at_ns: Option<u64>, then_ns: Option<u64>) -> Option<u64> {
+    Some(at_ns?.saturating_sub(then_ns?))
 }
 
 /// Which side sent a frame.

@@ -70,7 +70,8 @@ impl Decoder {
     }
 
     /// Reads a frame that ended at `at_ns`; see [`Conversation::hear`].
-    pub fn hear(&mut self, at_ns: u64, frame: &Frame) -> Meaning {
+    pub fn hear(&mut self, at_ns: impl Into<Option<u64>>, frame: &Frame) -> Meaning {
+        let at_ns = at_ns.into();
         let meaning = match &mut self.protocol {
             Protocol::Dyn(drives) => drives.hear(at_ns, frame).map(Meaning::Dyn),
             Protocol::Canopen(drives) => drives.hear(at_ns, frame).map(Meaning::Canopen),

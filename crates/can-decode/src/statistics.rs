@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::conversation::since;
 use crate::decoder::Meaning;
 use crate::frame::Frame;
 
@@ -58,7 +59,7 @@ pub struct OfIdentifier {
     frames: u64,
     bytes: u64,
     undecodable: u64,
-    last_ns: u64,
+    last_ns: Option<u64>,
     intervals: Series,
     responses: Series,
 }
@@ -137,10 +138,13 @@ impl Default for Statistics {
 }
 
 impl Statistics {
-    /// Counts a frame that ended at `at_ns`.
-    pub fn count(&mut self, at_ns: u64, frame: &Frame, meaning: &Meaning) {
-        self.first_ns = Some(self.first_ns.map_or(at_ns, |first_ns| first_ns.min(at_ns)));
-        self.last_ns = self.last_ns.max(at_ns);
+    /// Counts a frame that ended at `at_ns`; `None` when the times are not known.
+    pub fn count(&mut self, at_ns: impl Into<Option<u64>>, frame: &Frame, meaning: &Meaning) {
+        let at_ns = at_ns.into();
+        if let Some(at_ns) = at_ns {
+            self.first_ns = Some(self.first_ns.map_or(at_ns, |first_ns| first_ns.min(at_ns)));
+            self.last_ns = self.last_ns.max(at_ns);
+        }
         self.frames += 1;
         self.least_bits += u64::from(frame.least_bits());
         let fresh = || OfIdentifier {
@@ -149,7 +153,7 @@ impl Statistics {
             frames: 0,
             bytes: 0,
             undecodable: 0,
-            last_ns: 0,
+            last_ns: None,
             intervals: Series::default(),
             responses: Series::default(),
         };
@@ -162,8 +166,8 @@ impl Statistics {
             Some(place) => place.get_or_insert_with(fresh),
             None => self.extended.entry(frame.id()).or_insert_with(fresh),
         };
-        if entry.frames > 0 {
-            entry.intervals.add(at_ns.saturating_sub(entry.last_ns));
+        if let Some(interval_ns) = since(at_ns, entry.last_ns) {
+            entry.intervals.add(interval_ns);
         }
         entry.frames += 1;
         entry.last_ns = at_ns;
@@ -189,17 +193,17 @@ impl Statistics {
         self.frames
     }
 
-    /// Time from the first frame to the last in nanoseconds.
+    /// Time from the first frame to the last in nanoseconds; `None` when no frame had a time.
     #[must_use]
-    pub fn duration_ns(&self) -> u64 {
+    pub fn duration_ns(&self) -> Option<u64> {
         self.first_ns
-            .map_or(0, |first_ns| self.last_ns.saturating_sub(first_ns))
+            .map(|first_ns| self.last_ns.saturating_sub(first_ns))
     }
 
     /// Share of the bus time that the frames take at least, without stuff bits; `None` for fewer than two frames.
     #[must_use]
     pub fn least_load(&self, bit_rate_kbit: u32) -> Option<f64> {
-        let bits_in_time = self.duration_ns() as f64 * f64::from(bit_rate_kbit) / 1e6;
+        let bits_in_time = self.duration_ns()? as f64 * f64::from(bit_rate_kbit) / 1e6;
         (bits_in_time > 0.0).then(|| self.least_bits as f64 / bits_in_time)
     }
 }
@@ -249,7 +253,7 @@ mod tests {
         assert_eq!(status.responses().unwrap().mean_us, 600.0);
         assert_eq!(
             (statistics.frames(), statistics.duration_ns()),
-            (5, 3_000_000)
+            (5, Some(3_000_000))
         );
         // 4 standard frames with 47 bits, one of 67, and 5 data bytes in 3000 bits.
         assert!((statistics.least_load(1_000).unwrap() - 295.0 / 3_000.0).abs() < 1e-12);

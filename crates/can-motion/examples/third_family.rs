@@ -186,11 +186,11 @@ impl Drive for ToyDrive {
     }
     fn returned(&mut self, frame: &DataFrame, _: &mut Context<'_, Toy>) -> Returned {
         match (frame.id() & 0x780, frame.data()) {
-            (0x100, _) => {
-                self.ledger.returned();
+            (0x100, &[a, b, c, d]) => {
+                self.ledger.returned(i32::from_le_bytes([a, b, c, d]));
                 Returned::OfCycle
             }
-            (0x200, [0]) => Returned::Switch(Class::SwitchOff),
+            (0x200, &[0]) => Returned::Switch(Class::SwitchOff),
             (0x200, _) => Returned::Switch(Class::SwitchOn),
             _ => Returned::Request,
         }

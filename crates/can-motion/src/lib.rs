@@ -7,7 +7,6 @@ extern crate std;
 
 pub mod commission;
 mod core;
-pub mod motion;
 pub mod plan;
 mod servo;
 #[cfg(feature = "zlac")]

@@ -1,26 +1,12 @@
 //! `motionctl decode` as a user runs it: words, JSON, damaged logs, exit status.
 
+mod tool;
+
 use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// A file of its own for each test, removed afterwards.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str, bytes: &[u8]) -> Self {
-        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
-        std::fs::write(&path, bytes).expect("a temporary file");
-        Self(path)
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // Nothing depends on it: the folder is temporary.
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
+use tool::{Scratch, text};
 
 fn motionctl(words: &[&str], file: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
@@ -29,10 +15,6 @@ fn motionctl(words: &[&str], file: &Path) -> Output {
         .arg(file)
         .output()
         .expect("motionctl runs")
-}
-
-fn text(bytes: &[u8]) -> &str {
-    core::str::from_utf8(bytes).expect("plain text")
 }
 
 /// The log of a simulated run of two axes.
@@ -151,7 +133,7 @@ fn a_damaged_log_is_read_to_its_end_and_every_damage_is_named() {
         errors,
         [
             format!("{path}:2: expected a data byte, got \"0\""),
-            format!("{path}:3: expected text, got bytes that are no UTF-8"),
+            format!("{path}:3: expected a time in brackets, got \"\u{fffd}\u{fffd}\""),
             format!(
                 "{path}:5: time goes back from 1.000700 s to 0.900000 s: replies may be taken for others"
             ),
@@ -209,14 +191,14 @@ fn what_comes_through_a_pipe_is_shown_before_the_pipe_ends() {
 #[test]
 fn what_is_no_log_is_refused() {
     let few = Scratch::new("few.txt", b"time_s,a,b\n0,0,0\n");
-    let binary = Scratch::new("binary.blf", &[0xA5; 200_000]);
+    let binary = Scratch::new("binary.blf", [0xA5; 200_000]);
     for file in [&few, &binary] {
         let output = motionctl(&["decode"], &file.0);
         assert_eq!(output.status.code(), Some(2), "{output:?}");
-        assert!(
-            text(&output.stderr).contains("is no log that can be read"),
-            "{output:?}"
-        );
+        let errors: Vec<&str> = text(&output.stderr).lines().collect();
+        assert_eq!(errors.len(), 1, "one error for a wrong file: {errors:?}");
+        assert!(errors[0].contains(": line 1: expected a "), "{errors:?}");
+        assert!(output.stdout.is_empty(), "{output:?}");
     }
     let missing = motionctl(&["decode"], Path::new("no-such-file.log"));
     assert_eq!(missing.status.code(), Some(2));

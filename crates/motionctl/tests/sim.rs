@@ -1,29 +1,11 @@
 //! `motionctl sim` as a user runs it: exit status, messages, files.
 
+mod tool;
+
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// A file of its own for each test, removed afterwards.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str, text: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
-        std::fs::write(&path, text).expect("a temporary file");
-        Self(path)
-    }
-
-    fn as_str(&self) -> &str {
-        self.0.to_str().expect("a path of plain text")
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // Nothing depends on it: the folder is temporary.
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
+use tool::Scratch;
 
 fn sim(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
@@ -121,28 +103,28 @@ fn a_broken_file_is_refused_with_its_line() {
     for (name, text, expected) in [
         (
             "text",
-            "0,0\n1,fast\n",
-            "line 2, column 2: expected a number, got \"fast\"",
+            "t,a\n0,0\n1,fast\n",
+            "line 3, column 2 (a): expected a number, got \"fast\"",
         ),
         (
             "nan",
-            "0,0\n1,1\n2,NaN\n",
-            "line 3, column 2: expected a finite number, got NaN",
+            "t,a\n0,0\n1,1\n2,NaN\n",
+            "line 4, column 2 (a): expected a finite number, got NaN",
         ),
         (
             "back",
-            "0,0\n2,1\n1,2\n",
-            "line 3: time must increase, got 1 s after 2 s",
+            "t,a\n0,0\n2,1\n1,2\n",
+            "line 4, column 1 (t): time must increase, got 1 after 2",
         ),
         (
             "short",
-            "0,0\n1\n",
-            "line 2: expected 2 columns as in the first line, got 1",
+            "t,a\n0,0\n1\n",
+            "line 3: expected 2 columns as in line 1, got 1; column 2 (a) is missing",
         ),
         (
             "fast",
-            "0,0\n0.01,900\n",
-            "line 2: axis 0 would have to move",
+            "t,a\n0,0\n0.01,900\n",
+            "line 3, column 2 (a): the axis would have to move",
         ),
         ("empty", "# nothing\n", "no line with numbers"),
     ] {

@@ -8,8 +8,8 @@ use crate::support::servos::{Servos, Told, line, servo, servos};
 use crate::support::wheels::{Wheels, hub, hubs};
 use crate::support::{Call, assert_none};
 
-/// Cycles from enable to streaming of a servo, and some more.
-const ENABLING_CYCLES: usize = 200;
+/// More cycles than servos and wheels need from enable to streaming.
+const ENABLING_CYCLES: usize = 300;
 
 /// What is on, or gets set-points, although a call in each cycle between enable and streaming wanted it off.
 fn servos_not_stopped_by(call: Call) -> Vec<String> {
@@ -22,6 +22,7 @@ fn servos_not_stopped_by(call: Call) -> Vec<String> {
         if machine.all_stream() {
             break;
         }
+        assert!(later + 1 < ENABLING_CYCLES, "still being enabled");
         let was_on = [0, 1].map(|axis| machine.energised(axis));
         machine.call(call).unwrap();
         // A frame may have waited in a mailbox.
@@ -64,7 +65,7 @@ fn disable_while_enabling_switches_off() {
 /// The same for wheels: those that turn, stream, or are on although they were to be disabled.
 fn wheels_not_stopped_by(call: Call) -> Vec<String> {
     let mut found = Vec::new();
-    for later in 0..60 {
+    for later in 0..ENABLING_CYCLES {
         let mut machine = Wheels::new(&hubs(2));
         machine.become_ready();
         machine.call(Call::Enable).unwrap();
@@ -72,6 +73,7 @@ fn wheels_not_stopped_by(call: Call) -> Vec<String> {
         if machine.all_stream() {
             break;
         }
+        assert!(later + 1 < ENABLING_CYCLES, "still being enabled");
         let was_on = machine.energised(0) || machine.energised(1);
         machine.call(call).unwrap();
         machine.drive_at(&[100, 100], 200);

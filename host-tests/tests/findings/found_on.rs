@@ -1,5 +1,6 @@
 //! Power is not taken from a load that nobody meant, and not taken for what it is not.
 
+use can_motion::Fault;
 use dyn_can::{Alarm, FunctionCode};
 
 use crate::support::servos::{Servos, Told, servo, servos};
@@ -113,6 +114,21 @@ fn a_mode_that_changed_after_the_check_is_noticed() {
         }
     }
     assert_none(&found);
+}
+
+/// Promise 7: the mode is guarded afterwards, also while nothing moves.
+#[test]
+fn a_mode_that_changed_under_a_standing_axis_is_noticed() {
+    let mut machine = Servos::new(&servos(1));
+    machine.become_ready();
+    machine.call(Call::Enable).unwrap();
+    machine.run(600);
+    assert_eq!(machine.fault(0), None);
+    let speed_mode = dyn_can::ConfigByte::from_byte(0x08);
+    machine.faults_mut(0).misconfigure(speed_mode);
+    machine.run(1_100);
+    let fault = Fault::Config(speed_mode);
+    assert_eq!(machine.fault(0), Some(fault));
 }
 
 /// Promise 2: a gear number that does not fit the scale of the axis is refused before anything moves.

@@ -5,6 +5,9 @@ use crate::support::wheels::{
 };
 use crate::support::{Call, assert_none};
 
+/// More cycles than a wheel needs from enable to streaming.
+const ENABLING_CYCLES: usize = 200;
+
 /// Finding 12: states of bits 0 to 3 that the guide does not describe, as a status comes in with one while a wheel is enabled.
 #[test]
 fn an_undocumented_state_is_not_answered_with_enable_operation() {
@@ -12,7 +15,7 @@ fn an_undocumented_state_is_not_answered_with_enable_operation() {
     for state in [
         0b0010_u8, 0b0100, 0b0101, 0b0110, 0b1000, 0b1001, 0b1011, 0b1100, 0b1111,
     ] {
-        for later in 0..40 {
+        for later in 0..ENABLING_CYCLES {
             let mut machine = Wheels::new(&hubs(1));
             machine.become_ready();
             machine.call(Call::Enable).unwrap();
@@ -20,6 +23,7 @@ fn an_undocumented_state_is_not_answered_with_enable_operation() {
             if machine.all_stream() {
                 break;
             }
+            assert!(later + 1 < ENABLING_CYCLES, "still being enabled");
             let was = machine.words_since(0, 0).last().copied();
             let node = machine.node(0);
             let mark = machine.mark();

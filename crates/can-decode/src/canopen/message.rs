@@ -42,8 +42,8 @@ pub enum Note {
     AnotherObject,
     /// The request before this one had no reply.
     NoReply {
-        /// Time since then in nanoseconds.
-        after_ns: u64,
+        /// Time since then in nanoseconds, when it is known.
+        after_ns: Option<u64>,
     },
     /// The PDO is not as long as its mapping.
     Length,
@@ -247,7 +247,12 @@ impl fmt::Display for Message {
             Some(Note::Unasked) => f.write_str(" - nobody asked: late, or repeated"),
             Some(Note::AnotherObject) => f.write_str(" - another object was asked for"),
             Some(Note::Length) => f.write_str(" - not as long as its mapping"),
-            Some(Note::NoReply { after_ns }) => write!(
+            Some(Note::NoReply { after_ns: None }) => {
+                f.write_str(" - the request before had no reply")
+            }
+            Some(Note::NoReply {
+                after_ns: Some(after_ns),
+            }) => write!(
                 f,
                 " - the request {:.3} ms before had no reply",
                 after_ns as f64 / MS

@@ -15,7 +15,7 @@ use zlac8030l::{
     SdoReply, SdoRequest,
 };
 
-use crate::conversation::Conversation;
+use crate::conversation::{Conversation, since};
 use crate::frame::Frame;
 pub use message::{Message, Note};
 
@@ -44,7 +44,7 @@ impl Heard {
 #[derive(Debug, Clone, Default)]
 pub struct Canopen {
     /// The SDO request that waits for its reply, and when it ended, by node.
-    open: HashMap<NodeId, (SdoRequest, u64)>,
+    open: HashMap<NodeId, (SdoRequest, Option<u64>)>,
     /// By node and index of the mapping object.
     mappings: HashMap<(NodeId, u16), Heard>,
 }
@@ -76,7 +76,12 @@ impl Canopen {
         self.mappings.get(&(node, index))?.mapping()
     }
 
-    fn hear_request(&mut self, at_ns: u64, node: NodeId, request: SdoRequest) -> Option<Note> {
+    fn hear_request(
+        &mut self,
+        at_ns: Option<u64>,
+        node: NodeId,
+        request: SdoRequest,
+    ) -> Option<Note> {
         if let SdoRequest::Write(address, data) = request {
             self.note_mapping(node, address.index, address.sub, data.raw());
         }
@@ -88,13 +93,13 @@ impl Canopen {
             SdoRequest::Read(_) | SdoRequest::Write(..) => self.open.insert(node, (request, at_ns)),
         };
         before.map(|(_, asked_ns)| Note::NoReply {
-            after_ns: at_ns.saturating_sub(asked_ns),
+            after_ns: since(at_ns, asked_ns),
         })
     }
 
     fn hear_reply(
         &mut self,
-        at_ns: u64,
+        at_ns: Option<u64>,
         node: NodeId,
         reply: SdoReply,
     ) -> (Option<u64>, Option<Note>) {
@@ -104,9 +109,9 @@ impl Canopen {
         let refused = matches!(reply, SdoReply::Abort(..)).then_some(Note::Refused);
         match self.open.get(&node) {
             Some((request, asked_ns)) if request.address() == reply.address() => {
-                let response_ns = at_ns.saturating_sub(*asked_ns);
+                let response_ns = since(at_ns, *asked_ns);
                 self.open.remove(&node);
-                (Some(response_ns), refused)
+                (response_ns, refused)
             }
             Some(_) => (None, Some(Note::AnotherObject)),
             None => (None, Some(Note::Unasked)),
@@ -117,7 +122,7 @@ impl Canopen {
 impl Conversation for Canopen {
     type Message = Message;
 
-    fn hear(&mut self, at_ns: u64, frame: &Frame) -> Option<Message> {
+    fn hear(&mut self, at_ns: Option<u64>, frame: &Frame) -> Option<Message> {
         let parts = DataFrame::from_parts(
             frame.id(),
             frame.is_extended(),

@@ -9,7 +9,7 @@ fn words(frames: &[(u32, &[u8])]) -> Vec<String> {
     let mut canopen = Canopen::default();
     (0_u64..)
         .zip(frames)
-        .filter_map(|(ms, (id, data))| canopen.hear(ms * 1_000_000, &frame(*id, data)))
+        .filter_map(|(ms, (id, data))| canopen.hear(Some(ms * 1_000_000), &frame(*id, data)))
         .map(|message| message.to_string())
         .collect()
 }
@@ -61,7 +61,7 @@ fn a_pdo_is_read_by_the_mapping_that_was_heard() {
 fn trouble_is_remarkable() {
     let mut canopen = Canopen::default();
     let mut hear = |id, data: &[u8]| {
-        let message = canopen.hear(0, &frame(id, data)).unwrap();
+        let message = canopen.hear(Some(0), &frame(id, data)).unwrap();
         (message.is_remarkable(), message.to_string())
     };
     let (remarkable, text) = hear(0x704, &[0x00]);
@@ -86,11 +86,11 @@ fn trouble_is_remarkable() {
 fn only_data_frames_of_11_bits_are_canopen() {
     let mut canopen = Canopen::default();
     assert_eq!(
-        canopen.hear(0, &Frame::new(0x604, true, &[]).unwrap()),
+        canopen.hear(Some(0), &Frame::new(0x604, true, &[]).unwrap()),
         None
     );
     assert_eq!(
-        canopen.hear(0, &Frame::remote(0x704, false, 1).unwrap()),
+        canopen.hear(Some(0), &Frame::remote(0x704, false, 1).unwrap()),
         None
     );
 }

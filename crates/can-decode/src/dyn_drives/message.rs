@@ -53,8 +53,8 @@ pub enum Note {
     },
     /// The same was asked before, and no reply came.
     NoReply {
-        /// Time since then in nanoseconds.
-        after_ns: u64,
+        /// Time since then in nanoseconds, when it is known.
+        after_ns: Option<u64>,
     },
     /// The reply came after the time in which replies are awaited.
     Late {

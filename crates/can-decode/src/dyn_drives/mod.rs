@@ -19,7 +19,7 @@ use dyn_can::{
     Revision, ZeroAddress,
 };
 
-use crate::conversation::{Conversation, Direction};
+use crate::conversation::{Conversation, Direction, since};
 use crate::frame::Frame;
 pub use message::{Content, Message, Note};
 pub use words::Said;
@@ -58,11 +58,11 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, Default)]
 struct Slot {
     /// The request that waits for its reply, and when it ended.
-    open: Option<(ReplyKind, u64)>,
+    open: Option<(ReplyKind, Option<u64>)>,
     /// What was awaited last: the kind of a reply that comes late or twice.
     kind: Option<ReplyKind>,
     /// The latest frame and when it ended.
-    last: Option<(DataFrame, u64)>,
+    last: Option<(DataFrame, Option<u64>)>,
 }
 
 /// The conversation with all DYN drives on a bus.
@@ -137,19 +137,17 @@ impl DynDrives {
         &mut self.slots[usize::from(frame.id() & 0x7FF)]
     }
 
-    fn read(&mut self, at_ns: u64, frame: &DataFrame) -> (Content, Option<Note>) {
+    fn read(&mut self, at_ns: Option<u64>, frame: &DataFrame) -> (Content, Option<Note>) {
         self.recognise(frame);
         let dialect = self.dialect(frame);
         let settings = self.settings;
         let slot = self.slot(frame);
         let repeated = slot
             .last
-            .filter(|(last, last_ns)| {
-                last == frame && at_ns.saturating_sub(*last_ns) < settings.repeat_window_ns
-            })
-            .map(|(_, last_ns)| Note::Repeated {
-                after_ns: at_ns.saturating_sub(last_ns),
-            });
+            .filter(|(last, _)| last == frame)
+            .and_then(|(_, last_ns)| since(at_ns, last_ns))
+            .filter(|after_ns| *after_ns < settings.repeat_window_ns)
+            .map(|after_ns| Note::Repeated { after_ns });
         let content = match frame.function() {
             FunctionCode::DriveError => (reply(frame, None, &dialect, None), None),
             function if function.admit_reply(dialect.revision).is_err() => {
@@ -166,34 +164,35 @@ impl Slot {
     /// A function whose requests and replies share this identifier.
     fn read_two_way(
         &mut self,
-        at_ns: u64,
+        at_ns: Option<u64>,
         frame: &DataFrame,
         dialect: &Dialect,
         settings: &Settings,
         is_repeated: bool,
     ) -> (Content, Option<Note>) {
-        let asked_ago_ns = self
-            .open
-            .map(|(_, asked_ns)| at_ns.saturating_sub(asked_ns));
-        let in_time = asked_ago_ns.filter(|ago_ns| *ago_ns <= settings.reply_window_ns);
-        if in_time.is_some() && Reply::decode(frame, self.kind, dialect).is_ok() {
+        let is_open = self.open.is_some();
+        let asked_ago_ns = self.open.and_then(|(_, asked_ns)| since(at_ns, asked_ns));
+        let is_late = asked_ago_ns.is_some_and(|ago_ns| ago_ns > settings.reply_window_ns);
+        if is_open && !is_late && Reply::decode(frame, self.kind, dialect).is_ok() {
             self.open = None;
-            return (reply(frame, self.kind, dialect, in_time), None);
+            return (reply(frame, self.kind, dialect, asked_ago_ns), None);
         }
         if let Ok((_, asked)) = Request::decode(frame, dialect) {
-            let note = asked_ago_ns.map(|after_ns| Note::NoReply { after_ns });
+            let note = is_open.then_some(Note::NoReply {
+                after_ns: asked_ago_ns,
+            });
             self.kind = asked.reply_kind();
             self.open = self.kind.map(|kind| (kind, at_ns));
             return (Content::Request(asked), note);
         }
         self.open = None;
-        let note = match (in_time, asked_ago_ns) {
-            (Some(_), _) => None,
-            (None, Some(after_ns)) => Some(Note::Late { after_ns }),
-            (None, None) => Some(Note::Unasked),
+        let note = match asked_ago_ns {
+            Some(after_ns) if is_late => Some(Note::Late { after_ns }),
+            _ if is_open => None,
+            _ => Some(Note::Unasked),
         };
         // Without its request a reading may be either, even when an earlier one was asked for.
-        let kind = self.kind.filter(|_| asked_ago_ns.is_some() || is_repeated);
+        let kind = self.kind.filter(|_| is_open || is_repeated);
         (reply(frame, kind, dialect, asked_ago_ns), note)
     }
 }
@@ -242,7 +241,7 @@ fn reading_of_either_kind(frame: &DataFrame, dialect: &Dialect) -> Content {
 impl Conversation for DynDrives {
     type Message = Message;
 
-    fn hear(&mut self, at_ns: u64, frame: &Frame) -> Option<Message> {
+    fn hear(&mut self, at_ns: Option<u64>, frame: &Frame) -> Option<Message> {
         let frame = DataFrame::from_parts(
             frame.id(),
             frame.is_extended(),

@@ -84,7 +84,10 @@ impl Display for Note {
                 "the same frame as {:.3} ms before: repeated by CAN, or sent twice",
                 ms(after_ns)
             ),
-            Self::NoReply { after_ns } => {
+            Self::NoReply { after_ns: None } => f.write_str("asked before without a reply"),
+            Self::NoReply {
+                after_ns: Some(after_ns),
+            } => {
                 write!(f, "asked {:.3} ms before without a reply", ms(after_ns))
             }
             Self::Late { after_ns } => {

@@ -9,7 +9,7 @@ pub(super) const IDENTIFIER: &str = "an identifier";
 pub(super) const LENGTH: &str = "a data length 0..=8";
 const DATA_BYTE: &str = "a data byte";
 
-/// The parts of a line between blanks.
+/// The parts of a line between blanks, without the colours of a terminal.
 #[derive(Debug, Clone)]
 pub(super) struct Words<'a>(core::str::SplitAsciiWhitespace<'a>);
 
@@ -19,29 +19,63 @@ impl<'a> Words<'a> {
     }
 
     pub(super) fn next(&mut self, expected: &'static str) -> Result<&'a str, LineError> {
-        self.0.next().ok_or(LineError::Missing { expected })
+        self.next_if_any().ok_or(LineError::Missing { expected })
     }
 
     pub(super) fn next_if_any(&mut self) -> Option<&'a str> {
-        self.0.next()
+        self.0
+            .by_ref()
+            .map(without_colours)
+            .find(|word| !word.is_empty())
+    }
+
+    pub(super) fn peek(&self) -> Option<&'a str> {
+        self.clone().next_if_any()
     }
 
     /// Exactly `len` data bytes, hexadecimal or decimal, and what stands behind them.
     pub(super) fn data(&mut self, len: usize, radix: u32) -> Result<Data, LineError> {
         let mut data = Data::default();
         for index in 0..len {
-            let Some(word) = self.0.next() else {
+            let Some(word) = self.next_if_any() else {
                 return Err(LineError::DataLength {
                     expected: len,
                     actual: index,
                 });
             };
-            let byte =
-                u8::from_str_radix(word, radix).map_err(|_| LineError::field(DATA_BYTE, word))?;
-            data.push(byte)?;
+            data.push(byte(word, radix)?)?;
         }
         Ok(data)
     }
+}
+
+/// A data byte: up to two hexadecimal digits, or three decimal ones, or eight binary ones.
+pub(super) fn byte(word: &str, radix: u32) -> Result<u8, LineError> {
+    let most_digits = match radix {
+        16 => 2,
+        10 => 3,
+        _ => 8,
+    };
+    u8::from_str_radix(word, radix)
+        .ok()
+        .filter(|_| word.len() <= most_digits && !word.starts_with('+'))
+        .ok_or_else(|| LineError::field(DATA_BYTE, word))
+}
+
+/// A word without the escape sequences in front of it and behind it.
+pub(super) fn without_colours(word: &str) -> &str {
+    const ESCAPE: char = '\u{1b}';
+    if !word.bytes().any(|byte| byte == b'\x1b') {
+        return word;
+    }
+    let mut word = word;
+    while let Some((_, rest)) = word
+        .strip_prefix(ESCAPE)
+        .and_then(|rest| rest.split_once('m'))
+    {
+        word = rest;
+    }
+    word.split_once(ESCAPE).map_or(word, |(front, _)| front)
 }
 
 /// Data bytes of one frame.
@@ -52,7 +86,7 @@ pub(super) struct Data {
 }
 
 impl Data {
-    fn push(&mut self, byte: u8) -> Result<(), LineError> {
+    pub(super) fn push(&mut self, byte: u8) -> Result<(), LineError> {
         let Some(place) = self.bytes.get_mut(self.len) else {
             return Err(LineError::DataLength {
                 expected: MAX_DATA_BYTES,
@@ -76,6 +110,11 @@ impl Data {
         Ok(data)
     }
 
+    /// The other way round.
+    pub(super) fn reverse(&mut self) {
+        self.bytes[..self.len].reverse();
+    }
+
     pub(super) fn as_slice(&self) -> &[u8] {
         &self.bytes[..self.len]
     }
@@ -96,7 +135,10 @@ pub(super) fn hex_id(text: &str) -> Result<u32, LineError> {
 }
 
 pub(super) fn radix_id(text: &str, radix: u32) -> Result<u32, LineError> {
-    u32::from_str_radix(text, radix).map_err(|_| LineError::field(IDENTIFIER, text))
+    u32::from_str_radix(text, radix)
+        .ok()
+        .filter(|_| !text.starts_with('+'))
+        .ok_or_else(|| LineError::field(IDENTIFIER, text))
 }
 
 pub(super) fn data_frame(id: u32, extended: bool, data: &[u8]) -> Result<Frame, LineError> {
@@ -117,11 +159,30 @@ fn wrong_id(id: u32, extended: bool) -> LineError {
     LineError::field(expected, &format!("0x{id:X}"))
 }
 
+/// The number of a bus or a channel.
+pub(super) fn bus(text: &str) -> Result<&str, LineError> {
+    let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    is_number
+        .then_some(text)
+        .ok_or_else(|| LineError::field("the number of a bus", text))
+}
+
 /// A data length 0 ..= 8.
 pub(super) fn length(text: &str) -> Result<usize, LineError> {
     match text.parse() {
         Ok(len) if len <= MAX_DATA_BYTES => Ok(len),
         _ => Err(LineError::field(LENGTH, text)),
+    }
+}
+
+/// The highest length code.
+pub(super) const HIGHEST_CODE: usize = 15;
+
+/// The data bytes of a classic length code: codes above 8 stand for 8 bytes.
+pub(super) fn classic_length(code: &str, radix: u32) -> Result<usize, LineError> {
+    match usize::from_str_radix(code, radix) {
+        Ok(code) if code <= HIGHEST_CODE => Ok(code.min(MAX_DATA_BYTES)),
+        _ => Err(LineError::field("a data length code 0..=15", code)),
     }
 }
 

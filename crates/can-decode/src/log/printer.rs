@@ -1,7 +1,7 @@
-//! python-can's Printer and its logger on the terminal.
+//! python-can's Printer and its logger on the terminal, as versions 3 and 4 write them.
 //!
 //! `Timestamp:  0.001000    ID: 03c    S Rx    DL:  2    ff 88    Channel: can0`; `X` for 29 bits, `R` and `E` behind the direction for
-//! remote and error frames, `F` for CAN FD.
+//! remote and error frames, `F` for CAN FD. Version 3 has `DLC:` in place of `DL:` and no direction.
 
 use super::error::LineError;
 use super::fields::{TIME, Words, data_frame, hex_id, length, remote_frame, time_ns};
@@ -34,7 +34,7 @@ pub(super) fn read(line: &str) -> Result<Entry<'_>, LineError> {
         Event::Frame(data_frame(id, extended, data.as_slice())?)
     };
     Ok(Entry {
-        at_ns,
+        at_ns: Some(at_ns),
         interface: channel(line),
         event,
     })
@@ -53,7 +53,7 @@ impl Flags {
         let mut flags = Self::default();
         loop {
             match words.next("DL:")? {
-                "DL:" => return Ok(flags),
+                "DL:" | "DLC:" => return Ok(flags),
                 "E" => flags.error = true,
                 "R" => flags.remote = true,
                 "F" => flags.fd = true,

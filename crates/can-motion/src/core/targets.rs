@@ -46,6 +46,10 @@ pub struct AbsoluteLedger {
     kind: ValueKind,
     target: i32,
     sent: i32,
+    /// The values before it, newest first: a controller may give as many frames back.
+    before: [i32; 3],
+    /// Nobody has set a target since the values came to rest.
+    rests: bool,
     /// Change of the value from the frame before to the latest.
     last_step: i32,
     /// The value of the frame that is being offered.
@@ -68,13 +72,17 @@ impl AbsoluteLedger {
         *self = Self {
             target: value,
             sent: value,
+            before: [value; 3],
+            rests: true,
             ..Self::new(self.kind)
         };
     }
 
     /// Set-points end: the value stays, and what is owed is forgotten.
     pub fn end_motion(&mut self) {
+        let before = self.before;
         self.anchor(self.sent);
+        self.before = before;
     }
 
     /// The target.
@@ -94,6 +102,7 @@ impl AbsoluteLedger {
     pub fn accept_target(&mut self, target: i32, limits: &ValueLimits) -> bool {
         let is_inside = target >= limits.min && target <= limits.max;
         self.target = if is_inside { target } else { self.target };
+        self.rests &= !is_inside;
         is_inside
     }
 
@@ -108,14 +117,28 @@ impl AbsoluteLedger {
 
     /// The controller accepted the frame that was offered.
     pub fn accepted(&mut self) {
+        let [newest, older, _] = self.before;
+        self.before = [self.sent, newest, older];
         self.last_step = self.offered.wrapping_sub(self.sent);
         self.sent = self.offered;
     }
 
-    /// The controller gave the latest frame back unsent: the drive stays at the value before it.
-    pub fn returned(&mut self) {
-        self.sent = self.sent.wrapping_sub(self.last_step);
+    /// The controller gave the frame with this value back unsent, up to three of the latest ones: the drive stays at the value before
+    /// it, or goes to the one behind it.
+    pub fn returned(&mut self, value: i32) {
+        let [newest, older, oldest] = self.before;
         self.last_step = 0;
+        if value == self.sent {
+            self.sent = newest;
+            self.before = [older, oldest, oldest];
+        } else if value == newest {
+            self.before = [older, oldest, oldest];
+        } else if value == older {
+            self.before = [newest, oldest, oldest];
+        }
+        if self.rests {
+            self.target = self.sent;
+        }
     }
 
     /// Slows down from the present value in so many cycles.
@@ -131,6 +154,7 @@ impl AbsoluteLedger {
             }
         };
         self.target = self.sent;
+        self.rests = false;
         self.ramp = Some(ramp);
     }
 
@@ -238,10 +262,31 @@ mod tests {
         assert!(ledger.accept_target(500, &limits));
         assert_eq!(ledger.offer(&limits), 10);
         ledger.accepted();
-        ledger.returned();
+        ledger.returned(10);
         assert_eq!(ledger.offer(&limits), 10);
         assert!(!ledger.accept_target(1_001, &limits) && !ledger.accept_target(-1, &limits));
         assert_eq!(ledger.target(), 500);
+    }
+
+    #[test]
+    fn what_comes_back_after_the_end_of_motion_is_not_sent_in_one_step() {
+        let limits = ValueLimits::new(0, 1_000, 10, 1);
+        let mut ledger = AbsoluteLedger::new(ValueKind::Position);
+        assert!(ledger.accept_target(500, &limits));
+        for value in [10, 20, 30] {
+            assert_eq!(ledger.offer(&limits), value);
+            ledger.accepted();
+        }
+        ledger.end_motion();
+        ledger.returned(30);
+        ledger.returned(20);
+        assert_eq!((ledger.sent(), ledger.target()), (10, 10));
+        assert!(ledger.accept_target(500, &limits));
+        assert_eq!(ledger.offer(&limits), 20);
+        ledger.accepted();
+        // One from the middle: the drive goes on to the latest.
+        ledger.returned(10);
+        assert_eq!(ledger.sent(), 20);
     }
 
     proptest! {

@@ -56,6 +56,8 @@ pub struct Servo {
     pub(super) power_on_us: u32,
     /// How often a drive that does not answer is still asked.
     pub(super) retry_us: u32,
+    /// When the configuration was read last.
+    pub(super) guarded_at: Instant,
     /// An alarm was reported since the checks began.
     pub(super) has_alarmed: bool,
 }
@@ -81,6 +83,7 @@ impl Servo {
             starts_until: None,
             power_on_us: master.timeouts.power_on_us,
             retry_us: master.timeouts.confirm_us,
+            guarded_at: Instant::default(),
             has_alarmed: false,
         }
     }

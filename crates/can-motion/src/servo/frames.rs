@@ -13,6 +13,9 @@ use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::poll_kind::PollKind;
 
+/// From one reading of the configuration of a drive with power to the next.
+const GUARD_US: u64 = 1_000_000;
+
 impl Servo {
     /// The request to send next: what the life of the axis needs, then what a procedure needs, then the poll that is due longest.
     pub(super) fn next_request(
@@ -37,12 +40,23 @@ impl Servo {
         if let Some(wanted) = self.procedure_request(view) {
             return Some(wanted);
         }
+        if self.must_guard(view, now) {
+            let request = self.request(ReplyKind::DriveConfig);
+            return Some(Wanted::urgent(Class::Poll, request));
+        }
         let poll = self.polls.most_overdue(cycle)?;
         Some(Wanted {
             class: Class::Poll,
             request: self.request(poll.kind.reply_kind()),
             overdue_cycles: poll.overdue,
         })
+    }
+
+    /// Whether it is time to read the configuration of a drive with power again: somebody else may have changed its mode. Request and
+    /// reply are as long as those of the status, so the plan of the bus knows them.
+    fn must_guard(&self, view: &View, now: Instant) -> bool {
+        let is_on = view.facts.power == Power::On && !self.config.unwatched;
+        is_on && now.us_since(self.guarded_at) >= GUARD_US
     }
 
     fn reading(&self, kind: ReplyKind) -> Wanted<Request> {

@@ -200,10 +200,13 @@ impl Servo {
                 Some(fault) if is_asked => Meaning::fault(fault),
                 _ => to(Stage::CheckingConfig),
             },
-            Reply::DriveConfig(byte) => match judge_config(byte) {
-                Some(fault) if is_asked => Meaning::fault(fault),
-                _ => to(Stage::CheckingStatus),
-            },
+            Reply::DriveConfig(byte) => {
+                self.guarded_at = context.log.now;
+                match judge_config(byte) {
+                    Some(fault) => Meaning::fault(fault),
+                    None => to(Stage::CheckingStatus),
+                }
+            }
             Reply::DriveStatus(status) => Meaning {
                 stage: (is_asked && !status.motion_busy()).then_some(Stage::Locating),
                 ..self.status_meaning(status, asked_at)

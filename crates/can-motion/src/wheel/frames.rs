@@ -12,6 +12,7 @@ use crate::core::state::Stage;
 use crate::core::time::Instant;
 use crate::wheel::drive::{Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
+use crate::wheel::process_data;
 use crate::wheel::request::{Purpose, WheelRequest};
 use crate::wheel::zlac_family::Zlac;
 
@@ -141,7 +142,7 @@ impl Wheel {
         self.counters.displaced = self.counters.displaced.wrapping_add(1);
         match frame.service() {
             Ok(Service::Rpdo(..)) => {
-                self.ledger.returned();
+                self.ledger.returned(process_data::target(frame));
                 context.log.push(WheelEventKind::TargetDisplaced);
                 return Returned::OfCycle;
             }
@@ -177,7 +178,9 @@ impl Wheel {
             return None;
         }
         let switch_off = objects::CONTROL_WORD.write(ControlWord::DISABLE_VOLTAGE.get());
-        if request == switch_off && self.purpose.is_none() {
+        // A transfer of another purpose may be under way beside the command; only a reset of a fault writes the same.
+        let is_release = self.purpose == Some(Purpose::Check) && self.reset == Reset::Release;
+        if request == switch_off && !is_release {
             return Some(Returned::Switch(Class::SwitchOff));
         }
         self.sdo.withdraw();

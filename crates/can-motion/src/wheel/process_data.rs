@@ -47,6 +47,14 @@ pub(super) fn command(node: NodeId, mode: WheelMode, word: ControlWord, target: 
     command_mapping(mode).rpdo(node, COMMAND, &values)
 }
 
+/// The target in a command; 0 in a frame that is none.
+pub(super) fn target(frame: &DataFrame) -> i32 {
+    match *frame.data() {
+        [_, _, a, b, c, d] => i32::from_le_bytes([a, b, c, d]),
+        _ => 0,
+    }
+}
+
 /// Status, fault bits and speed in 0.1 r/min.
 pub(super) fn status(frame: &DataFrame) -> Result<(StatusWord, FaultCode, i32), DecodeError> {
     let [status, fault, speed, _] = status_mapping().values(frame)?;

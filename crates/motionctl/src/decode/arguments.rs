@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use can_decode::Meaning;
+use can_decode::log::Stamps;
 
 use crate::revision::RevisionOption;
 
@@ -11,8 +12,8 @@ Examples:
   motionctl decode --can can0                      while it happens, until Ctrl-C
   motionctl decode --slcan /dev/ttyACM0            the same through a serial adapter that only listens
   candump -L can0 | motionctl decode -             the same from another program
-  motionctl decode run.log                         candump -L or candump -t a
-  motionctl decode trace.asc --drive 3             one drive; .asc, .csv, .txt, .log, .trc of python-can
+  motionctl decode run.log                         candump, with any kind of times or none
+  motionctl decode trace.asc --drive 3             one drive; logs of Vector, PEAK, SavvyCAN and python-can
   motionctl decode run.log --trouble               alarms, repeated and late frames, what does not decode
   motionctl decode run.log --statistics-only       frames, intervals and response times of each identifier
   motionctl decode run.log --protocol canopen      ZLAC8030L hub motors, PDOs by the mapping that the log has
@@ -21,14 +22,15 @@ Examples:
 Which side sent a frame, and whether a reading is a position or a torque, follows from the frames
 before it: begin a log before the conversation begins.
 
-Exit status: 0 the whole log was read, 1 lines could not be read (each is named), 2 there is no log,
-3 the live bus cannot be opened, or has failed.";
+Exit status: 0 the whole log was read, 1 lines could not be read (they are named), 2 this is no log, or
+one with an unknown header, 3 the live bus cannot be opened, or has failed.";
 
 /// Options of `motionctl decode`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Log of candump (-L, -l, -t a) or python-can (.log, .asc, .csv, .txt, .trc); `-` reads the standard input.
+    /// Log of candump, python-can (.log, .asc, .csv, .txt, .trc), PEAK (.trc), Vector (.asc) or SavvyCAN (.csv); `-` reads the
+    /// standard input.
     #[arg(value_name = "LOG", required_unless_present_any = ["can", "slcan"])]
     pub(super) log: Option<PathBuf>,
     /// Listen to a CAN network interface instead, on Linux, until Ctrl-C.
@@ -49,6 +51,9 @@ pub(crate) struct Arguments {
     /// Milliseconds for which a request waits for its reply.
     #[arg(long, value_name = "MS", default_value_t = 10)]
     pub(super) reply_ms: u32,
+    /// What times of candump with three digits in front of the point are. Default: as their order tells.
+    #[arg(long, value_enum)]
+    stamps: Option<StampsOption>,
     /// Bit rate in kbit/s: for the bus load, and what a serial adapter is set to.
     #[arg(long, value_name = "KBIT", default_value_t = 1_000)]
     pub(super) bit_rate: u32,
@@ -65,6 +70,15 @@ pub(crate) struct Arguments {
     pub(super) json: bool,
 }
 
+/// What short times of candump count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum StampsOption {
+    /// From the first frame (candump -t z).
+    Zero,
+    /// From the frame before (candump -t d).
+    Delta,
+}
+
 /// What a bus speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub(super) enum ProtocolOption {
@@ -76,6 +90,13 @@ pub(super) enum ProtocolOption {
 }
 
 impl Arguments {
+    pub(super) fn stamps(&self) -> Option<Stamps> {
+        self.stamps.map(|stamps| match stamps {
+            StampsOption::Zero => Stamps::Zero,
+            StampsOption::Delta => Stamps::Delta,
+        })
+    }
+
     /// Whether a message is shown.
     pub(super) fn shows(&self, meaning: &Meaning) -> bool {
         let of_drive = || {

@@ -17,6 +17,8 @@ pub(super) struct Bus {
     pub(super) fd_frames: u64,
     decoder: Decoder,
     latest_ns: u64,
+    /// Entries before the latest one in time.
+    pub(super) times_back: u64,
 }
 
 /// What an entry of a log says.
@@ -39,12 +41,14 @@ impl Bus {
             fd_frames: 0,
             decoder,
             latest_ns: 0,
+            times_back: 0,
         }
     }
 
     /// The time of the latest entry, when this one comes before it.
     pub(super) fn goes_back_from(&mut self, at_ns: u64) -> Option<u64> {
         let before_ns = core::mem::replace(&mut self.latest_ns, at_ns);
+        self.times_back += u64::from(at_ns < before_ns);
         (at_ns < before_ns).then_some(before_ns)
     }
 
@@ -61,10 +65,15 @@ impl Bus {
                 self.error_frames += 1;
                 Said::Other("error frame: a node saw an error on the bus")
             }
+            Event::OverloadFrame => Said::Other("overload frame: a node asked for a pause"),
+            Event::ControllerState => {
+                Said::Other("the controller told its state: see the log for warnings and bus off")
+            }
             Event::FdFrame => {
                 self.fd_frames += 1;
                 Said::Other("CAN FD frame: not for a classic bus")
             }
+            _ => Said::Other("an event that is no frame"),
         }
     }
 }

@@ -2,6 +2,9 @@
 
 use core::fmt;
 
+use can_decode::log::Format;
+
+use super::source::Damage;
 use crate::exit::{self, Coded};
 use crate::link::{LinkFault, OpenError};
 
@@ -13,8 +16,16 @@ pub(crate) enum DecodeError {
         path: String,
         source: std::io::Error,
     },
-    /// No line belongs to a format that is known.
-    NoLog { path: String },
+    /// The file is no log of any format that is known, or its header cannot be read.
+    NoLog {
+        path: String,
+        line: u64,
+        /// The format that its first line seems to have.
+        format: Option<Format>,
+        damage: Damage,
+    },
+    /// The file is no text.
+    Binary { path: String, what: &'static str },
     /// The bus cannot be opened.
     Open(OpenError),
     /// The bus cannot be listened to any longer.
@@ -35,10 +46,24 @@ impl fmt::Display for DecodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Read { path, source } => write!(f, "cannot read {path}: {source}"),
-            Self::NoLog { path } => write!(
-                f,
-                "{path} is no log that can be read: expected one of candump (-L, -l, -t a) or python-can (.log, .asc, .csv, .txt, .trc)"
-            ),
+            Self::NoLog {
+                path,
+                line,
+                format,
+                damage,
+            } => {
+                write!(f, "{path}: line {line}: {damage}")?;
+                match format {
+                    Some(format) => write!(
+                        f,
+                        "; no frame comes before it, so this is no log of {format}"
+                    ),
+                    None => Ok(()),
+                }
+            }
+            Self::Binary { path, what } => {
+                write!(f, "{path}: line 1: expected a text log, got {what}")
+            }
             Self::Open(source) => source.fmt(f),
             Self::Link(source) => write!(f, "the link failed: {source}"),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),

@@ -73,10 +73,9 @@ impl Source for LiveBus {
             return Ok(None);
         };
         self.number += 1;
+        let since_start_ns = nanoseconds(self.start.elapsed());
         let entry = Entry {
-            at_ns: self
-                .start_ns
-                .saturating_add(nanoseconds(self.start.elapsed())),
+            at_ns: Some(self.start_ns.saturating_add(since_start_ns)),
             interface: &self.name,
             event,
         };

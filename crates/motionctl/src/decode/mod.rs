@@ -1,6 +1,7 @@
 //! `motionctl decode`: the frames of a log, or of any other source, in plain words.
 
 mod arguments;
+mod binary;
 mod bus;
 mod error;
 mod live;
@@ -44,7 +45,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DecodeError> {
         return follow(arguments, &mut bus);
     }
     let log = arguments.log.as_deref().unwrap_or(Path::new("-"));
-    follow(arguments, &mut LogFile::open(log)?)
+    follow(arguments, &mut LogFile::open(log, arguments.stamps())?)
 }
 
 /// Decodes what a source tells until it ends.
@@ -65,6 +66,9 @@ pub(crate) fn follow(
     }
 }
 
+/// What a log without times does not tell.
+const NO_TIMES: &str = "no times in this log: the order of its frames counts, and nothing is said of intervals, late replies and load";
+
 struct Listener<'a> {
     arguments: &'a Arguments,
     settings: Settings,
@@ -73,7 +77,25 @@ struct Listener<'a> {
     output: Output,
     /// Lines that cannot be read, or whose time goes back.
     damaged: u64,
+    /// Lines that cannot be read, one after the other.
+    in_a_row: Row,
+    /// Whether the notes about the log were written.
+    is_noted: bool,
 }
+
+/// Damaged lines in a row.
+#[derive(Default)]
+struct Row {
+    lines: u64,
+    /// The first that was not shown.
+    first_hidden: u64,
+    last: u64,
+}
+
+/// Damaged lines in a row that are shown one by one.
+const SHOWN_IN_A_ROW: u64 = 10;
+/// Times that go back that are shown on each bus.
+const SHOWN_TIMES_BACK: u64 = 3;
 
 impl<'a> Listener<'a> {
     fn new(arguments: &'a Arguments, source_name: String) -> Self {
@@ -87,19 +109,60 @@ impl<'a> Listener<'a> {
             buses: Vec::new(),
             output: Output::new(arguments.json, source_name),
             damaged: 0,
+            in_a_row: Row::default(),
+            is_noted: false,
         }
     }
 
     fn follow(&mut self, source: &mut dyn Source) -> Result<(), DecodeError> {
+        self.note(source.note())?;
         while let Some(Heard { line, what }) = source.next()? {
             match what {
-                Ok(Some(entry)) => self.hear(line, &entry)?,
+                Ok(Some(entry)) => {
+                    self.end_row()?;
+                    self.note(entry.at_ns.is_none().then_some(NO_TIMES))?;
+                    self.hear(line, &entry)?;
+                }
                 Ok(None) => {}
-                Err(damage) => self.damaged(line, &damage)?,
+                Err(damage) => self.damaged_in_a_row(line, &damage)?,
             }
+            self.note(source.note())?;
             if source.may_wait() {
                 self.output.flush()?;
             }
+        }
+        self.end_row()
+    }
+
+    /// Writes a note about the whole log once.
+    fn note(&mut self, note: Option<&'static str>) -> Result<(), DecodeError> {
+        if let Some(note) = note.filter(|_| !self.is_noted) {
+            self.is_noted = true;
+            self.output.note(note)?;
+        }
+        Ok(())
+    }
+
+    /// A line that cannot be read; of many in a row the first are shown.
+    fn damaged_in_a_row(&mut self, line: u64, damage: &Damage) -> Result<(), DecodeError> {
+        self.in_a_row.lines += 1;
+        self.in_a_row.last = line;
+        if self.in_a_row.lines <= SHOWN_IN_A_ROW {
+            return self.damaged(line, damage);
+        }
+        if self.in_a_row.lines == SHOWN_IN_A_ROW + 1 {
+            self.in_a_row.first_hidden = line;
+        }
+        self.damaged += 1;
+        Ok(())
+    }
+
+    fn end_row(&mut self) -> Result<(), DecodeError> {
+        let row = core::mem::take(&mut self.in_a_row);
+        let hidden = row.lines.saturating_sub(SHOWN_IN_A_ROW);
+        if hidden > 0 {
+            self.output
+                .more_damaged(hidden, row.first_hidden, row.last)?;
         }
         Ok(())
     }
@@ -118,11 +181,17 @@ impl<'a> Listener<'a> {
             self.buses.len() - 1
         });
         let bus = &mut self.buses[place];
-        let before = bus.goes_back_from(entry.at_ns);
+        let before = entry
+            .at_ns
+            .and_then(|at_ns| Some((bus.goes_back_from(at_ns)?, at_ns)));
+        let is_shown = bus.times_back <= SHOWN_TIMES_BACK;
         let said = bus.hear(entry);
-        if let Some(before_ns) = before {
-            let at_ns = entry.at_ns;
-            self.damaged(line, &Damage::TimeGoesBack { before_ns, at_ns })?;
+        match before {
+            Some((before_ns, at_ns)) if is_shown => {
+                self.damaged(line, &Damage::TimeGoesBack { before_ns, at_ns })?;
+            }
+            Some(_) => self.damaged += 1,
+            None => {}
         }
         match said {
             Said::Frame(frame, meaning) if self.arguments.shows(&meaning) => {

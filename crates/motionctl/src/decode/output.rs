@@ -24,7 +24,8 @@ pub(super) struct Output {
 enum Line<'a> {
     /// A frame and its meaning.
     Frame {
-        time_s: f64,
+        /// Nothing in a log without times.
+        time_s: Option<f64>,
         interface: &'a str,
         id: u32,
         extended: bool,
@@ -38,12 +39,18 @@ enum Line<'a> {
     },
     /// Something else on the bus.
     Other {
-        time_s: f64,
+        time_s: Option<f64>,
         interface: &'a str,
         text: &'a str,
     },
     /// A line of the log that cannot be read.
     Error { line: u64, error: String },
+    /// Lines of the log in a row that cannot be read either.
+    MoreErrors {
+        first_line: u64,
+        last_line: u64,
+        lines: u64,
+    },
     /// One interface, at the end.
     Statistics(Overview<'a>),
     /// The last line.
@@ -86,7 +93,7 @@ impl Output {
     ) -> std::io::Result<()> {
         if self.json {
             return self.json_line(&Line::Frame {
-                time_s: seconds(entry.at_ns),
+                time_s: entry.at_ns.map(seconds),
                 interface: entry.interface,
                 id: frame.id(),
                 extended: frame.is_extended(),
@@ -103,7 +110,7 @@ impl Output {
     pub(super) fn other(&mut self, entry: &Entry<'_>, text: &str) -> std::io::Result<()> {
         if self.json {
             return self.json_line(&Line::Other {
-                time_s: seconds(entry.at_ns),
+                time_s: entry.at_ns.map(seconds),
                 interface: entry.interface,
                 text,
             });
@@ -122,6 +129,35 @@ impl Output {
         }
         self.out.flush()?;
         tell(format_args!("{}:{line}: {damage}", self.source_name));
+        Ok(())
+    }
+
+    /// Damaged lines in a row that were not shown one by one.
+    pub(super) fn more_damaged(
+        &mut self,
+        lines: u64,
+        first: u64,
+        last: u64,
+    ) -> std::io::Result<()> {
+        if self.json {
+            return self.json_line(&Line::MoreErrors {
+                first_line: first,
+                last_line: last,
+                lines,
+            });
+        }
+        self.out.flush()?;
+        let name = &self.source_name;
+        tell(format_args!(
+            "{name}:{first}: and {lines} more, up to line {last}, cannot be read either"
+        ));
+        Ok(())
+    }
+
+    /// What the reader should know about the whole log.
+    pub(super) fn note(&mut self, note: &str) -> std::io::Result<()> {
+        self.out.flush()?;
+        tell(format_args!("note: {note}"));
         Ok(())
     }
 
@@ -147,7 +183,10 @@ impl Output {
     }
 
     fn time_and_interface(&mut self, entry: &Entry<'_>) -> std::io::Result<()> {
-        let us = entry.at_ns / 1_000;
+        let Some(at_ns) = entry.at_ns else {
+            return write!(self.out, "{:>12}  {:5} ", "-", entry.interface);
+        };
+        let us = at_ns / 1_000;
         write!(
             self.out,
             "{:5}.{:06}  {:5} ",

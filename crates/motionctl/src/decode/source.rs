@@ -14,6 +14,11 @@ pub(crate) trait Source {
     /// Whether [`Self::next`] may have to wait: then what was heard is shown first.
     fn may_wait(&self) -> bool;
 
+    /// What the reader of the output should know about the times.
+    fn note(&self) -> Option<&'static str> {
+        None
+    }
+
     /// What was heard next; `None` at the end. A live source waits.
     fn next(&mut self) -> Result<Option<Heard<'_>>, DecodeError>;
 }
@@ -30,8 +35,8 @@ pub(crate) struct Heard<'a> {
 /// Why a line was not read, or is doubtful.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Damage {
-    /// The line is no text.
-    NotText,
+    /// The line is longer than any format has them.
+    LongLine { most: usize },
     /// The line does not belong to its format.
     Line(LineError),
     /// The frame was read, but its time is before that of an earlier one.
@@ -41,7 +46,12 @@ pub(crate) enum Damage {
 impl fmt::Display for Damage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotText => f.write_str("expected text, got bytes that are no UTF-8"),
+            Self::LongLine { most } => {
+                write!(
+                    f,
+                    "expected a line of at most {most} bytes, got a longer one"
+                )
+            }
             Self::Line(error) => error.fmt(f),
             Self::TimeGoesBack { before_ns, at_ns } => {
                 let s = |ns: u64| ns as f64 * 1e-9;

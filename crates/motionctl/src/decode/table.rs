@@ -14,7 +14,8 @@ use super::bus::Bus;
 pub(super) struct Overview<'a> {
     interface: &'a str,
     frames: u64,
-    duration_s: f64,
+    /// From the first frame to the last; nothing in a log without times.
+    duration_s: Option<f64>,
     /// Load of the bus without stuff bits, 0 ..= 1: the real one is up to a fifth higher.
     least_load: Option<f64>,
     bit_rate_kbit: u32,
@@ -54,7 +55,7 @@ impl<'a> Overview<'a> {
         Self {
             interface: &bus.interface,
             frames: statistics.frames(),
-            duration_s: statistics.duration_ns() as f64 * 1e-9,
+            duration_s: statistics.duration_ns().map(|ns| ns as f64 * 1e-9),
             least_load: statistics.least_load(bit_rate_kbit),
             bit_rate_kbit,
             undecodable_frames: bus.undecodable,
@@ -73,9 +74,10 @@ impl fmt::Display for Overview<'_> {
         }
         write!(
             f,
-            "{} frames in {:.3} s; {} did not decode, {} look like trouble, {} error frames, {} CAN FD frames",
+            "{} frames{}; {} did not decode, {} look like trouble, {} error frames, {} CAN FD frames",
             self.frames,
-            self.duration_s,
+            self.duration_s
+                .map_or(String::new(), |duration_s| format!(" in {duration_s:.3} s")),
             self.undecodable_frames,
             self.remarkable_frames,
             self.error_frames,

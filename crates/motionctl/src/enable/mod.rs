@@ -26,8 +26,8 @@ Examples:
 The drives hold where they stand; nothing moves. Ctrl-C, or the end of --for, disables them: a vertical
 axis without a brake falls then. Drives that were enabled before stay enabled.
 
-Exit status: 0 enabled and disabled again, 1 a drive could not be enabled or had a fault, 2 not confirmed
-and nothing was enabled, 3 the link failed.";
+Exit status: 0 enabled and disabled again, 1 a drive could not be enabled, had a fault, or did not confirm that it is
+disabled, 2 not confirmed and nothing was enabled, 3 the link failed or stood still.";
 
 /// Options of `motionctl enable`.
 #[derive(Debug, clap::Args)]

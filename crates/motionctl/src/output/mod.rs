@@ -34,7 +34,7 @@ pub(crate) fn print(text: impl fmt::Display) -> io::Result<Printed> {
 /// Prints a result as JSON on standard output, on several lines.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub(crate) fn print_json(value: &impl Serialize) -> io::Result<Printed> {
     print(serde_json::to_string_pretty(value)?)
 }

@@ -19,8 +19,9 @@ Ctrl-C slows down first, a second Ctrl-C stops at once. A motion that needs more
 --max-rpm, --max-acceleration and --max-turns allow is refused. A PC keeps time as well as it can: cycles that began
 late or never are counted and reported, and the axes catch up a quarter faster than the motion is.
 
-Exit status: 0 the motion is complete and every set-point was sent, 1 it is not, 2 the input cannot be used
-and nothing was sent, 3 the link failed, 130 stopped by Ctrl-C.";
+Exit status: 0 the motion is complete and every set-point was sent, 1 it is not, or a drive did not confirm that it
+is disabled, 2 the input cannot be used, or a drive has another scale: nothing was switched, 3 the link failed or
+stood still, 130 stopped by Ctrl-C.";
 
 /// Options of `motionctl run`.
 #[derive(Debug, clap::Args)]

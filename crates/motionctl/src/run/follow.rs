@@ -108,7 +108,7 @@ impl<'link> Follow<'link> {
             .zip(plan.last())
             .zip(&self.read_back)
             .enumerate()
-            .map(|(axis, (((snapshot, &anchor), &target), &read_back))| {
+            .map(|(axis, (((snapshot, &anchor), target), &read_back))| {
                 AxisSummary::new(axis, snapshot, anchor, target, read_back)
             })
             .collect();
@@ -142,7 +142,7 @@ impl<'link> Follow<'link> {
 
     /// The row of the plan follows the clock: rows of cycles that were missed are passed over, and the axes owe the rest.
     fn follow(&mut self, plan: &Plan, show_progress: bool) -> Result<(), Stop> {
-        let last = plan.cycles.len() as u64 - 1;
+        let last = plan.cycles() as u64 - 1;
         let bar = progress_bar(last, show_progress);
         let mut first = None;
         let mut row = 0;
@@ -151,9 +151,9 @@ impl<'link> Follow<'link> {
             let mut refused = None;
             self.station.cycle(|master, number| {
                 row = (number - *first.get_or_insert(number)).min(last);
-                let offsets = &plan.cycles[row as usize];
+                let offsets = plan.row(row as usize);
                 let axes = places.iter().zip(anchors).zip(offsets).enumerate();
-                for (axis, ((&place, &anchor), &offset)) in axes {
+                for (axis, ((&place, &anchor), offset)) in axes {
                     let target = master.set_target(place, anchor.wrapping_add(offset));
                     refused = refused.or(target.err().map(|error| (axis, error)));
                 }

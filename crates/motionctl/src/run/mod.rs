@@ -16,7 +16,7 @@ use crate::interrupt;
 use crate::link::Link;
 use crate::output::{print, print_json, tell};
 use crate::station::{Needs, Station, look};
-use crate::trajectory::Plan;
+use crate::trajectory::{Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
 use follow::Follow;
@@ -37,12 +37,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
         .map_err(RunError::Motion)?;
     let drives = motion.drives().map_err(RunError::Motion)?;
     let gears = motion.gear_numbers().map_err(RunError::Motion)?;
+    let rows: Vec<Vec<i32>> = plan.rows().collect();
     let axes: Vec<Axis> = drives
         .iter()
         .zip(gears)
         .enumerate()
         .map(|(axis, (&drive, gear))| {
-            let positions: Vec<i32> = plan.cycles.iter().map(|row| row[axis]).collect();
+            let positions: Vec<i32> = rows.iter().map(|row| row[axis]).collect();
             Axis {
                 drive,
                 gear,
@@ -50,12 +51,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
             }
         })
         .collect();
+    let report = motion.report(&plan, &drives, StepLimit::MAX);
+    if !arguments.json {
+        report.show();
+    }
     for axis in &axes {
         let within = arguments.limits.check(axis.drive, &axis.needs);
         within.map_err(RunError::Limit)?;
-    }
-    if let Some(note) = motion.note().filter(|_| !arguments.json) {
-        tell(note);
     }
     let mut link = arguments.link.open().map_err(RunError::Open)?;
     admit(arguments, &mut link, &axes)?;
@@ -74,7 +76,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let follow = Follow::new(station, &drives, scales.collect());
     let summary = follow.run(&plan, !arguments.json);
     if arguments.json {
-        print_json(&summary).map_err(RunError::Print)?;
+        print_json(&WithMotion {
+            motion: &report,
+            result: &summary,
+        })
+        .map_err(RunError::Print)?;
     } else {
         print(&summary).map_err(RunError::Print)?;
     }
@@ -141,7 +147,7 @@ fn station<'link>(
 }
 
 fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {
-    let seconds = plan.cycles.len() as f64 * f64::from(arguments.cycle_us) * 1e-6;
+    let seconds = plan.cycles() as f64 * f64::from(arguments.cycle_us) * 1e-6;
     format!(
         "{} for {seconds:.1} s, {}. Is everybody clear of the machine?",
         about(

@@ -16,7 +16,8 @@ use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 const EXAMPLES: &str = "\
 Examples:
   cargo sim                                     the built-in four-axis pick-and-place
-  cargo sim -- --trajectory plan.csv --axes 6   the first six columns behind time, in degrees
+  cargo sim -- --trajectory plan.csv            the columns that the header line names as positions
+  cargo sim -- --trajectory plan.csv --time-column 1 --axes 6   a file without names: the next six columns
   cargo sim -- --trajectory plan.csv --columns shoulder,elbow --gear-ratio 50
   cargo sim -- --report out                     and a page with pictures, out/index.html
   cargo sim -- --live                           watch it in the terminal and interfere

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 
 use crate::exit;
 use crate::output::{self, tell};
-use crate::trajectory::Plan;
+use crate::trajectory::{MotionReport, Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use bench::Bench;
 use error::SimError;
@@ -48,8 +48,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     if let Some(folder) = &arguments.report {
         report::make_folder(folder)?;
     }
-    if let Some(note) = motion.note().filter(|_| !arguments.json) {
-        tell(note);
+    let motion = motion.report(&plan, &setup.drives, setup.max_step);
+    if !arguments.json {
+        motion.show();
     }
     let (summary, recording) = simulate(arguments, setup, candump, &plan)?;
     if let Some(recording) = recording {
@@ -61,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
             tell(format_args!("report: {}", page.display()));
         }
     }
-    print(arguments, &summary)?;
+    print(arguments, &motion, &summary)?;
     Ok(if summary.promises_kept() {
         ExitCode::SUCCESS
     } else {
@@ -84,9 +85,10 @@ fn simulate(
     }
 }
 
-fn print(arguments: &Arguments, summary: &Summary) -> Result<(), SimError> {
+fn print(arguments: &Arguments, motion: &MotionReport, summary: &Summary) -> Result<(), SimError> {
     if arguments.json {
-        output::print_json(summary).map_err(SimError::Print)?;
+        let result = summary;
+        output::print_json(&WithMotion { motion, result }).map_err(SimError::Print)?;
     } else {
         output::print(summary).map_err(SimError::Print)?;
     }

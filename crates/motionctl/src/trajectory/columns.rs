@@ -1,232 +1,297 @@
-//! Which column is time and which columns are axes.
+//! Which column is time and which columns move an axis: as the names say, as the options say, never as the numbers look.
 
-use super::table::Row;
-use super::{Table, TrajectoryError};
-
-/// How far a column may be from the derivative of another, relative to its largest value, to count as its velocity.
-const VELOCITY_TOLERANCE: f64 = 0.05;
-/// One row in so many may be further off: planned velocities jump where segments meet.
-const VELOCITY_MISSES_ONE_IN: usize = 50;
-/// Fewer rows prove nothing: between two points almost any column passes for a velocity.
-const VELOCITY_FEWEST_ROWS: usize = 3;
+use super::error::{ColumnLabel, TrajectoryError};
+use super::header::Header;
+use super::name::{Name, NamedUnit};
 
 /// What the user asked for.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct ColumnChoice {
-    /// Column of time; the first when not given.
+    /// Column of time; the one that is named so when not given.
     pub(crate) time: Option<String>,
-    /// Columns of positions, by name, number or range; all but time when not given.
+    /// Columns of positions, by name, number or range; those that are named so when not given.
     pub(crate) positions: Vec<String>,
     /// Number of axes, taken from the left.
     pub(crate) axes: Option<usize>,
+    /// The columns are the speeds of wheels.
+    pub(crate) speeds: bool,
 }
 
-/// Columns by index from 0.
+/// A column that was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Column {
+    /// From 0.
+    pub(super) index: usize,
+    pub(super) label: ColumnLabel,
+    pub(super) unit: NamedUnit,
+}
+
+/// The columns of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Columns {
-    /// Column of time.
-    pub(crate) time: usize,
+    pub(super) time: Column,
     /// One column an axis.
-    pub(crate) positions: Vec<usize>,
-    /// Columns left out because they are the velocities of the others.
-    pub(crate) velocities: Vec<usize>,
+    pub(super) positions: Vec<Column>,
+    pub(super) left_out: Vec<LeftOut>,
+}
+
+/// A column that is not read, and why.
+pub(super) type LeftOut = (ColumnLabel, &'static str);
+
+/// The columns of a file without names.
+pub(super) enum Unnamed {
+    Known(Columns),
+    /// Two columns: the one that alone increases from line to line is time.
+    Two,
 }
 
 impl Columns {
-    /// Finds the columns in a table.
-    pub(crate) fn choose(choice: &ColumnChoice, table: &Table) -> Result<Self, TrajectoryError> {
+    /// Chooses by the names of a header line.
+    pub(super) fn named(
+        choice: &ColumnChoice,
+        line: u64,
+        names: &[Name],
+    ) -> Result<Self, TrajectoryError> {
+        let header = Header { line, names };
         let time = match &choice.time {
-            Some(wanted) => one(wanted, table)?,
-            None => 0,
+            Some(wanted) => header.one(wanted)?,
+            None => header.time(choice)?,
         };
-        let mut positions = if choice.positions.is_empty() {
-            (0..table.width())
-                .filter(|&column| column != time)
-                .collect()
+        let (mut positions, known) = if choice.positions.is_empty() {
+            header.positions(choice, time)?
         } else {
-            let lists = choice.positions.iter().map(|wanted| range(wanted, table));
-            lists.collect::<Result<Vec<_>, _>>()?.concat()
+            (header.chosen(&choice.positions)?, Vec::new())
         };
-        let mut velocities = Vec::new();
-        match choice.axes {
-            Some(expected) if expected > positions.len() => {
-                return Err(TrajectoryError::TooFewColumns {
-                    expected,
-                    actual: positions.len(),
-                });
-            }
-            Some(expected) => positions.truncate(expected),
-            None if choice.positions.is_empty() => {
-                velocities = split_velocities(table, time, &mut positions);
-            }
-            None => {}
+        take_axes(choice, &mut positions)?;
+        if positions.contains(&time) {
+            let column = header.label(time);
+            return Err(TrajectoryError::TimeIsPosition { column });
         }
-        if positions.is_empty() {
+        let left_out = header.left_out(time, &positions, &known);
+        Ok(Self {
+            time: header.column(time),
+            positions: positions
+                .into_iter()
+                .map(|index| header.column(index))
+                .collect(),
+            left_out,
+        })
+    }
+
+    /// Chooses by number in a file of `width` columns.
+    pub(super) fn unnamed(
+        choice: &ColumnChoice,
+        line: u64,
+        width: usize,
+    ) -> Result<Unnamed, TrajectoryError> {
+        let header = Header { line, names: &[] };
+        let all = || numbered_labels(width);
+        if choice.time.is_none()
+            && choice.positions.is_empty()
+            && choice.axes.is_none_or(|axes| axes == 1)
+            && width == 2
+        {
+            return Ok(Unnamed::Two);
+        }
+        if width < 2 {
             return Err(TrajectoryError::TooFewColumns {
-                expected: 1,
+                expected: choice.axes.unwrap_or(1),
                 actual: 0,
             });
         }
-        Ok(Self {
-            time,
-            positions,
-            velocities,
-        })
-    }
-}
-
-/// Planners write positions followed by velocities. When the right half of the columns is the derivative of the left
-/// half throughout, it is not a second set of axes: it is taken off and returned.
-fn split_velocities(table: &Table, time: usize, positions: &mut Vec<usize>) -> Vec<usize> {
-    let is_telling = table.rows.len() >= VELOCITY_FEWEST_ROWS;
-    if !is_telling || positions.len() < 2 || !positions.len().is_multiple_of(2) {
-        return Vec::new();
-    }
-    let half = positions.len() / 2;
-    let is_derivative =
-        (0..half).all(|axis| is_velocity(table, time, positions[axis], positions[axis + half]));
-    if is_derivative {
-        positions.split_off(half)
-    } else {
-        Vec::new()
-    }
-}
-
-fn is_velocity(table: &Table, time: usize, position: usize, velocity: usize) -> bool {
-    let values = |row: &Row| (row.values[time], row.values[position], row.values[velocity]);
-    let largest = table
-        .rows
-        .iter()
-        .map(|row| values(row).2.abs())
-        .fold(0.0, f64::max);
-    let misses = table.rows.windows(2).filter(|pair| {
-        let ((from_s, from, leaving), (to_s, to, arriving)) = (values(&pair[0]), values(&pair[1]));
-        let mean = (to - from) / (to_s - from_s);
-        // The mean over a step is the velocity at its end in some planners, at its start in others.
-        let error = (mean - arriving).abs().min((mean - leaving).abs());
-        // Where time stands still the mean is not a number.
-        error.is_nan() || error > VELOCITY_TOLERANCE * largest
-    });
-    // A column of zeros is a standing axis, not somebody's velocity.
-    largest > 0.0 && misses.count() * VELOCITY_MISSES_ONE_IN <= table.rows.len()
-}
-
-fn range(wanted: &str, table: &Table) -> Result<Vec<usize>, TrajectoryError> {
-    let bad = || TrajectoryError::BadRange {
-        wanted: wanted.to_owned(),
-    };
-    match wanted.split_once('-') {
-        Some((first, last)) if !table.names.iter().any(|name| name == wanted) => {
-            let first: usize = first.trim().parse().map_err(|_| bad())?;
-            let last: usize = last.trim().parse().map_err(|_| bad())?;
-            if first > last {
-                return Err(bad());
-            }
-            (first..=last)
-                .map(|number| numbered(number, table))
-                .collect()
+        let no_names = || TrajectoryError::NoNames {
+            line,
+            width,
+            rising: None,
+        };
+        let mut positions = Vec::new();
+        for wanted in &choice.positions {
+            positions.extend(header.range(wanted, width)?);
         }
-        _ => Ok(vec![one(wanted, table)?]),
+        let time = match &choice.time {
+            Some(wanted) => header.numbered(wanted, width)?,
+            None => {
+                // The only column that is left.
+                let mut rest = (0..width).filter(|index| !positions.contains(index));
+                match (rest.next(), rest.next()) {
+                    (Some(only), None) if !positions.is_empty() => only,
+                    _ => return Err(no_names()),
+                }
+            }
+        };
+        if choice.positions.is_empty() {
+            if choice.axes.is_none() && width > 2 {
+                return Err(no_names());
+            }
+            positions = (0..width).filter(|index| *index != time).collect();
+        }
+        take_axes(choice, &mut positions)?;
+        let label = |index: usize| all()[index].clone();
+        if positions.contains(&time) {
+            return Err(TrajectoryError::TimeIsPosition {
+                column: label(time),
+            });
+        }
+        Ok(Unnamed::Known(Self::by_number(time, &positions, width)))
+    }
+
+    /// Columns without names.
+    pub(super) fn by_number(time: usize, positions: &[usize], width: usize) -> Self {
+        let labels = numbered_labels(width);
+        let column = |index: usize| Column {
+            index,
+            label: labels[index].clone(),
+            unit: NamedUnit::Unsaid,
+        };
+        let is_left = |index: &usize| *index != time && !positions.contains(index);
+        Self {
+            time: column(time),
+            positions: positions.iter().map(|index| column(*index)).collect(),
+            left_out: (0..width)
+                .filter(is_left)
+                .map(|index| (labels[index].clone(), "not chosen"))
+                .collect(),
+        }
     }
 }
 
-fn one(wanted: &str, table: &Table) -> Result<usize, TrajectoryError> {
-    if let Some(index) = table.names.iter().position(|name| name == wanted) {
-        return Ok(index);
-    }
-    match wanted.parse() {
-        Ok(number) => numbered(number, table),
-        Err(_) => Err(missing(wanted.to_owned(), table)),
-    }
-}
-
-fn numbered(number: usize, table: &Table) -> Result<usize, TrajectoryError> {
-    if number == 0 || number > table.width() {
-        return Err(missing(number.to_string(), table));
-    }
-    Ok(number - 1)
-}
-
-fn missing(wanted: String, table: &Table) -> TrajectoryError {
-    let available = if table.names.is_empty() {
-        format!("columns 1 to {}", table.width())
-    } else {
-        table.names.join(", ")
+fn numbered_labels(width: usize) -> Vec<ColumnLabel> {
+    let label = |number| ColumnLabel {
+        number,
+        name: String::new(),
     };
-    TrajectoryError::NoSuchColumn { wanted, available }
+    (1..=width).map(label).collect()
+}
+
+/// The leftmost columns, as many as there are axes.
+fn take_axes(choice: &ColumnChoice, positions: &mut Vec<usize>) -> Result<(), TrajectoryError> {
+    let expected = choice.axes.unwrap_or(1).max(1);
+    if expected > positions.len() {
+        return Err(TrajectoryError::TooFewColumns {
+            expected,
+            actual: positions.len(),
+        });
+    }
+    positions.truncate(choice.axes.unwrap_or(positions.len()));
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn choose(
-        text: &str,
-        positions: &[&str],
-        axes: Option<usize>,
-    ) -> Result<Columns, TrajectoryError> {
+    fn choose(header: &str, columns: &[&str], axes: Option<usize>) -> Result<Columns, String> {
         let choice = ColumnChoice {
-            positions: positions.iter().map(ToString::to_string).collect(),
+            positions: columns.iter().map(ToString::to_string).collect(),
             axes,
             ..ColumnChoice::default()
         };
-        Columns::choose(&choice, &Table::parse(text).unwrap())
+        let names: Vec<Name> = header.split(',').map(Name::parse).collect();
+        Columns::named(&choice, 1, &names).map_err(|error| error.to_string())
+    }
+
+    fn indices(header: &str) -> (usize, Vec<usize>) {
+        let columns = choose(header, &[], None).unwrap();
+        let positions = columns.positions.iter().map(|column| column.index);
+        (columns.time.index, positions.collect())
+    }
+
+    #[test]
+    fn names_decide_wherever_they_stand() {
+        assert_eq!(indices("t,a,b"), (0, vec![1, 2]));
+        assert_eq!(indices("q1,q2,time"), (2, vec![0, 1]));
+        assert_eq!(indices(",t,a,b"), (1, vec![2, 3]));
+        assert_eq!(indices("t,pos,vel,acc"), (0, vec![1]));
+        assert_eq!(indices("vel_1,pos_1,vel_2,time_s,pos_2"), (3, vec![1, 4]));
+        assert_eq!(indices("t,joint1,joint2"), (0, vec![1, 2]));
+        assert_eq!(indices("index,time,q1,qd1,tau1"), (1, vec![2]));
+    }
+
+    #[test]
+    fn doubt_is_refused_with_the_option_that_ends_it() {
+        for (header, expected) in [
+            (
+                "x,a,b",
+                "expected a column named time, got column 1 (x), column 2 (a), column 3 (b)",
+            ),
+            (
+                "time,timestamp,a",
+                "expected one column of time, got column 1 (time), column 2 (timestamp)",
+            ),
+            ("t,x,v", "column 3 (v) may be an axis or another quantity"),
+            ("t,x,v,a", "column 3 (v), column 4 (a) may be"),
+            ("t,pos,gripper", "column 3 (gripper) may be an axis or not"),
+            (
+                "t,target_pos,actual_pos",
+                "commanded or measured values of one thing",
+            ),
+            (
+                "t,vel,acc",
+                "expected at least one column of positions, got column 2 (vel): a speed, column 3 (acc): an acceleration",
+            ),
+            ("t,a,a", "several columns are called \"a\""),
+        ] {
+            let error = choose(header, &[], None).unwrap_err();
+            assert!(error.contains(expected), "{header}: {error}");
+            assert!(
+                error.contains("--columns") || error.contains("--time-column"),
+                "{error}"
+            );
+        }
     }
 
     #[test]
     fn columns_by_name_number_and_range() {
-        let text = "t,a,b,c\n0,1,2,3\n";
-        assert_eq!(choose(text, &["c", "2"], None).unwrap().positions, [3, 1]);
-        assert_eq!(choose(text, &["2-4"], None).unwrap().positions, [1, 2, 3]);
-        assert_eq!(choose(text, &[], Some(2)).unwrap().positions, [1, 2]);
-        assert_eq!(choose(text, &[], None).unwrap().positions, [1, 2, 3]);
-    }
-
-    #[test]
-    fn a_missing_column_tells_what_there_is() {
-        let error = choose("t,a\n0,1\n", &["elbow"], None).unwrap_err();
+        let chosen = |columns: &[&str], axes| {
+            let columns = choose("t,a,b,c", columns, axes).unwrap();
+            columns
+                .positions
+                .iter()
+                .map(|column| column.index)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(chosen(&["c", "2"], None), [3, 1]);
+        assert_eq!(chosen(&["2-4"], None), [1, 2, 3]);
+        assert_eq!(chosen(&[], Some(2)), [1, 2]);
+        let error = |columns: &[&str], axes| choose("t,a", columns, axes).unwrap_err();
         assert_eq!(
-            error.to_string(),
+            error(&["elbow"], None),
             "there is no column \"elbow\"; the file has t, a"
         );
-        assert!(matches!(
-            choose("0,1\n", &["0"], None),
-            Err(TrajectoryError::NoSuchColumn { .. })
-        ));
-        assert!(matches!(
-            choose("0,1\n", &["5-2"], None),
-            Err(TrajectoryError::BadRange { .. })
-        ));
-        assert_eq!(
-            choose("0,1\n", &[], Some(2)),
-            Err(TrajectoryError::TooFewColumns {
-                expected: 2,
-                actual: 1
-            })
-        );
+        assert!(error(&["0"], None).contains("there is no column \"0\""));
+        assert!(error(&["1-99999999999"], None).contains("there is no column \"99999999999\""));
+        assert!(error(&["5-2"], None).contains("\"5-2\" is not a column"));
+        assert!(error(&["t"], None).contains("column 1 (t) is the time"));
+        assert!(error(&[], Some(2)).contains("expected 2 axes, the file has 1 column beside time"));
     }
 
     #[test]
-    fn velocities_are_recognised_and_positions_are_not_taken_for_them() {
-        let velocities = "0 0 0 0 0\n1 10 5 10 5\n2 30 5 20 0\n";
-        let columns = choose(velocities, &[], None).unwrap();
+    fn without_names_everything_must_be_said() {
+        let unnamed = |time: Option<&str>, columns: &[&str], axes, width| {
+            let choice = ColumnChoice {
+                time: time.map(str::to_owned),
+                positions: columns.iter().map(ToString::to_string).collect(),
+                axes,
+                speeds: false,
+            };
+            match Columns::unnamed(&choice, 1, width).ok()? {
+                Unnamed::Two => Some((9, vec![])),
+                Unnamed::Known(columns) => {
+                    let positions = columns.positions.iter().map(|column| column.index);
+                    Some((columns.time.index, positions.collect()))
+                }
+            }
+        };
+        assert_eq!(unnamed(None, &[], None, 2), Some((9, vec![])));
+        assert_eq!(unnamed(None, &[], None, 3), None);
+        assert_eq!(unnamed(Some("1"), &[], None, 3), None);
+        assert_eq!(unnamed(None, &["2"], None, 3), None);
+        assert_eq!(unnamed(None, &["2-3"], None, 3), Some((0, vec![1, 2])));
+        assert_eq!(unnamed(Some("1"), &["3"], None, 3), Some((0, vec![2])));
         assert_eq!(
-            (columns.positions, columns.velocities),
-            (vec![1, 2], vec![3, 4])
+            unnamed(Some("1"), &[], Some(6), 13),
+            Some((0, vec![1, 2, 3, 4, 5, 6]))
         );
-        let two_axes = "0 0 0\n1 10 3\n2 30 9\n";
-        assert_eq!(choose(two_axes, &[], None).unwrap().positions, [1, 2]);
-        let second_stands = "0 0 0\n1 10 0\n2 30 0\n";
-        assert_eq!(choose(second_stands, &[], None).unwrap().positions, [1, 2]);
-    }
-
-    #[test]
-    fn two_points_are_two_axes() {
-        let table = Table::parse("0,0,0\n60,36000,-36000\n").unwrap();
-        let columns = Columns::choose(&ColumnChoice::default(), &table).unwrap();
-        assert_eq!(
-            (columns.positions, columns.velocities),
-            (vec![1, 2], vec![])
-        );
+        assert_eq!(unnamed(Some("2"), &[], None, 2), Some((1, vec![0])));
     }
 }

@@ -1,6 +1,8 @@
 //! A curve through the points of one axis.
 
 use clap::ValueEnum;
+use trajectory::Position;
+use trajectory::curve::{Chord, Piece, Share};
 
 /// How to go from point to point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -12,26 +14,36 @@ pub(crate) enum Interpolation {
     Linear,
 }
 
+/// Values beyond this many counts are beyond every travel, and refused as such: no need to compute with them.
+const FARTHEST_COUNTS: f64 = (1_u64 << 33) as f64;
+const UNITS: f64 = Position::UNITS as f64;
+/// A piece of a curve is divided into so many steps of time: a nanosecond in an hour.
+const STEPS: u64 = 1 << 42;
+
 /// A function of time through given points, constant before the first and after the last.
 #[derive(Debug)]
 pub(crate) struct Curve {
     times_s: Vec<f64>,
-    values: Vec<f64>,
-    /// Slope at each point; empty for straight lines.
-    slopes: Vec<f64>,
+    points: Vec<Position>,
+    /// From each point to the next.
+    pieces: Vec<Piece>,
 }
 
 impl Curve {
-    /// A curve through points whose times increase.
+    /// A curve through points whose times increase; values in counts.
     pub(crate) fn new(times_s: Vec<f64>, values: Vec<f64>, interpolation: Interpolation) -> Self {
-        let slopes = match interpolation {
-            Interpolation::Monotone => monotone_slopes(&times_s, &values),
-            Interpolation::Linear => Vec::new(),
+        let points: Vec<Position> = values.into_iter().map(position).collect();
+        let pieces = match interpolation {
+            Interpolation::Monotone => monotone(&times_s, &points),
+            Interpolation::Linear => points
+                .windows(2)
+                .map(|ends| Piece::line(ends[0], ends[1]))
+                .collect(),
         };
         Self {
             times_s,
-            values,
-            slopes,
+            points,
+            pieces,
         }
     }
 
@@ -39,52 +51,56 @@ impl Curve {
     pub(crate) fn at(&self, time_s: f64) -> (usize, f64) {
         let after = self.times_s.partition_point(|&point_s| point_s <= time_s);
         if after == 0 {
-            return (0, self.values[0]);
+            return (0, counts(self.points[0]));
         }
         let before = after - 1;
         if after == self.times_s.len() {
-            return (before, self.values[before]);
+            return (before, counts(self.points[before]));
         }
         let width_s = self.times_s[after] - self.times_s[before];
         let share = (time_s - self.times_s[before]) / width_s;
-        let (from, to) = (self.values[before], self.values[after]);
-        let Some((&leaving, &arriving)) = self.slopes.get(before).zip(self.slopes.get(after))
-        else {
-            return (before, from + (to - from) * share);
-        };
-        (
-            before,
-            hermite(share, from, to, leaving * width_s, arriving * width_s),
-        )
+        let share = Share::of((share * STEPS as f64) as u64, STEPS);
+        (before, counts(self.pieces[before].at(share)))
     }
 }
 
-/// Cubic Hermite polynomial on 0 ..= 1.
-fn hermite(x: f64, from: f64, to: f64, leaving: f64, arriving: f64) -> f64 {
-    let rest = 1.0 - x;
-    from * rest * rest * (1.0 + 2.0 * x) + to * x * x * (3.0 - 2.0 * x) + leaving * x * rest * rest
-        - arriving * x * x * rest
+fn position(counts: f64) -> Position {
+    let counts = counts.clamp(-FARTHEST_COUNTS, FARTHEST_COUNTS);
+    Position::from_units((counts * UNITS).round() as i64)
 }
 
-/// Slopes after Fritsch and Butland (1984): the weighted harmonic mean of the neighbouring chords, 0 at a turning point
-/// and at both ends, so that the curve starts and ends at rest and stays between its points.
-fn monotone_slopes(times_s: &[f64], values: &[f64]) -> Vec<f64> {
-    let chords: Vec<(f64, f64)> = times_s
+fn counts(position: Position) -> f64 {
+    position.units() as f64 / UNITS
+}
+
+/// Cubics with the slopes of [`Chord::velocity_before`], and at rest at both ends of the curve.
+fn monotone(times_s: &[f64], points: &[Position]) -> Vec<Piece> {
+    let chords: Vec<Chord> = times_s
         .windows(2)
-        .zip(values.windows(2))
-        .map(|(t, v)| (t[1] - t[0], (v[1] - v[0]) / (t[1] - t[0])))
+        .zip(points.windows(2))
+        .map(|(time, point)| {
+            let width_s = time[1] - time[0];
+            Chord {
+                duration: width_s as f32,
+                velocity: (counts(point[1].distance_from(point[0])) / width_s) as f32,
+            }
+        })
         .collect();
-    let inner = chords.windows(2).map(|pair| {
-        let ((before_s, before), (after_s, after)) = (pair[0], pair[1]);
-        if before * after <= 0.0 {
-            return 0.0;
-        }
-        let (weight_before, weight_after) = (2.0 * after_s + before_s, after_s + 2.0 * before_s);
-        (weight_before + weight_after) / (weight_before / before + weight_after / after)
-    });
-    core::iter::once(0.0)
+    let inner = chords
+        .windows(2)
+        .map(|pair| pair[0].velocity_before(pair[1]));
+    let slopes: Vec<f32> = core::iter::once(0.0)
         .chain(inner)
         .chain(core::iter::once(0.0))
+        .collect();
+    let widths_s = times_s.windows(2).map(|time| time[1] - time[0]);
+    widths_s
+        .zip(points.windows(2).zip(slopes.windows(2)))
+        .map(|(width_s, (point, slope))| {
+            let [leaving, arriving] =
+                [slope[0], slope[1]].map(|slope| position(f64::from(slope) * width_s));
+            Piece::cubic(point[0], point[1], leaving, arriving)
+        })
         .collect()
 }
 

@@ -1,20 +1,36 @@
 //! A motion from a file: read, check, choose columns, resample to the cycle.
 //!
-//! Data flows one way: [`table`] reads numbers and knows their lines, [`columns`] picks time and axes, [`plan`] turns
-//! them into command counts at every cycle and refuses what an axis cannot follow. Nothing runs before all of it
-//! has passed. [`options`] is all of it as options of a command line.
+//! Data flows one way: [`lines`] and [`cells`] cut the text, [`name`] and [`header`] read the header, [`columns`] picks
+//! time and axes, [`resolve`] their units, [`reader`] and [`table`] keep the points, [`plan`] turns them into command counts at every cycle and refuses what
+//! an axis cannot follow, [`motion_report`] says what it found. Nothing runs before all of it has passed. [`options`] is all of
+//! it as options of a command line.
 
+mod cells;
 mod columns;
 mod curve;
 mod error;
+mod exact;
+#[cfg(test)]
+mod fuzz;
+mod header;
+mod lines;
+mod motion_error;
+mod motion_report;
+mod name;
 mod options;
 mod plan;
+mod reader;
+mod resolve;
 mod table;
+mod unit;
+#[cfg(test)]
+mod variants;
 
-use columns::{ColumnChoice, Columns};
+use columns::ColumnChoice;
 use curve::Interpolation;
 use error::TrajectoryError;
-pub(crate) use options::{MotionError, MotionFile, MotionOptions};
+pub(crate) use motion_error::MotionError;
+pub(crate) use motion_report::{MotionReport, WithMotion};
+pub(crate) use options::{MotionFile, MotionOptions};
 pub(crate) use plan::Plan;
-use plan::{AxisScale, Unit};
 use table::Table;

@@ -1,234 +1,215 @@
-//! Command counts of every axis at every cycle.
+//! Command counts of every axis at every cycle, worked out when they are needed: a motion takes the memory of its points, not of
+//! its duration.
 
-use clap::ValueEnum;
 use dyn_can::{Counts28, StepLimit};
 
 use super::curve::Curve;
-use super::table::Row;
-use super::{Columns, Interpolation, Table, TrajectoryError};
+use super::error::{Place, TrajectoryError};
+use super::unit::AxisScale;
+use super::{Interpolation, Table};
 
-/// Unit of the positions in the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(crate) enum Unit {
-    /// Command counts of the drive.
-    Counts,
-    /// Degrees at the output.
-    #[default]
-    Degrees,
-    /// Turns at the output.
-    Turns,
-}
-
-/// From the unit of the file to command counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct AxisScale {
-    /// Unit of the file.
-    pub(crate) unit: Unit,
-    /// Motor turns for one turn of the output; negative reverses the direction. Not used with counts.
-    pub(crate) gear_ratio: f64,
-    /// Command counts of one motor turn. Not used with counts.
-    pub(crate) counts_per_turn: f64,
-}
-
-impl AxisScale {
-    /// Command counts of one unit.
-    pub(crate) fn counts_per_unit(&self) -> f64 {
-        match self.unit {
-            Unit::Counts => 1.0,
-            Unit::Degrees => self.gear_ratio * self.counts_per_turn / 360.0,
-            Unit::Turns => self.gear_ratio * self.counts_per_turn,
-        }
-    }
-}
-
-/// A motion that has been checked: counts from the start of the motion, one row a cycle.
+/// A motion that has been checked: counts from the start of the motion, cycle by cycle.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    /// Positions relative to the first, cycle by cycle; each row has one entry an axis.
-    pub(crate) cycles: Vec<Vec<i32>>,
+    curves: Vec<Curve>,
+    cycle_s: f64,
+    last_cycle: usize,
+    peaks: Vec<Peaks>,
+}
+
+/// The largest values of one axis, in command counts and seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Peaks {
+    /// Largest step from one cycle to the next.
+    pub(super) step: u16,
+    pub(super) counts_per_s: f64,
+    pub(super) counts_per_s2: f64,
+    /// Furthest positions from the start.
+    pub(super) lowest: f64,
+    pub(super) highest: f64,
 }
 
 impl Plan {
-    /// Resamples a table to the cycle.
-    ///
-    /// `time_scale_s` is one unit of the time column in seconds.
+    /// Checks a motion at every cycle.
     pub(crate) fn new(
         table: &Table,
-        columns: &Columns,
         scales: &[AxisScale],
-        time_scale_s: f64,
         interpolation: Interpolation,
         cycle_us: u32,
         limits: &[StepLimit],
     ) -> Result<Self, TrajectoryError> {
-        let times_s = times_s(&table.rows, columns.time, time_scale_s)?;
-        let duration_s = times_s[times_s.len() - 1];
+        let duration_s = table.times_s[table.points() - 1];
         let cycle_s = f64::from(cycle_us) * 1e-6;
-        let last_cycle = (duration_s / cycle_s).ceil() as usize;
-        let mut cycles = vec![Vec::with_capacity(scales.len()); last_cycle + 1];
-        for (axis, (&column, scale)) in columns.positions.iter().zip(scales).enumerate() {
-            let start = table.rows[0].values[column];
-            let counts = |row: &Row| (row.values[column] - start) * scale.counts_per_unit();
+        let mut plan = Self {
+            curves: Vec::with_capacity(scales.len()),
+            cycle_s,
+            // The duration is limited by whoever read the table.
+            last_cycle: (duration_s / cycle_s).ceil() as usize,
+            peaks: Vec::with_capacity(scales.len()),
+        };
+        for (axis, scale) in scales.iter().enumerate() {
+            let start = table.row(0)[axis];
+            let counts = |value: f64| (value - start) * scale.counts_per_unit();
             let curve = Curve::new(
-                times_s.clone(),
-                table.rows.iter().map(counts).collect(),
+                table.times_s.clone(),
+                table.axis(axis).map(counts).collect(),
                 interpolation,
             );
-            let mut before = 0;
-            for (cycle, row) in cycles.iter_mut().enumerate() {
-                let (point, value) = curve.at(cycle as f64 * cycle_s);
-                let line = table.rows[(point + 1).min(table.rows.len() - 1)].line;
-                let position = within_travel(value, line, axis)?;
-                check_step(
-                    i64::from(position) - before,
-                    limits[axis],
-                    line,
-                    axis,
-                    cycle_us,
-                )?;
-                before = i64::from(position);
-                row.push(position);
-            }
+            let peaks = plan.check(&curve, table, axis, limits[axis], cycle_us)?;
+            plan.curves.push(curve);
+            plan.peaks.push(peaks);
         }
-        Ok(Self { cycles })
+        Ok(plan)
+    }
+
+    /// Goes through every cycle of one axis.
+    fn check(
+        &self,
+        curve: &Curve,
+        table: &Table,
+        axis: usize,
+        limit: StepLimit,
+        cycle_us: u32,
+    ) -> Result<Peaks, TrajectoryError> {
+        let mut peaks = Peaks::default();
+        let (mut before, mut exact_before, mut speed_before) = (0, 0.0, 0.0);
+        for cycle in 0..=self.last_cycle {
+            let (point, value) = curve.at(cycle as f64 * self.cycle_s);
+            let line = table.lines[(point + 1).min(table.points() - 1)];
+            let place = || Place::cell(line, &table.columns.positions[axis].label);
+            let position = within_travel(value, &place)?;
+            let step = i64::from(position) - i64::from(before);
+            if step.unsigned_abs() > u64::from(limit.get()) {
+                return Err(TrajectoryError::Step {
+                    place: place(),
+                    limit_counts: limit.get(),
+                    actual_counts: step,
+                    cycle_us,
+                });
+            }
+            let speed = (value - exact_before) / self.cycle_s;
+            let acceleration = (speed - speed_before) / self.cycle_s;
+            peaks.step = peaks
+                .step
+                .max(u16::try_from(step.unsigned_abs()).unwrap_or(u16::MAX));
+            peaks.counts_per_s = peaks.counts_per_s.max(speed.abs());
+            peaks.counts_per_s2 = peaks.counts_per_s2.max(acceleration.abs());
+            peaks.lowest = peaks.lowest.min(value);
+            peaks.highest = peaks.highest.max(value);
+            (before, exact_before, speed_before) = (position, value, speed);
+        }
+        Ok(peaks)
+    }
+
+    /// Number of cycles, the one at the start included.
+    pub(crate) fn cycles(&self) -> usize {
+        self.last_cycle + 1
+    }
+
+    /// Positions relative to the first at one cycle, in command counts, axis by axis; behind the last cycle those of the last.
+    pub(crate) fn row(&self, cycle: usize) -> impl Iterator<Item = i32> + '_ {
+        let time_s = cycle.min(self.last_cycle) as f64 * self.cycle_s;
+        // It fits: the plan was checked at this cycle.
+        self.curves
+            .iter()
+            .map(move |curve| curve.at(time_s).1.round() as i32)
+    }
+
+    /// The rows of all cycles.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Vec<i32>> + '_ {
+        (0..self.cycles()).map(|cycle| self.row(cycle).collect())
     }
 
     /// Positions relative to the first at the end.
-    pub(crate) fn last(&self) -> &[i32] {
-        self.cycles.last().map_or(&[], Vec::as_slice)
+    pub(crate) fn last(&self) -> Vec<i32> {
+        self.row(self.last_cycle).collect()
+    }
+
+    pub(super) fn peaks(&self) -> &[Peaks] {
+        &self.peaks
     }
 }
 
-/// Times from the first point on.
-fn times_s(rows: &[Row], column: usize, scale_s: f64) -> Result<Vec<f64>, TrajectoryError> {
-    if let [only] = rows {
-        return Err(TrajectoryError::SinglePoint { line: only.line });
-    }
-    let start = rows[0].values[column];
-    for pair in rows.windows(2) {
-        let (before, actual) = (pair[0].values[column], pair[1].values[column]);
-        if actual <= before {
-            return Err(TrajectoryError::TimeOrder {
-                line: pair[1].line,
-                before_s: before * scale_s,
-                actual_s: actual * scale_s,
-            });
-        }
-    }
-    Ok(rows
-        .iter()
-        .map(|row| (row.values[column] - start) * scale_s)
-        .collect())
-}
-
-fn within_travel(counts: f64, line: u64, axis: usize) -> Result<i32, TrajectoryError> {
+fn within_travel(counts: f64, place: &impl Fn() -> Place) -> Result<i32, TrajectoryError> {
     let rounded = counts.round();
-    let limit = f64::from(Counts28::MAX.get());
-    if rounded.abs() > limit {
-        return Err(TrajectoryError::Travel {
-            line,
-            axis,
-            actual_counts: counts,
-        });
+    // Not a number is beyond the travel too.
+    if rounded.abs() <= f64::from(Counts28::MAX.get()) {
+        return Ok(rounded as i32);
     }
-    Ok(rounded as i32)
-}
-
-fn check_step(
-    step: i64,
-    limit: StepLimit,
-    line: u64,
-    axis: usize,
-    cycle_us: u32,
-) -> Result<(), TrajectoryError> {
-    if step.unsigned_abs() > u64::from(limit.get()) {
-        return Err(TrajectoryError::Step {
-            line,
-            axis,
-            limit_counts: limit.get(),
-            actual_counts: step,
-            cycle_us,
-        });
-    }
-    Ok(())
+    Err(TrajectoryError::Travel {
+        place: place(),
+        actual_counts: counts,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::ColumnChoice;
+    use super::super::table::Reading;
+    use super::super::unit::Unit;
     use super::*;
 
     const ONE_TURN: AxisScale = AxisScale {
         unit: Unit::Degrees,
         gear_ratio: 1.0,
         counts_per_turn: 16_384.0,
+        mm_per_turn: 1.0,
     };
 
     fn plan(text: &str, limit: i32) -> Result<Plan, TrajectoryError> {
-        let table = Table::parse(text)?;
-        let columns = Columns::choose(&ColumnChoice::default(), &table)?;
-        let scales = vec![ONE_TURN; columns.positions.len()];
-        let limits = vec![StepLimit::new(limit).unwrap(); scales.len()];
-        Plan::new(
-            &table,
-            &columns,
-            &scales,
-            1.0,
-            Interpolation::Linear,
-            1_000,
-            &limits,
-        )
+        let reading = Reading {
+            choice: ColumnChoice::default(),
+            time_unit: None,
+            decimal_comma: false,
+            most_duration_s: 3_600.0,
+            most_numbers: 10_000,
+        };
+        let table = Table::read(format!("t a\n{text}").as_bytes(), &reading)?;
+        let limit = StepLimit::new(limit).unwrap();
+        Plan::new(&table, &[ONE_TURN], Interpolation::Linear, 1_000, &[limit])
     }
 
     #[test]
     fn starts_at_zero_and_ends_exactly_at_the_last_point() {
         let plan = plan("5.0 90\n5.1 180\n", 16_384).unwrap();
-        assert_eq!(plan.cycles.len(), 101);
-        assert_eq!(plan.cycles[0], [0]);
+        assert_eq!(plan.cycles(), 101);
+        assert_eq!(plan.row(0).collect::<Vec<_>>(), [0]);
         assert_eq!(plan.last(), [4_096]);
+        assert_eq!(plan.rows().count(), 101);
     }
 
     #[test]
     fn a_time_that_is_no_whole_cycle_still_ends_at_the_last_point() {
         let plan = plan("0 0\n0.0105 36\n", 16_384).unwrap();
-        assert_eq!((plan.cycles.len(), plan.last()), (12, &[1638][..]));
+        assert_eq!((plan.cycles(), plan.last()), (12, vec![1638]));
+    }
+
+    #[test]
+    fn peaks_are_those_of_the_motion() {
+        let plan = plan("0 0\n1 360\n2 0\n3 -180\n", 16_384).unwrap();
+        let peaks = plan.peaks()[0];
+        assert!((peaks.counts_per_s - 16_384.0).abs() < 1e-6);
+        // The speed changes its sign within one cycle.
+        assert!((peaks.counts_per_s2 - 2.0 * 16_384.0 / 1e-3).abs() < 1.0);
+        assert_eq!((peaks.lowest, peaks.highest), (-8_192.0, 16_384.0));
     }
 
     #[test]
     fn what_the_axis_cannot_follow_names_the_line_that_asks_for_it() {
-        assert_eq!(
-            plan("0 0\n1 1\n2 1001\n", 40).unwrap_err(),
-            TrajectoryError::Step {
-                line: 3,
-                axis: 0,
-                limit_counts: 40,
-                actual_counts: 45,
-                cycle_us: 1_000
-            }
+        let error = plan("0 0\n1 1\n2 1001\n", 40).unwrap_err().to_string();
+        assert!(
+            error.starts_with("line 4, column 2 (a): the axis would have to move 45 counts in one cycle of 1000 us, its limit is 40"),
+            "{error}"
         );
+        let error = plan("0 0\n1000 1e9\n", 16_384).unwrap_err();
         assert!(matches!(
-            plan("0 0\n1000 1e9\n", 16_384),
-            Err(TrajectoryError::Travel {
-                line: 2,
-                axis: 0,
-                ..
-            } | TrajectoryError::Step { .. })
+            error,
+            TrajectoryError::Step { .. } | TrajectoryError::Travel { .. }
         ));
-    }
-
-    #[test]
-    fn time_must_go_on() {
-        assert_eq!(
-            plan("0 0\n1 1\n1 2\n", 100).unwrap_err(),
-            TrajectoryError::TimeOrder {
-                line: 3,
-                before_s: 1.0,
-                actual_s: 1.0
-            }
-        );
-        assert_eq!(
-            plan("0 0\n", 100).unwrap_err(),
-            TrajectoryError::SinglePoint { line: 1 }
-        );
+        let error = plan("0 0\n1 1e300\n2 -1e308\n", 16_384).unwrap_err();
+        assert!(matches!(
+            error,
+            TrajectoryError::Step { .. } | TrajectoryError::Travel { .. }
+        ));
     }
 }

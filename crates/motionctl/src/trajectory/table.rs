@@ -1,172 +1,81 @@
-//! Numbers in rows, each with the line that it came from.
+//! The points of a motion file: the times and positions that were chosen, each with the line that it came from.
+//!
+//! The file is read once, line by line; only what was chosen is kept.
 
-use csv::{ReaderBuilder, StringRecord, Trim};
+use std::io::BufRead;
 
-use super::TrajectoryError;
+use super::columns::{ColumnChoice, Columns};
+use super::error::TrajectoryError;
+use super::lines::Lines;
+use super::reader::Reader;
+use super::unit::TimeUnit;
 
-/// One line of numbers.
+/// How to read a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Row {
-    /// Line in the file, from 1.
-    pub(crate) line: u64,
-    /// One number a column.
-    pub(crate) values: Vec<f64>,
+pub(crate) struct Reading {
+    pub(crate) choice: ColumnChoice,
+    /// Unit of the time column, when it was given.
+    pub(crate) time_unit: Option<TimeUnit>,
+    pub(crate) decimal_comma: bool,
+    /// A longer motion is not meant.
+    pub(crate) most_duration_s: f64,
+    /// More times and positions are no motion.
+    pub(crate) most_numbers: usize,
 }
 
-/// A text table of numbers, with names when it has a header line.
+/// What was read.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Table {
-    /// One name a column; empty without a header line.
-    pub(crate) names: Vec<String>,
-    /// At least one row, all of the same length.
-    pub(crate) rows: Vec<Row>,
+    pub(super) columns: Columns,
+    pub(super) time_unit: TimeUnit,
+    /// Seconds since the first point.
+    pub(super) times_s: Vec<f64>,
+    /// Line of each point.
+    pub(super) lines: Vec<u64>,
+    /// Positions of each point, axis by axis.
+    pub(super) positions: Vec<f64>,
 }
 
 impl Table {
-    /// Reads comma, semicolon, tab or space separated numbers. `#` starts a comment line; a first line that is not all
-    /// numbers is the header.
-    pub(crate) fn parse(text: &str) -> Result<Self, TrajectoryError> {
-        let mut reader = ReaderBuilder::new()
-            .delimiter(delimiter_of(text))
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .trim(Trim::All)
-            .from_reader(text.as_bytes());
-        let mut table = Self {
-            names: Vec::new(),
-            rows: Vec::new(),
-        };
-        for record in reader.records() {
-            let record = record.map_err(|error| TrajectoryError::Unreadable {
-                line: error.position().map_or(0, csv::Position::line),
-                reason: error.to_string(),
-            })?;
-            table.take(&record)?;
+    /// Reads comma, semicolon, tab or blank separated numbers. `#` and `%` begin comment lines; a first line of words is the
+    /// header, and so is the last comment in front of the numbers when it names a time and as many columns as there are.
+    pub(crate) fn read(input: impl BufRead, reading: &Reading) -> Result<Self, TrajectoryError> {
+        let mut lines = Lines::new(input);
+        let mut reader = Reader::new(reading);
+        while let Some((number, line)) = lines.next()? {
+            let text = line.trim();
+            if text.starts_with(['#', '%']) {
+                reader.comment = Some(text.to_owned());
+            } else if !text.is_empty() {
+                reader.take(number, &line)?;
+            }
         }
-        if table.rows.is_empty() {
-            return Err(TrajectoryError::Empty);
-        }
-        Ok(table)
+        reader.finish()
     }
 
-    /// Number of columns.
-    pub(crate) fn width(&self) -> usize {
-        self.rows.first().map_or(0, |row| row.values.len())
+    /// Number of points, at least two.
+    pub(super) fn points(&self) -> usize {
+        self.times_s.len()
     }
 
-    fn take(&mut self, record: &StringRecord) -> Result<(), TrajectoryError> {
-        let line = record.position().map_or(0, csv::Position::line);
-        // Space separated files have runs of spaces, and some tools leave one at the end of each line.
-        let fields: Vec<&str> = record.iter().filter(|field| !field.is_empty()).collect();
-        if fields.is_empty() {
-            return Ok(());
-        }
-        if self.rows.is_empty() && self.names.is_empty() && !fields.iter().all(|f| is_number(f)) {
-            self.names = fields.iter().map(ToString::to_string).collect();
-            return Ok(());
-        }
-        let values = fields
-            .iter()
-            .enumerate()
-            .map(|(index, field)| parse_number(field, line, index + 1))
-            .collect::<Result<Vec<f64>, _>>()?;
-        let expected = if self.names.is_empty() {
-            self.width()
-        } else {
-            self.names.len()
-        };
-        if expected != 0 && values.len() != expected {
-            return Err(TrajectoryError::FieldCount {
-                line,
-                expected,
-                actual: values.len(),
-            });
-        }
-        self.rows.push(Row { line, values });
-        Ok(())
+    /// The positions of one point.
+    pub(super) fn row(&self, point: usize) -> &[f64] {
+        let axes = self.columns.positions.len();
+        &self.positions[point * axes..(point + 1) * axes]
     }
-}
 
-/// The separator of the first line that is not a comment.
-fn delimiter_of(text: &str) -> u8 {
-    let first = text
-        .lines()
-        .find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let first = first.unwrap_or_default();
-    [b',', b';', b'\t']
-        .into_iter()
-        .find(|&byte| first.contains(char::from(byte)))
-        .unwrap_or(b' ')
-}
-
-fn is_number(field: &str) -> bool {
-    field.parse::<f64>().is_ok()
-}
-
-fn parse_number(field: &str, line: u64, column: usize) -> Result<f64, TrajectoryError> {
-    let actual = || field.to_owned();
-    let value: f64 = field.parse().map_err(|_| TrajectoryError::NotANumber {
-        line,
-        column,
-        actual: actual(),
-    })?;
-    if !value.is_finite() {
-        return Err(TrajectoryError::NotFinite {
-            line,
-            column,
-            actual: actual(),
-        });
+    /// Numbers for which memory is held.
+    #[cfg(test)]
+    pub(super) fn held(&self) -> usize {
+        self.positions.capacity()
     }
-    Ok(value)
+
+    /// The positions of one axis, point by point.
+    pub(super) fn axis(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
+        let axes = self.columns.positions.len();
+        self.positions.iter().skip(axis).step_by(axes).copied()
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reads_what_people_write() {
-        for text in [
-            "t,a\n0,1\n1,2\n",
-            "# note\nt;a\n0;1\n1;2\n",
-            "0 1 \n1  2 \n",
-            "\n0\t1\n\n1\t2",
-        ] {
-            let table = Table::parse(text).unwrap();
-            let values: Vec<_> = table.rows.iter().map(|row| row.values.clone()).collect();
-            assert_eq!(values, [[0.0, 1.0], [1.0, 2.0]], "{text:?}");
-        }
-        assert_eq!(Table::parse("t,a\n0,1\n").unwrap().names, ["t", "a"]);
-    }
-
-    #[test]
-    fn errors_name_line_and_column() {
-        assert_eq!(
-            Table::parse("t,a\n0,1\n1,fast\n"),
-            Err(TrajectoryError::NotANumber {
-                line: 3,
-                column: 2,
-                actual: "fast".into()
-            })
-        );
-        assert_eq!(
-            Table::parse("0 1\n1 nan\n"),
-            Err(TrajectoryError::NotFinite {
-                line: 2,
-                column: 2,
-                actual: "nan".into()
-            })
-        );
-        assert_eq!(
-            Table::parse("# c\n0,1\n1\n"),
-            Err(TrajectoryError::FieldCount {
-                line: 3,
-                expected: 2,
-                actual: 1
-            })
-        );
-        assert_eq!(Table::parse("# nothing\n"), Err(TrajectoryError::Empty));
-        assert_eq!(Table::parse("t,a\n"), Err(TrajectoryError::Empty));
-    }
-}
+mod tests;

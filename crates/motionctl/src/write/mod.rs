@@ -18,7 +18,7 @@ Examples:
   motionctl write --can can0 --drive 3 config=0x00      commands by link, position servo
   motionctl write --serial /dev/ttyUSB0 --drive 3 main-gain=40
 
-The drive is read first; what it has already is not written, because its memory wears. The rest is
+The drive must be disabled, except over --serial. It is read first; what it has already is not written, because its memory wears. The rest is
 shown, confirmed, written one by one and read back.
 
 Exit status: 0 the drive has every value, 1 it does not, 2 not confirmed and nothing was written,

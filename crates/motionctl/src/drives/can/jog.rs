@@ -1,8 +1,8 @@
-//! A move by hand, streamed as a minimum-jerk profile.
+//! A move by hand, streamed on a jerk-limited profile.
 
 use can_motion::PollPeriods;
-use can_motion::motion::{Keyframe, KeyframeMotion};
 use dyn_can::{DriveId, GearNumber, units};
+use trajectory::curve::{Keyframe, KeyframeMotion};
 
 use crate::drives::{DrivesError, Jog, JogEnd};
 use crate::interrupt;

@@ -107,9 +107,9 @@ impl Bench<'_> {
         anchors: &[i32],
         show_progress: bool,
     ) -> Result<(), SimError> {
-        let bar = progress_bar(plan.cycles.len(), show_progress);
-        for (index, row) in plan.cycles.iter().enumerate() {
-            for (axis, (&place, &offset)) in self.places.iter().zip(row).enumerate() {
+        let bar = progress_bar(plan.cycles(), show_progress);
+        for (index, row) in plan.rows().enumerate() {
+            for (axis, (&place, &offset)) in self.places.iter().zip(&row).enumerate() {
                 // A refusal is an axis that stopped by a fault, which the watch has seen.
                 let _ = self
                     .master

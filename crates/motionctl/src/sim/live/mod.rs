@@ -46,7 +46,7 @@ impl LiveView {
             panel: Panel::new(setup.drives.clone()),
             pace: Pace::new(),
             last_picture: None,
-            motion_us: plan.cycles.len() as u64 * u64::from(setup.cycle_us),
+            motion_us: plan.cycles() as u64 * u64::from(setup.cycle_us),
         })
     }
 

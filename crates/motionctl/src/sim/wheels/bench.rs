@@ -38,7 +38,9 @@ struct WheelWatch {
     /// Sum of the speeds that were commanded.
     commanded: i64,
     largest_error_rpm: f64,
-    worst_age_us: u64,
+    /// Age of the oldest feedback, once there was any; and whether there was none at some time.
+    worst_age_us: Option<u64>,
+    was_unread: bool,
 }
 
 /// A bench that is ready to run.
@@ -108,12 +110,12 @@ impl Bench {
         self.run_until(AxisState::Streaming)?;
         self.begin_motion();
         let bar = if show_progress {
-            ProgressBar::new(plan.cycles.len() as u64)
+            ProgressBar::new(plan.cycles() as u64)
         } else {
             ProgressBar::hidden()
         };
         let mark = self.bench.bus().load_mark();
-        for speeds in &plan.cycles {
+        for speeds in plan.rows() {
             for (wheel, speed) in speeds.iter().enumerate() {
                 // Refused after a fault, which the summary shows.
                 let _ = self.master.set_target(self.wheels[wheel].place, *speed);
@@ -129,7 +131,7 @@ impl Bench {
         for _ in 0..SETTLE_US / u64::from(self.setup.cycle_us) {
             self.one_cycle()?;
         }
-        Ok(self.summary(plan.cycles.len(), mean_bus_load))
+        Ok(self.summary(plan.cycles(), mean_bus_load))
     }
 
     fn now(&self) -> Instant {
@@ -205,9 +207,9 @@ impl Bench {
             let sent_rpm = f64::from(wheel.sent) / f64::from(self.setup.speed_resolution);
             let error_rpm = (sent_rpm - self.bench.device(*device).speed_rpm(now_ns)).abs();
             watch.largest_error_rpm = watch.largest_error_rpm.max(error_rpm);
-            let age_us = wheel.feedback.status.map_or(u64::MAX, |read| {
-                Instant::from_us(now_ns / 1_000).us_since(read.at)
-            });
+            let now = Instant::from_us(now_ns / 1_000);
+            let age_us = wheel.feedback.status.map(|read| now.us_since(read.at));
+            watch.was_unread |= age_us.is_none();
             watch.worst_age_us = watch.worst_age_us.max(age_us);
         }
     }
@@ -249,7 +251,10 @@ impl Bench {
             travelled_turns: turns((drive.travel_counts(now_ns) - watch.start_counts) as f64),
             largest_speed_error_rpm: watch.largest_error_rpm,
             final_speed_rpm: drive.speed_rpm(now_ns),
-            oldest_feedback_ms: watch.worst_age_us as f64 / 1e3,
+            oldest_feedback_ms: watch
+                .worst_age_us
+                .filter(|_| !watch.was_unread)
+                .map(|age_us| age_us as f64 / 1e3),
             sdo_timeouts: snapshot.counters.timeouts,
             eeprom_writes: wear.single_writes + wear.saves + wear.restores,
             streamed: snapshot.state == AxisState::Streaming,

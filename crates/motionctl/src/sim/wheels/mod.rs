@@ -13,7 +13,7 @@ use super::error::SimError;
 use super::output_file::create;
 use crate::exit;
 use crate::output::{print, print_json};
-use crate::trajectory::Plan;
+use crate::trajectory::{Plan, WithMotion};
 use bench::Bench;
 use setup::{MOST_SPEED, MOST_WHEELS, Setup};
 
@@ -37,9 +37,17 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
     let candump = arguments.candump.as_deref().map(create).transpose()?;
+    let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
+    if !arguments.json {
+        motion.show();
+    }
     let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
     if arguments.json {
-        print_json(&summary).map_err(SimError::Print)?;
+        print_json(&WithMotion {
+            motion: &motion,
+            result: &summary,
+        })
+        .map_err(SimError::Print)?;
     } else {
         print(&summary).map_err(SimError::Print)?;
     }
@@ -53,8 +61,7 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
 /// Refuses speeds that 60FFh cannot hold.
 fn check_speeds(plan: &Plan, setup: &Setup) -> Result<(), SimError> {
     let fastest = plan
-        .cycles
-        .iter()
+        .rows()
         .flatten()
         .map(|speed| speed.unsigned_abs())
         .max();

@@ -30,7 +30,8 @@ pub(super) struct WheelSummary {
     /// Largest difference between the speed sent and the speed of the wheel at the end of a cycle.
     pub(super) largest_speed_error_rpm: f64,
     pub(super) final_speed_rpm: f64,
-    pub(super) oldest_feedback_ms: f64,
+    /// Nothing when the wheel was without feedback for a time.
+    pub(super) oldest_feedback_ms: Option<f64>,
     pub(super) sdo_timeouts: u32,
     pub(super) eeprom_writes: u64,
     /// The wheel still streamed at the end, as it should.
@@ -118,7 +119,9 @@ impl Summary {
                 format!("{:.4}", wheel.commanded_turns),
                 format!("{:.4}", wheel.travelled_turns),
                 format!("{:.1} r/min", wheel.largest_speed_error_rpm),
-                format!("{:.1} ms", wheel.oldest_feedback_ms),
+                wheel
+                    .oldest_feedback_ms
+                    .map_or("never read".to_owned(), |ms| format!("{ms:.1} ms")),
                 wheel.eeprom_writes.to_string(),
                 wheel.fault.clone().unwrap_or_else(|| wheel.state.clone()),
             ]);

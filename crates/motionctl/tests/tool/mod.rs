@@ -1,0 +1,42 @@
+//! The tool as a user starts it, and files for it.
+
+// Each test program uses a part of this.
+#![allow(dead_code)]
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// A file of its own for each test, removed afterwards.
+pub(crate) struct Scratch(pub(crate) PathBuf);
+
+impl Scratch {
+    pub(crate) fn new(name: &str, bytes: impl AsRef<[u8]>) -> Self {
+        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
+        std::fs::write(&path, bytes).expect("a temporary file");
+        Self(path)
+    }
+
+    pub(crate) fn as_str(&self) -> &str {
+        self.0.to_str().expect("a path of plain text")
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Nothing depends on it: the folder is temporary.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Runs the tool to its end.
+pub(crate) fn motionctl(words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_motionctl"))
+        .args(words)
+        .output()
+        .expect("motionctl runs")
+}
+
+/// What it wrote, as text.
+pub(crate) fn text(bytes: &[u8]) -> &str {
+    core::str::from_utf8(bytes).expect("plain text")
+}

@@ -1,0 +1,208 @@
+//! A motion that is known beforehand: keyframes, and from one to the next a minimum-jerk move.
+
+use core::fmt;
+
+use super::{Piece, Share};
+use crate::quantity::Position;
+
+const US_PER_MS: u64 = 1_000;
+
+/// Where all axes shall be at one moment, and at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Keyframe<const N: usize> {
+    /// Time since the start of the motion in milliseconds.
+    pub at_ms: u32,
+    /// Distance of each axis from where it stood at the start, in command counts.
+    pub positions_counts: [i32; N],
+}
+
+/// Keyframes that make no motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum KeyframeError {
+    /// There is no keyframe.
+    Empty,
+    /// The motion starts at time 0, the first keyframe does not.
+    StartTime {
+        /// The time of the first keyframe.
+        actual_ms: u32,
+    },
+    /// The motion starts where the axes stand, which is distance 0; the first keyframe is elsewhere.
+    StartPosition {
+        /// The axis.
+        axis: usize,
+        /// Its distance in the first keyframe.
+        actual_counts: i32,
+    },
+    /// A keyframe is not later than the one before it.
+    Order {
+        /// The keyframe, counted from 0.
+        keyframe: usize,
+        /// The time of the one before it.
+        after_ms: u32,
+        /// Its time.
+        actual_ms: u32,
+    },
+}
+
+impl fmt::Display for KeyframeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("a motion needs at least one keyframe"),
+            Self::StartTime { actual_ms } => write!(
+                f,
+                "the first keyframe must be at 0 ms, it is at {actual_ms} ms"
+            ),
+            Self::StartPosition {
+                axis,
+                actual_counts,
+            } => write!(
+                f,
+                "distances count from where the motion starts: axis {axis} must be at 0 in the first keyframe, it is at {actual_counts}"
+            ),
+            Self::Order {
+                keyframe,
+                after_ms,
+                actual_ms,
+            } => write!(
+                f,
+                "keyframe {keyframe} must be later than {after_ms} ms, it is at {actual_ms} ms"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for KeyframeError {}
+
+/// A motion of `N` axes along keyframes, at rest in each, relative to where the axes stand when it starts.
+///
+/// From one keyframe to the next every axis makes a [`Piece::minimum_jerk`], so the axes keep the ratio of their distances: they move on
+/// a straight line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct KeyframeMotion<'a, const N: usize> {
+    keyframes: &'a [Keyframe<N>],
+}
+
+impl<'a, const N: usize> KeyframeMotion<'a, N> {
+    /// A motion along these keyframes; in a constant a mistake stops the build.
+    ///
+    /// # Errors
+    /// [`KeyframeError`] unless the first keyframe is at time 0 and distance 0 and each other one is later than the one before it.
+    pub const fn new(keyframes: &'a [Keyframe<N>]) -> Result<Self, KeyframeError> {
+        let [first, later @ ..] = keyframes else {
+            return Err(KeyframeError::Empty);
+        };
+        if first.at_ms != 0 {
+            return Err(KeyframeError::StartTime {
+                actual_ms: first.at_ms,
+            });
+        }
+        if let Some((axis, actual_counts)) = first_not_zero(&first.positions_counts) {
+            return Err(KeyframeError::StartPosition {
+                axis,
+                actual_counts,
+            });
+        }
+        let (mut before, mut rest, mut keyframe) = (first, later, 1);
+        while let [next, after @ ..] = rest {
+            if next.at_ms <= before.at_ms {
+                return Err(KeyframeError::Order {
+                    keyframe,
+                    after_ms: before.at_ms,
+                    actual_ms: next.at_ms,
+                });
+            }
+            (before, rest, keyframe) = (next, after, keyframe + 1);
+        }
+        Ok(Self { keyframes })
+    }
+
+    /// Time of the last keyframe in microseconds.
+    #[must_use]
+    pub const fn duration_us(&self) -> u64 {
+        match self.keyframes {
+            [.., last] => last.at_ms as u64 * US_PER_MS,
+            [] => 0,
+        }
+    }
+
+    /// Distance of each axis from where it stood at the start, in command counts, `time_us` after the start; the last keyframe
+    /// afterwards. Exact at each keyframe, in between the nearest count.
+    #[must_use]
+    pub fn position(&self, time_us: u64) -> [i32; N] {
+        let reached = |keyframe: &Keyframe<N>| u64::from(keyframe.at_ms) * US_PER_MS <= time_us;
+        let next = self.keyframes.partition_point(reached);
+        let from = next
+            .checked_sub(1)
+            .and_then(|place| self.keyframes.get(place));
+        match (from, self.keyframes.get(next)) {
+            (Some(from), Some(to)) => between(from, to, time_us),
+            (Some(last), None) => last.positions_counts,
+            // `new` has made sure of a keyframe at time 0.
+            (None, _) => [0; N],
+        }
+    }
+
+    /// Upper bound of the largest step of each axis from one cycle to the next, in command counts: 15/8 of the mean velocity of its
+    /// fastest move, rounded up, and one count for the rounding of set-points.
+    #[must_use]
+    pub const fn peak_step_counts(&self, cycle_us: u32) -> [u64; N] {
+        let mut peaks = [0; N];
+        let mut rest = self.keyframes;
+        while let [from, after @ ..] = rest {
+            if let [to, ..] = after {
+                let mut axis = 0;
+                while axis < N {
+                    let peak = peak_step(from, to, axis, cycle_us);
+                    if peak > peaks[axis] {
+                        peaks[axis] = peak;
+                    }
+                    axis += 1;
+                }
+            }
+            rest = after;
+        }
+        peaks
+    }
+}
+
+const fn first_not_zero(counts: &[i32]) -> Option<(usize, i32)> {
+    let (mut rest, mut place) = (counts, 0);
+    while let [first, after @ ..] = rest {
+        if *first != 0 {
+            return Some((place, *first));
+        }
+        (rest, place) = (after, place + 1);
+    }
+    None
+}
+
+/// `axis` must be below `N`.
+const fn peak_step<const N: usize>(
+    from: &Keyframe<N>,
+    to: &Keyframe<N>,
+    axis: usize,
+    cycle_us: u32,
+) -> u64 {
+    let distance = from.positions_counts[axis].abs_diff(to.positions_counts[axis]) as u64;
+    let duration_us = to.at_ms.saturating_sub(from.at_ms) as u64 * US_PER_MS;
+    if distance == 0 || duration_us == 0 {
+        return 0;
+    }
+    let travelled = (15 * distance).saturating_mul(cycle_us as u64);
+    // A time is rounded to 2^-32 of the duration, which is less than two counts of the longest way.
+    travelled.div_ceil(8 * duration_us) + 1 + (distance >> 31)
+}
+
+/// The position on the way between two keyframes.
+fn between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, time_us: u64) -> [i32; N] {
+    let start_us = u64::from(from.at_ms) * US_PER_MS;
+    let duration_us = u64::from(to.at_ms.saturating_sub(from.at_ms)) * US_PER_MS;
+    let share = Share::of(time_us.saturating_sub(start_us), duration_us);
+    let mut counts = from.positions_counts;
+    for (start, end) in counts.iter_mut().zip(to.positions_counts) {
+        let piece = Piece::minimum_jerk(Position::from_counts(*start), Position::from_counts(end));
+        *start = piece.at(share).counts();
+    }
+    counts
+}

@@ -1,0 +1,140 @@
+//! Curves through given points at given times: keyframes, motion files.
+//!
+//! A piece goes from one point to the next as a polynomial of the share of its duration that has passed. It is computed with integers
+//! alone, exact at both ends and to 2^-20 counts between them, the same on every machine.
+
+mod keyframes;
+
+use crate::fixed::part_of;
+use crate::quantity::Position;
+
+pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion};
+
+/// The share of a duration that has passed, 0 to 1, in steps of 2^-32.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Share(u64);
+
+/// Everything; the last step before it is smaller.
+const WHOLE: Share = Share(u64::MAX);
+
+impl Share {
+    /// `elapsed` out of `duration`, in any unit; 1 when it is over.
+    #[must_use]
+    pub const fn of(elapsed: u64, duration: u64) -> Self {
+        if elapsed >= duration {
+            return WHOLE;
+        }
+        // Down to 32 bits, so that the dividend fits 64.
+        let places = 32_u32.saturating_sub(duration.leading_zeros());
+        match ((elapsed >> places) << 32).checked_div(duration >> places) {
+            Some(share) => Self(share << 32),
+            None => WHOLE,
+        }
+    }
+}
+
+/// The way from one point to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Piece {
+    start: Position,
+    /// Coefficients of the powers 1 to 5 of the share, in position units.
+    coefficients: [i64; 5],
+}
+
+impl Piece {
+    /// A straight line: constant velocity.
+    #[must_use]
+    pub const fn line(from: Position, to: Position) -> Self {
+        Self {
+            start: from,
+            coefficients: [distance(from, to), 0, 0, 0, 0],
+        }
+    }
+
+    /// A cubic that leaves and arrives with given velocities, each as the way that it would go in the duration of the piece.
+    #[must_use]
+    pub const fn cubic(
+        from: Position,
+        to: Position,
+        leaving: Position,
+        arriving: Position,
+    ) -> Self {
+        let (way, leaving, arriving) = (distance(from, to), leaving.units(), arriving.units());
+        let square = way.wrapping_mul(3).wrapping_sub(leaving.wrapping_mul(2));
+        let cube = leaving.wrapping_add(arriving);
+        Self {
+            start: from,
+            coefficients: [
+                leaving,
+                square.wrapping_sub(arriving),
+                cube.wrapping_sub(way.wrapping_mul(2)),
+                0,
+                0,
+            ],
+        }
+    }
+
+    /// From rest to rest with the least jerk: `10 u³ - 15 u⁴ + 6 u⁵`. Velocity and acceleration are zero at both ends; the highest velocity,
+    /// in the middle, is 15/8 of the mean one.
+    #[must_use]
+    pub const fn minimum_jerk(from: Position, to: Position) -> Self {
+        let way = distance(from, to);
+        Self {
+            start: from,
+            coefficients: [
+                0,
+                0,
+                way.wrapping_mul(10),
+                way.wrapping_mul(-15),
+                way.wrapping_mul(6),
+            ],
+        }
+    }
+
+    /// The position at a share of the duration.
+    #[must_use]
+    pub const fn at(&self, share: Share) -> Position {
+        let [one, two, three, four, five] = self.coefficients;
+        if share.0 == WHOLE.0 {
+            let three = three.wrapping_add(four).wrapping_add(five);
+            let way = one.wrapping_add(two).wrapping_add(three);
+            return self.start.moved_by(Position::from_units(way));
+        }
+        let way = part_of(five, share.0).wrapping_add(four);
+        let way = part_of(way, share.0).wrapping_add(three);
+        let way = part_of(way, share.0).wrapping_add(two);
+        let way = part_of(way, share.0).wrapping_add(one);
+        let way = part_of(way, share.0);
+        self.start.moved_by(Position::from_units(way))
+    }
+}
+
+const fn distance(from: Position, to: Position) -> i64 {
+    to.distance_from(from).units()
+}
+
+/// The mean velocity between two points of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chord {
+    /// Duration, in any unit.
+    pub duration: f32,
+    /// Mean velocity, in any unit.
+    pub velocity: f32,
+}
+
+impl Chord {
+    /// The velocity at the point between this chord and the next one, with which cubics stay between their points: the weighted
+    /// harmonic mean of both after Fritsch and Butland (1984), 0 where the direction turns.
+    #[must_use]
+    pub fn velocity_before(self, next: Self) -> f32 {
+        if self.velocity * next.velocity <= 0.0 {
+            return 0.0;
+        }
+        let before = 2.0 * next.duration + self.duration;
+        let after = next.duration + 2.0 * self.duration;
+        (before + after) / (before / self.velocity + after / next.velocity)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,28 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod bisection;
+mod builder;
+pub mod curve;
+mod fixed;
+mod jerk;
+mod limits;
+mod plan;
+mod profile;
+mod quantity;
+mod segment;
+mod time_scale;
+mod tracker;
+mod trapezoid;
+pub mod units;
+
+pub use builder::PlanError;
+pub use limits::{Limits, Quantity, RangeError, State};
+pub use profile::{Profile, Stretch};
+pub use quantity::{Position, Time};
+pub use time_scale::{Coast, TimeScale, TimeScaleError};
+pub use tracker::Tracker;

@@ -1,0 +1,18 @@
+//! Planning and sampling of one axis alone: links only if no state makes them panic.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+use panic_never as _;
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    loop {
+        proofs::trajectory::one_axis();
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("{}", proofs::HOST_MESSAGE);
+}
