@@ -1,4 +1,6 @@
 //! Mistakes seeded into the lines of the core that the last change touched.
+//!
+//! In ten minutes this is a sample: survivors are told, and only `cargo xtask mutants` over all of them is a verdict.
 
 use std::path::Path;
 use std::process::Command;
@@ -16,14 +18,12 @@ const FOLDER: &str = "crates/can-motion/src/core";
 const BEFORE: &str = "HEAD^1";
 /// The time for all of it, the installation of cargo-mutants included; what is left is said.
 const MINUTES: u64 = 10;
-/// The share that must be found.
-const AT_LEAST_PERCENT: u8 = 95;
 const INSTALL: &str = "install cargo-mutants --locked --debug";
 
 /// Seeds the mistakes and runs the tests of the package on each.
 ///
 /// # Errors
-/// When too few are found, or the tests fail without a mistake.
+/// When the tests fail without a mistake, or cargo-mutants does.
 pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
     let started = Instant::now();
     if !place.root().join(FOLDER).is_dir() {
@@ -50,18 +50,20 @@ pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
     let minutes = MINUTES.saturating_sub(started.elapsed().as_secs() / 60);
     let summary = mutants::test(place.workspace(), &arguments(minutes))?;
     print!("{summary}");
-    if !summary.is_enough(AT_LEAST_PERCENT) {
-        return Err(Error::Survivors {
-            found_percent: summary.found_percent(),
-            at_least_percent: AT_LEAST_PERCENT,
-        });
+    let mut unchecked = Vec::new();
+    if summary.survivors() > 0 {
+        unchecked.push(format!(
+            "{} mistakes survived, see the step",
+            summary.survivors()
+        ));
     }
-    Ok(match summary.untested() {
-        0 => Vec::new(),
-        untested => vec![format!(
-            "{untested} mistakes were not tested within {MINUTES} minutes: cargo xtask mutants --package {PACKAGE} --path '{GLOB}'"
-        )],
-    })
+    if summary.untested() > 0 {
+        unchecked.push(format!(
+            "{} mistakes were not tested within {MINUTES} minutes: cargo xtask mutants --package {PACKAGE} --path '{GLOB}'",
+            summary.untested()
+        ));
+    }
+    Ok(unchecked)
 }
 
 fn arguments(minutes: u64) -> Arguments {
@@ -71,7 +73,7 @@ fn arguments(minutes: u64) -> Arguments {
         shard: None,
         in_diff: Some(BEFORE.into()),
         minutes: Some(minutes),
-        at_least: AT_LEAST_PERCENT,
+        at_least: 0,
         again: false,
         tests: Vec::new(),
     }

@@ -158,7 +158,7 @@ pub(super) const STEPS: &[Step] = &[
     .needs(&[&PYTHON]),
     Step::call(
         "mutants",
-        "tests find mistakes in the lines of the core that the last change touched, ten minutes at most",
+        "how many mistakes in the lines of the core that the last change touched are found, ten minutes at most",
         seeded_mistakes::run,
     ),
 ];

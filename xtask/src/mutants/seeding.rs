@@ -87,7 +87,7 @@ impl<'a> Seeding<'a> {
         let tested: String = ledger.tested().map(|name| format!("{name}\n")).collect();
         write(&results.join("caught.txt"), &tested)?;
         let mut command = self.command();
-        command.args(["--iterate", "--no-shuffle", "--colors=never"]);
+        command.args(["--iterate", "--shuffle", "--colors=never"]);
         command.arg("--output").arg(&self.folder);
         if !self.arguments.tests.is_empty() {
             command.arg("--").args(&self.arguments.tests);

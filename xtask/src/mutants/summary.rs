@@ -49,6 +49,11 @@ impl Summary {
         (self.caught + self.timeouts) * 100 >= self.tested() * usize::from(percent)
     }
 
+    /// Mistakes that no test found.
+    pub(crate) fn survivors(&self) -> usize {
+        self.survivors.len()
+    }
+
     /// What is left to test.
     pub(crate) fn untested(&self) -> usize {
         self.all - self.tested() - self.unviable
