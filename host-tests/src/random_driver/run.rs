@@ -341,7 +341,7 @@ impl<S: Subject> Run<S> {
         let axis = S::axis_of(&answer.frame);
         let id = S::question_of(&answer.frame);
         let is_alarm =
-            axis.is_some_and(|axis| self.judge.delivers(axis, id, told, answer.asked));
+            axis.is_some_and(|axis| self.judge.delivers(axis, id, told, answer.asked, self.now_us));
         let now = self.now();
         self.master.on_frame(now, &answer.frame);
         self.read_events();
@@ -416,8 +416,10 @@ impl<S: Subject> Run<S> {
                 }
             }
             2 => {
+                let states = [0, 1, 2].map(|axis| self.master.state(axis));
                 if self.master.adopt(now, id).is_ok() {
-                    self.judge.adopted(group);
+                    let found = states.map(|state| state == Some(AxisState::FoundOn));
+                    self.judge.adopted(group, found);
                 }
             }
             3 => {
