@@ -6,7 +6,7 @@ use std::fmt::{self, Debug};
 use dyn_can::DataFrame;
 
 /// Entries that are kept.
-const KEPT: usize = 200;
+const KEPT: usize = 30;
 
 /// Something that happened.
 #[derive(Debug, Clone)]

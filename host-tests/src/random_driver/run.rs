@@ -14,7 +14,7 @@ use super::judge::Judge;
 use super::subject::{AXES, Answer, Asked, Command, Subject};
 
 /// Cycles of a run, after which another master begins.
-const RUN_CYCLES: u64 = 5_000;
+pub const RUN_CYCLES: u64 = 5_000;
 
 type Kind<S> = <<S as Subject>::Family as Family>::EventKind;
 
