@@ -32,7 +32,7 @@ impl Controller {
         let by_identifier = random.bool();
         Self {
             waiting: Vec::new(),
-            room: random.usize(1..=4),
+            room: random.usize(1..=3),
             by_identifier,
             displaces: by_identifier && random.bool(),
             takes_back: random.bool(),

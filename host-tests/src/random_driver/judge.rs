@@ -141,9 +141,10 @@ impl Judge {
                 let is_confirmed = books.off_word.is_none_or(|word| {
                     !word.is_due || word.taken_us.is_some()
                 });
-                // One asked for within a cycle of the command is not believed.
+                // One asked for before or within a cycle of the command is not believed.
+                let is_awaited = books.may_close && books.is_mine && books.closed_us.is_none();
                 let is_late = books.closed_us.is_none_or(|at| asked_us >= at + cycle_us);
-                if is_confirmed && is_late {
+                if is_confirmed && is_late && !is_awaited {
                     books.off_word = None;
                     books.may_close = false;
                     books.closed_us = None;
