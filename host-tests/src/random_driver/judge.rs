@@ -191,6 +191,8 @@ impl Judge {
                 }
                 if is_bus {
                     self.books[axis].told_power = None;
+                    // With its contact the master forgets who switched the drive on, until it reports again.
+                    self.books[axis].is_found = false;
                 }
             }
             Seen::State { from, to, by_fault } => self.sees_state(axis, from, to, by_fault, now_us),
