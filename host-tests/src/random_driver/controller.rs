@@ -62,7 +62,11 @@ impl Controller {
             self.waiting.push(new);
             return Outcome::Accepted;
         }
-        let least_urgent = self.waiting.iter().enumerate().max_by_key(|(_, held)| held.frame.id());
+        let least_urgent = self
+            .waiting
+            .iter()
+            .enumerate()
+            .max_by_key(|(_, held)| held.frame.id());
         match least_urgent {
             Some((place, held)) if self.displaces && held.frame.id() > frame.id() => {
                 let displaced = held.frame;
@@ -87,7 +91,11 @@ impl Controller {
         if self.is_blocked || self.waiting.is_empty() {
             return None;
         }
-        let urgent = self.waiting.iter().enumerate().min_by_key(|(_, held)| held.frame.id());
+        let urgent = self
+            .waiting
+            .iter()
+            .enumerate()
+            .min_by_key(|(_, held)| held.frame.id());
         let place = if self.by_identifier {
             urgent.map_or(0, |(place, _)| place)
         } else {
@@ -99,11 +107,6 @@ impl Controller {
     /// Whether a frame like that waits.
     pub(super) fn holds(&self, like: impl Fn(&DataFrame) -> bool) -> bool {
         self.waiting.iter().any(|held| like(&held.frame))
-    }
-
-    /// Whether frames can be taken back.
-    pub(super) const fn takes_back(&self) -> bool {
-        self.takes_back
     }
 
     /// Bus-off: what waits is gone.

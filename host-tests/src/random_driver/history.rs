@@ -10,6 +10,7 @@ const KEPT: usize = 30;
 
 /// Something that happened.
 #[derive(Debug, Clone)]
+#[expect(dead_code, reason = "read by their debug text")]
 pub(super) enum Entry<E> {
     Cycle(u64),
     Call(&'static str, usize),

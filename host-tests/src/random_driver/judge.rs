@@ -48,7 +48,9 @@ impl Judge {
     pub(super) fn begins(&mut self, now_us: u64) {
         (self.requests, self.begun_us) = (0, now_us);
         self.cycle += 1;
-        let Rules { stuck_us, reply_us, .. } = self.rules;
+        let Rules {
+            stuck_us, reply_us, ..
+        } = self.rules;
         for (books, must_fault) in self.books.iter_mut().zip(&mut self.must_fault) {
             books.asked = books.asked.filter(|(at, _)| now_us < at + reply_us);
             let is_stuck = books.set_point_us.is_some_and(|at| now_us - at >= stuck_us);
@@ -66,7 +68,11 @@ impl Judge {
 
     /// Everything that was to be sent now is with the controller.
     pub(super) fn is_idle(&mut self) {
-        let Rules { confirm_us, has_cycle_frames, .. } = self.rules;
+        let Rules {
+            confirm_us,
+            has_cycle_frames,
+            ..
+        } = self.rules;
         for axis in 0..AXES {
             let Some(word) = self.books[axis].off_word.filter(|word| word.is_due) else {
                 continue;
@@ -74,7 +80,11 @@ impl Judge {
             let may_wait = has_cycle_frames && word.since_cycle == self.cycle;
             match word.taken_us {
                 None if !may_wait => self.broken(axis, "the command to disable did not leave"),
-                Some(_) if word.repeated_us.is_none_or(|at| self.begun_us >= at + confirm_us) => {
+                Some(_)
+                    if word
+                        .repeated_us
+                        .is_none_or(|at| self.begun_us >= at + confirm_us) =>
+                {
                     self.broken(axis, "the command to disable is not repeated");
                 }
                 _ => {}
@@ -98,7 +108,10 @@ impl Judge {
             let open = books.asked.filter(|(_, open)| *open == id);
             books.asked = books.asked.filter(|(_, open)| *open != id);
             let is_behind_switches = asked.is_none_or(|asked| asked.is_behind_switches);
-            open.map(|(taken_us, _)| Asked { taken_us, is_behind_switches })
+            open.map(|(taken_us, _)| Asked {
+                taken_us,
+                is_behind_switches,
+            })
         } else {
             asked
         };
@@ -124,12 +137,19 @@ impl Judge {
     fn learn(books: &mut Books, told: Told, asked: Asked, rules: &Rules, now_us: u64) {
         let cycle_us = rules.cycle_us;
         // What a drive reports by itself counts from when it came.
-        let asked_us = if rules.has_cycle_frames { now_us } else { asked.taken_us };
+        let asked_us = if rules.has_cycle_frames {
+            now_us
+        } else {
+            asked.taken_us
+        };
         let is_newer = |at: Option<u64>| at.is_none_or(|at| asked.taken_us > at);
         match told.power {
             Some(true) => {
                 // One asked for within a cycle of the command is not believed.
-                if books.switched_on_us.is_none_or(|at| asked_us >= at + cycle_us) {
+                if books
+                    .switched_on_us
+                    .is_none_or(|at| asked_us >= at + cycle_us)
+                {
                     books.told_power = Some(true);
                 }
                 let is_closing = books.may_close || books.off_word.is_some();
@@ -138,9 +158,9 @@ impl Judge {
                 }
             }
             Some(false) if asked.is_behind_switches && is_newer(books.told_on_us) => {
-                let is_confirmed = books.off_word.is_none_or(|word| {
-                    !word.is_due || word.taken_us.is_some()
-                });
+                let is_confirmed = books
+                    .off_word
+                    .is_none_or(|word| !word.is_due || word.taken_us.is_some());
                 // One asked for before or within a cycle of the command is not believed.
                 let is_awaited = books.may_close && books.is_mine && books.closed_us.is_none();
                 let is_late = books.closed_us.is_none_or(|at| asked_us >= at + cycle_us);
@@ -178,7 +198,13 @@ impl Judge {
     /// An event of an axis.
     pub(super) fn sees(&mut self, axis: usize, seen: Seen, now_us: u64) {
         match seen {
-            Seen::Fault { is_own, ramps, ramps_itself, is_bus, disables } => {
+            Seen::Fault {
+                is_own,
+                ramps,
+                ramps_itself,
+                is_bus,
+                disables,
+            } => {
                 let books = &mut self.books[axis];
                 books.is_latched = true;
                 if is_own {
@@ -219,7 +245,13 @@ impl Judge {
                 books.set_point_us = Some(now_us);
             }
             (_, AxisState::Streaming) => self.broken(axis, "streams without a word"),
-            (AxisState::RampingDown, _) => books.permit = Permit::Rest,
+            (AxisState::RampingDown, _) => {
+                books.permit = Permit::Rest;
+                if self.rules.is_speed {
+                    // A frame without speed that comes back is owed again before any other.
+                    (books.ledger, books.before) = (0, [0; 4]);
+                }
+            }
             (AxisState::Disabling, AxisState::Ready)
                 if books.off_word.is_some_and(|word| word.taken_us.is_some()) =>
             {

@@ -43,7 +43,9 @@ impl Judge {
 
     fn expects_disable_first(&mut self, axis: usize, command: Command) {
         let waits = |books: &super::books::Books| {
-            books.off_word.is_some_and(|word| word.is_due && word.taken_us.is_none())
+            books
+                .off_word
+                .is_some_and(|word| word.is_due && word.taken_us.is_none())
         };
         let is_late = command != Command::Off && self.books.iter().any(waits);
         if is_late && !self.rules.has_cycle_frames {
@@ -69,13 +71,19 @@ impl Judge {
         }
         let (permit, is_anchored) = (books.permit, books.offset.is_some());
         if step.abs() > i64::from(limits.max_step) {
-            self.broken(axis, format!("a step of {step}, at most {}", limits.max_step));
+            self.broken(
+                axis,
+                format!("a step of {step}, at most {}", limits.max_step),
+            );
         }
         if !is_anchored && !self.rules.is_speed {
             self.broken(axis, "a set-point without an anchor");
         }
         if place < i64::from(limits.min) || place > i64::from(limits.max) {
-            self.broken(axis, format!("{place} is outside {}..={}", limits.min, limits.max));
+            self.broken(
+                axis,
+                format!("{place} is outside {}..={}", limits.min, limits.max),
+            );
         }
         match permit {
             Permit::Stream => {}
@@ -86,7 +94,13 @@ impl Judge {
 
     fn ramps(&mut self, axis: usize, value: i64, from: i64, set_points: i32) {
         let limits = self.rules.axes[axis];
-        let cycles = self.rules.axes.iter().map(|axis| axis.ramp_cycles).max().unwrap_or(0);
+        let cycles = self
+            .rules
+            .axes
+            .iter()
+            .map(|axis| axis.ramp_cycles)
+            .max()
+            .unwrap_or(0);
         let way = if self.rules.is_speed {
             value.abs() - from.abs()
         } else {
@@ -98,7 +112,10 @@ impl Judge {
             i64::from(limits.max_step) * (i64::from(cycles) + 3) / 2
         };
         if way > most {
-            self.broken(axis, format!("a ramp that goes on for {way}, at most {most}"));
+            self.broken(
+                axis,
+                format!("a ramp that goes on for {way}, at most {most}"),
+            );
         }
         if set_points > 8 * cycles + 200 {
             self.broken(axis, "a ramp without end");
@@ -118,7 +135,11 @@ impl Judge {
     }
 
     fn switches_on(&mut self, axis: usize, now_us: u64) {
-        let Rules { anchors_after_enable, standstill_us, .. } = self.rules;
+        let Rules {
+            anchors_after_enable,
+            standstill_us,
+            ..
+        } = self.rules;
         let books = &mut self.books[axis];
         let is_read = books.stands && books.is_located;
         let wants = books.wants_power;
@@ -174,7 +195,10 @@ impl Judge {
         self.books[axis].is_doubtful = false;
         let open = self.books[axis].asked.replace((now_us, id));
         if let Some((at_us, _)) = open.filter(|_| self.rules.asks_one_at_a_time) {
-            self.broken(axis, format!("asked again, the request of {at_us} us is open"));
+            self.broken(
+                axis,
+                format!("asked again, the request of {at_us} us is open"),
+            );
         }
     }
 

@@ -33,7 +33,12 @@ pub struct Finding {
 
 impl std::fmt::Display for Finding {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { seed, cycle, what, history } = self;
+        let Self {
+            seed,
+            cycle,
+            what,
+            history,
+        } = self;
         write!(f, "seed {seed}, cycle {cycle}: {what}\n{history}")
     }
 }
@@ -133,7 +138,8 @@ impl<S: Subject> Tap<'_, S> {
         let is_set_point = matches!(command, Command::Step(_) | Command::Target(_));
         self.tally.set_points += u64::from(is_set_point);
         if let Some(axis) = S::axis_of(frame) {
-            self.judge.takes(axis, (frame.id(), command), self.run_now_us, is_sure);
+            self.judge
+                .takes(axis, (frame.id(), command), self.run_now_us, is_sure);
         }
     }
 
@@ -155,7 +161,8 @@ impl<S: Subject> Sink<DataFrame> for Tap<'_, S> {
             Outcome::Full => ("full", false),
             Outcome::Failed(_) => ("failed", true),
         };
-        self.history.note(self.run_now_us, Entry::Offered(*frame, name));
+        self.history
+            .note(self.run_now_us, Entry::Offered(*frame, name));
         let is_sure = !matches!(outcome, Outcome::Failed(_));
         self.has_failed |= !is_sure;
         if is_taken {
@@ -207,7 +214,8 @@ impl<S: Subject> Run<S> {
         self.tally.cycles += 1;
         let started_us = self.now_us;
         self.trouble();
-        self.history.note(self.now_us, Entry::Cycle(self.tally.cycles));
+        self.history
+            .note(self.now_us, Entry::Cycle(self.tally.cycles));
         self.judge.begins(self.now_us);
         let now = self.now();
         self.master.begin_cycle(now);
@@ -232,7 +240,10 @@ impl<S: Subject> Run<S> {
             _ => 0,
         };
         let jitter_us = self.random.u64(0..cycle_us / 10);
-        self.now_us = self.now_us.max(started_us + cycle_us - cycle_us / 20 + jitter_us) + jump_us;
+        self.now_us = self
+            .now_us
+            .max(started_us + cycle_us - cycle_us / 20 + jitter_us)
+            + jump_us;
     }
 
     /// What happens to bus and drives.
@@ -264,11 +275,13 @@ impl<S: Subject> Run<S> {
         }
         if self.rarely(self.restless) {
             let axis = self.random.usize(..AXES);
-            let what =
-                self.subject.disturb(axis, self.now_us, &mut self.random, &mut self.answers);
+            let what = self
+                .subject
+                .disturb(axis, self.now_us, &mut self.random, &mut self.answers);
             self.history.note(self.now_us, Entry::Happened(what, axis));
         }
-        self.subject.pass(self.now_us, &mut self.random, &mut self.answers);
+        self.subject
+            .pass(self.now_us, &mut self.random, &mut self.answers);
     }
 
     fn read_events(&mut self) {
@@ -279,7 +292,13 @@ impl<S: Subject> Run<S> {
             let seen = self.subject.seen(axis, &kind);
             use super::subject::Seen;
             self.tally.faults += u64::from(matches!(seen, Seen::Fault { .. }));
-            let streams = matches!(seen, Seen::State { to: AxisState::Streaming, .. });
+            let streams = matches!(
+                seen,
+                Seen::State {
+                    to: AxisState::Streaming,
+                    ..
+                }
+            );
             self.tally.streams += u64::from(streams);
             self.judge.sees(axis, seen, self.now_us);
         }
@@ -311,7 +330,9 @@ impl<S: Subject> Run<S> {
             if self.bus_off_until_us.is_some() {
                 break;
             }
-            let Some(sent) = self.controller.transmit() else { break };
+            let Some(sent) = self.controller.transmit() else {
+                break;
+            };
             self.history.note(self.now_us, Entry::OnWire(sent.frame));
             self.now_us += 60;
             let axis = S::axis_of(&sent.frame);
@@ -324,10 +345,15 @@ impl<S: Subject> Run<S> {
                 is_behind_switches: !self.controller.holds(switches),
             };
             let (random, answers) = (&mut self.random, &mut self.answers);
-            self.subject.take(self.now_us, &sent.frame, asked, random, answers);
+            self.subject
+                .take(self.now_us, &sent.frame, asked, random, answers);
         }
         self.now_us += self.random.u64(0..100);
-        while let Some(place) = self.answers.iter().position(|answer| answer.due_us <= self.now_us) {
+        while let Some(place) = self
+            .answers
+            .iter()
+            .position(|answer| answer.due_us <= self.now_us)
+        {
             let answer = self.answers.remove(place);
             if self.bus_off_until_us.is_none() {
                 self.deliver(answer);
@@ -336,12 +362,15 @@ impl<S: Subject> Run<S> {
     }
 
     fn deliver(&mut self, answer: Answer) {
-        self.history.note(self.now_us, Entry::Delivered(answer.frame));
+        self.history
+            .note(self.now_us, Entry::Delivered(answer.frame));
         let told = self.subject.told(&answer.frame);
         let axis = S::axis_of(&answer.frame);
         let id = S::question_of(&answer.frame);
-        let is_alarm =
-            axis.is_some_and(|axis| self.judge.delivers(axis, id, told, answer.asked, self.now_us));
+        let is_alarm = axis.is_some_and(|axis| {
+            self.judge
+                .delivers(axis, id, told, answer.asked, self.now_us)
+        });
         let now = self.now();
         self.master.on_frame(now, &answer.frame);
         self.read_events();
@@ -356,7 +385,8 @@ impl<S: Subject> Run<S> {
         for axis in 0..AXES {
             let facts = self.master.facts(axis).expect("an axis");
             let snapshot = self.master.snapshot(axis).expect("an axis");
-            let sent = (facts.knowledge == Knowledge::Anchored && S::compares(&facts)).then(|| S::sent(&snapshot));
+            let sent = (facts.knowledge == Knowledge::Anchored && S::compares(&facts))
+                .then(|| S::sent(&snapshot));
             if self.judge.compares(axis, sent) {
                 self.subject.anchored(axis);
             }
@@ -401,9 +431,18 @@ impl<S: Subject> Run<S> {
     fn make(&mut self, choice: u8, axis: usize, group: u8) {
         let (now, now_us, id) = (self.now(), self.now_us, GroupId(group));
         let names = [
-            "enable", "resume", "adopt", "clear", "disable", "stop", "halt", "procedure", "target",
+            "enable",
+            "resume",
+            "adopt",
+            "clear",
+            "disable",
+            "stop",
+            "halt",
+            "procedure",
+            "target",
         ];
-        self.history.note(now_us, Entry::Call(names[usize::from(choice)], axis));
+        self.history
+            .note(now_us, Entry::Call(names[usize::from(choice)], axis));
         match choice {
             0 => {
                 if self.master.enable(now, id).is_ok() {
@@ -470,7 +509,8 @@ impl<S: Subject> Run<S> {
             };
             let is_taken = self.master.set_target(axis, target).is_ok();
             if is_taken && !(limits.min..=limits.max).contains(&target) {
-                self.judge.broken(axis, format!("the target {target} was taken"));
+                self.judge
+                    .broken(axis, format!("the target {target} was taken"));
             }
         }
     }

@@ -70,8 +70,13 @@ fn number(value: i64) -> Vec<u8> {
 }
 
 fn signed(data: &[u8]) -> i64 {
-    let start = if data.first().is_some_and(|byte| byte & 0x80 != 0) { -1 } else { 0 };
-    data.iter().fold(start, |value, byte| value << 8 | i64::from(*byte))
+    let start = if data.first().is_some_and(|byte| byte & 0x80 != 0) {
+        -1
+    } else {
+        0
+    };
+    data.iter()
+        .fold(start, |value, byte| value << 8 | i64::from(*byte))
 }
 
 impl ServoDrive {
@@ -177,9 +182,16 @@ impl Subject for Servos {
             let limits = any_limits(random);
             let mut axis = AxisConfig::new(drive, gear, limits);
             axis.group = GroupId(group);
-            axis.wear = WearLimits { budget: 1_000, interval_us: 1_000 };
+            axis.wear = WearLimits {
+                budget: 1_000,
+                interval_us: 1_000,
+            };
             axis.reactions = Reactions {
-                alarm: if random.bool() { Reaction::Halt } else { Reaction::Disable },
+                alarm: if random.bool() {
+                    Reaction::Halt
+                } else {
+                    Reaction::Disable
+                },
                 lost: any_reaction(random),
                 ..Reactions::DEFAULT
             };
@@ -199,7 +211,12 @@ impl Subject for Servos {
             counter: 0,
         });
         let drives = drives.collect();
-        Self { config, axes, drives, loses_answers: random.bool() }
+        Self {
+            config,
+            axes,
+            drives,
+            loses_answers: random.bool(),
+        }
     }
 
     fn master(&self) -> Master<AXES, Dyn> {
@@ -207,17 +224,21 @@ impl Subject for Servos {
     }
 
     fn rules(&self) -> Rules {
-        let axes: Vec<_> = self.axes.iter().map(|axis| {
-            let limits = &axis.limits;
-            let max_step = i32::from(limits.max_step.get());
-            let change = limits.max_step_change.per_256_cycles() as i32;
-            AxisRules {
-                min: limits.travel.min_counts,
-                max: limits.travel.max_counts,
-                max_step,
-                ramp_cycles: max_step * 256 / change + 1,
-            }
-        }).collect();
+        let axes: Vec<_> = self
+            .axes
+            .iter()
+            .map(|axis| {
+                let limits = &axis.limits;
+                let max_step = i32::from(limits.max_step.get());
+                let change = limits.max_step_change.per_256_cycles() as i32;
+                AxisRules {
+                    min: limits.travel.min_counts,
+                    max: limits.travel.max_counts,
+                    max_step,
+                    ramp_cycles: max_step * 256 / change + 1,
+                }
+            })
+            .collect();
         let timeouts = &self.config.timeouts;
         Rules {
             cycle_us: u64::from(self.config.cycle_us),
@@ -239,7 +260,9 @@ impl Subject for Servos {
     }
 
     fn axis_of(frame: &DataFrame) -> Option<usize> {
-        usize::from(frame.id() >> 5).checked_sub(1).filter(|axis| *axis < AXES)
+        usize::from(frame.id() >> 5)
+            .checked_sub(1)
+            .filter(|axis| *axis < AXES)
     }
 
     fn command(&self, frame: &DataFrame) -> Command {
@@ -294,11 +317,25 @@ impl Subject for Servos {
         };
         let frame = DataFrame::new(frame.id(), &data).expect("an answer");
         let rare = self.loses_answers && random.u8(..) == 0;
-        let late_us = if rare { random.u64(3_000..15_000) } else { random.u64(50..800) };
-        let answer = Answer { due_us: now_us + late_us, frame, asked: Some(asked) };
+        let late_us = if rare {
+            random.u64(3_000..15_000)
+        } else {
+            random.u64(50..800)
+        };
+        let answer = Answer {
+            due_us: now_us + late_us,
+            frame,
+            asked: Some(asked),
+        };
         match random.u16(..2_000) {
             0 if self.loses_answers => {}
-            1 => answers.extend([answer, Answer { asked: None, ..answer }]),
+            1 => answers.extend([
+                answer,
+                Answer {
+                    asked: None,
+                    ..answer
+                },
+            ]),
             _ => answers.push(answer),
         }
     }
@@ -353,7 +390,11 @@ impl Subject for Servos {
                 "is turned by hand"
             }
             _ => {
-                answers.push(says(if random.bool() { 0xFF } else { random.u8(..0xEE) }));
+                answers.push(says(if random.bool() {
+                    0xFF
+                } else {
+                    random.u8(..0xEE)
+                }));
                 "reports an error"
             }
         }
@@ -378,7 +419,11 @@ impl Subject for Servos {
     }
 
     fn procedure(random: &mut Rng) -> Option<(Procedure, Confirmation)> {
-        let confirmation = if random.bool() { Confirmation::Given } else { Confirmation::None };
+        let confirmation = if random.bool() {
+            Confirmation::Given
+        } else {
+            Confirmation::None
+        };
         let group2 = SetParamGroup2 {
             max_speed: dyn_can::MaxSpeed::new(random.i32(1..=127)).ok(),
             max_acceleration: dyn_can::MaxAcceleration::new(30).ok(),

@@ -162,9 +162,7 @@ pub(super) trait Subject: Sized {
         answers: &mut Vec<Answer>,
     ) -> &'static str;
     fn seen(&self, axis: usize, kind: &<Self::Family as Family>::EventKind) -> Seen;
-    fn procedure(
-        random: &mut Rng,
-    ) -> Option<(<Self::Family as Family>::Procedure, Confirmation)>;
+    fn procedure(random: &mut Rng) -> Option<(<Self::Family as Family>::Procedure, Confirmation)>;
     /// The value that the master believes to have sent.
     fn sent(snapshot: &<Self::Family as Family>::Snapshot) -> i32;
     /// Whether that must be what the controller took.

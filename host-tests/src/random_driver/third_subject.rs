@@ -83,7 +83,9 @@ impl Subject for Thirds {
     }
 
     fn axis_of(frame: &DataFrame) -> Option<usize> {
-        usize::from(frame.id() & 0x7F).checked_sub(1).filter(|axis| *axis < AXES)
+        usize::from(frame.id() & 0x7F)
+            .checked_sub(1)
+            .filter(|axis| *axis < AXES)
     }
 
     fn question_of(frame: &DataFrame) -> u16 {
@@ -120,7 +122,9 @@ impl Subject for Thirds {
         random: &mut Rng,
         answers: &mut Vec<Answer>,
     ) {
-        let Some(axis) = Self::axis_of(frame) else { return };
+        let Some(axis) = Self::axis_of(frame) else {
+            return;
+        };
         let moves = matches!(self.command(frame), Command::Target(_));
         if now_us < self.silent_until_us[axis] {
             self.is_undisturbed[axis] = false;
@@ -129,7 +133,11 @@ impl Subject for Thirds {
         self.is_undisturbed[axis] &= !moves || self.drives[axis].is_on;
         let frame = self.drives[axis].take(frame);
         let due_us = now_us + random.u64(0..700);
-        answers.extend(frame.map(|frame| Answer { due_us, frame, asked: Some(asked) }));
+        answers.extend(frame.map(|frame| Answer {
+            due_us,
+            frame,
+            asked: Some(asked),
+        }));
     }
 
     fn pass(&mut self, _: u64, _: &mut Rng, _: &mut Vec<Answer>) {}
@@ -171,7 +179,10 @@ impl Subject for Thirds {
         match kind {
             CommonEvent::Fault(fault) => Seen::Fault {
                 is_own: *fault != ToyFault::Common(CommonFault::Group),
-                is_bus: matches!(fault, ToyFault::Common(CommonFault::Bus | CommonFault::Lost)),
+                is_bus: matches!(
+                    fault,
+                    ToyFault::Common(CommonFault::Bus | CommonFault::Lost)
+                ),
                 ramps: false,
                 ramps_itself: false,
                 disables: false,

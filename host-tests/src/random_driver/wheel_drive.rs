@@ -145,7 +145,9 @@ impl WheelDrive {
 
     /// Control word and target, in the PDO that the master maps.
     pub(super) fn command(&mut self, data: &[u8]) {
-        let &[low, high, a, b, c, d] = data else { return };
+        let &[low, high, a, b, c, d] = data else {
+            return;
+        };
         if self.nmt != OPERATIONAL || self.value(0x1601) != 2 {
             return;
         }
@@ -180,7 +182,9 @@ impl WheelDrive {
 
     /// The answer of the object dictionary.
     pub(super) fn transfer(&mut self, data: &[u8]) -> Option<DataFrame> {
-        let &[command, low, high, sub, a, b, c, d] = data else { return None };
+        let &[command, low, high, sub, a, b, c, d] = data else {
+            return None;
+        };
         let index = u16::from_le_bytes([low, high]);
         let answer = |command: u8, value: u32| {
             let [a, b, c, d] = value.to_le_bytes();

@@ -35,7 +35,10 @@ impl Subject for Wheels {
             feedback: FeedbackTiming::Timer { ticks: 20 },
             timeouts: WheelTimeouts {
                 power_on_us: 20_000,
-                sdo: SdoTimeouts { reply_us: 25_000, settle_us: 1_000 },
+                sdo: SdoTimeouts {
+                    reply_us: 25_000,
+                    settle_us: 1_000,
+                },
                 heartbeat_ms: 50,
                 heartbeat_lost_us: 200_000,
                 standstill_us: 30_000,
@@ -52,14 +55,22 @@ impl Subject for Wheels {
             let mut axis = WheelConfig::new(node, WheelMode::Velocity, limits);
             axis.group = GroupId(group);
             axis.reactions = WheelReactions {
-                drive: if random.bool() { Reaction::Disable } else { Reaction::Halt },
+                drive: if random.bool() {
+                    Reaction::Disable
+                } else {
+                    Reaction::Halt
+                },
                 ..WheelReactions::DEFAULT
             };
             axis
         });
         let axes = axes.collect();
         let drives = (1..=AXES as u16).map(WheelDrive::new).collect();
-        Self { config, axes, drives }
+        Self {
+            config,
+            axes,
+            drives,
+        }
     }
 
     fn master(&self) -> Master<AXES, Zlac> {
@@ -142,7 +153,10 @@ impl Subject for Wheels {
                 is_alarm: (*low, *high) != (0, 0),
                 ..Told::default()
             },
-            (0x700, [0]) => Told { is_boot_up: true, ..Told::default() },
+            (0x700, [0]) => Told {
+                is_boot_up: true,
+                ..Told::default()
+            },
             _ => Told::default(),
         }
     }
@@ -173,7 +187,11 @@ impl Subject for Wheels {
         let is_lost = random.u16(..3_000) == 0;
         let due_us = now_us + random.u64(100..4_000);
         let frame = frame.filter(|_| !is_lost);
-        answers.extend(frame.map(|frame| Answer { due_us, frame, asked: Some(asked) }));
+        answers.extend(frame.map(|frame| Answer {
+            due_us,
+            frame,
+            asked: Some(asked),
+        }));
     }
 
     fn pass(&mut self, now_us: u64, _: &mut Rng, answers: &mut Vec<Answer>) {
@@ -182,8 +200,15 @@ impl Subject for Wheels {
                 continue;
             }
             let mut says = |frame| {
-                let asked = Asked { taken_us: now_us, is_behind_switches: true };
-                answers.push(Answer { due_us: now_us, frame, asked: Some(asked) });
+                let asked = Asked {
+                    taken_us: now_us,
+                    is_behind_switches: true,
+                };
+                answers.push(Answer {
+                    due_us: now_us,
+                    frame,
+                    asked: Some(asked),
+                });
             };
             let heartbeat_us = drive.heartbeat_us();
             if heartbeat_us != 0 && now_us >= drive.beat_us + heartbeat_us {
@@ -206,7 +231,11 @@ impl Subject for Wheels {
     ) -> &'static str {
         let drive = &mut self.drives[axis];
         let mut says = |frame| {
-            answers.push(Answer { due_us: now_us, frame, asked: None });
+            answers.push(Answer {
+                due_us: now_us,
+                frame,
+                asked: None,
+            });
         };
         match random.u8(..6) {
             0 => {

@@ -278,7 +278,10 @@ fn positions() -> Vec<Row> {
             [GoesOn, GoesOn],
         ));
         rows.push(row(
-            &format!("standing, another {} counts off at each reading, more than any step", 16 * sign),
+            &format!(
+                "standing, another {} counts off at each reading, more than any step",
+                16 * sign
+            ),
             standing,
             move |machine| {
                 for counts in [16 * sign, 32 * sign] {
@@ -298,7 +301,10 @@ fn positions() -> Vec<Row> {
             [Nothing, Nothing],
         ));
         rows.push(row(
-            &format!("standing, the position jumps by {} counts, one more than is allowed", 17 * sign),
+            &format!(
+                "standing, the position jumps by {} counts, one more than is allowed",
+                17 * sign
+            ),
             standing,
             answers_while([0, 0], position_off_by(17 * sign)),
             2,
@@ -437,7 +443,10 @@ fn backlogs() -> Vec<Row> {
             [Nothing, Nothing],
         ));
         rows.push(row(
-            &format!("a gap of 3 ms in a motion of {} counts a cycle, and time to catch up", 50 * sign),
+            &format!(
+                "a gap of 3 ms in a motion of {} counts a cycle, and time to catch up",
+                50 * sign
+            ),
             || {
                 moving_with(
                     &two()

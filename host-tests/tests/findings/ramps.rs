@@ -103,8 +103,11 @@ fn a_wheel_that_is_stopped_at_rest_does_not_start() {
         }
     }
     for call in [Call::Stop, Call::Disable] {
-        let position =
-            [1, 2].map(|node| hub(node).position(60).limits(|limits| limits.values.max_step = 40));
+        let position = [1, 2].map(|node| {
+            hub(node)
+                .position(60)
+                .limits(|limits| limits.values.max_step = 40)
+        });
         let mut machine = Wheels::streaming(&position);
         machine.run(20);
         machine.set_target(0, 20_000);

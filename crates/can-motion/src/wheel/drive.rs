@@ -283,7 +283,7 @@ impl Drive for Wheel {
     fn end_motion(&mut self, by_ramp: bool) {
         self.braking_cycles = 0;
         self.quick_stop |= !by_ramp;
-        if self.is_position() || by_ramp {
+        if self.is_position() {
             self.ledger.end_motion();
         } else {
             self.ledger.anchor(0);

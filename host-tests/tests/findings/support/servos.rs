@@ -1,11 +1,11 @@
 //! DYN servo drives on the bus.
 
+use can_motion::facts::Power;
 use can_motion::plan::{BusPlan, BusSetup, ResponseWindow, TxOrder};
 use can_motion::{
     AxisConfig, AxisState, Confirmation, Dyn, Fault, MasterConfig, PollPeriods, Procedure,
     Reactions, ServoMaster, StepChange, Timeouts, Travel,
 };
-use can_motion::facts::Power;
 use drive_sim::{DynDrive, DynDriveConfig, FrameMatch};
 use dyn_can::{
     CommandMode, ConfigByte, DataFrame, DriveConfig, DriveId, FunctionCode, GearNumber, MainGain,

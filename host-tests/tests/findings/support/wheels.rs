@@ -1,11 +1,11 @@
 //! ZLAC8030L wheels on the bus.
 
+use can_motion::facts::Power;
 use can_motion::plan::BitRate;
 use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelFault, WheelLimits, WheelMasterConfig, WheelMode,
     WheelReactions, WheelTimeouts, Zlac,
 };
-use can_motion::facts::Power;
 use can_motion::{AxisState, Master};
 use drive_sim::{FrameMatch, ReplyDamage, ZlacDrive, ZlacDriveConfig};
 use embedded_can::{Frame as _, StandardId};
