@@ -32,7 +32,7 @@ impl Controller {
         let by_identifier = random.bool();
         Self {
             waiting: Vec::new(),
-            room: random.usize(1..=4),
+            room: random.usize(1..=3),
             by_identifier,
             displaces: by_identifier && random.bool(),
             takes_back: random.bool(),
@@ -107,11 +107,6 @@ impl Controller {
     /// Whether a frame like that waits.
     pub(super) fn holds(&self, like: impl Fn(&DataFrame) -> bool) -> bool {
         self.waiting.iter().any(|held| like(&held.frame))
-    }
-
-    /// Whether frames can be taken back.
-    pub(super) const fn takes_back(&self) -> bool {
-        self.takes_back
     }
 
     /// Bus-off: what waits is gone.

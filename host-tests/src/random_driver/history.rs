@@ -6,10 +6,11 @@ use std::fmt::{self, Debug};
 use dyn_can::DataFrame;
 
 /// Entries that are kept.
-const KEPT: usize = 200;
+const KEPT: usize = 30;
 
 /// Something that happened.
 #[derive(Debug, Clone)]
+#[expect(dead_code, reason = "read by their debug text")]
 pub(super) enum Entry<E> {
     Cycle(u64),
     Call(&'static str, usize),

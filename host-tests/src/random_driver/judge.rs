@@ -100,6 +100,7 @@ impl Judge {
         id: u16,
         told: Told,
         asked: Option<Asked>,
+        now_us: u64,
     ) -> bool {
         let books = &mut self.books[axis];
         let counts = if self.rules.is_asked {
@@ -117,7 +118,8 @@ impl Judge {
         let is_answer = counts.is_some() && !books.is_doubtful;
         let is_alarm = told.is_alarm && (asked.is_none() || is_answer);
         if told.is_boot_up {
-            (books.is_mine, books.is_found, books.told_power) = (false, false, None);
+            (books.is_mine, books.is_found) = (false, false);
+            books.told_power = books.told_power.filter(|is_on| !is_on);
         }
         if is_alarm {
             books.is_mine &= !self.rules.alarm_frees_shaft;
@@ -127,17 +129,27 @@ impl Judge {
             self.stop(self.rules.groups[axis], false);
         }
         if let Some(asked) = counts {
-            Self::learn(&mut self.books[axis], told, asked, self.rules.cycle_us);
+            Self::learn(&mut self.books[axis], told, asked, &self.rules, now_us);
         }
         is_alarm
     }
 
-    fn learn(books: &mut Books, told: Told, asked: Asked, cycle_us: u64) {
+    fn learn(books: &mut Books, told: Told, asked: Asked, rules: &Rules, now_us: u64) {
+        let cycle_us = rules.cycle_us;
+        // What a drive reports by itself counts from when it came.
+        let asked_us = if rules.has_cycle_frames {
+            now_us
+        } else {
+            asked.taken_us
+        };
         let is_newer = |at: Option<u64>| at.is_none_or(|at| asked.taken_us > at);
         match told.power {
             Some(true) => {
                 // One asked for within a cycle of the command is not believed.
-                if is_newer(books.switched_on_us.map(|at| at + cycle_us - 1)) {
+                if books
+                    .switched_on_us
+                    .is_none_or(|at| asked_us >= at + cycle_us)
+                {
                     books.told_power = Some(true);
                 }
                 let is_closing = books.may_close || books.off_word.is_some();
@@ -149,16 +161,17 @@ impl Judge {
                 let is_confirmed = books
                     .off_word
                     .is_none_or(|word| !word.is_due || word.taken_us.is_some());
-                // One asked for within a cycle of the command is not believed.
-                let is_late = books
-                    .closed_us
-                    .is_none_or(|at| asked.taken_us >= at + cycle_us);
-                if is_confirmed && is_late {
+                // One asked for before or within a cycle of the command is not believed.
+                let is_awaited = books.may_close && books.is_mine && books.closed_us.is_none();
+                let is_late = books.closed_us.is_none_or(|at| asked_us >= at + cycle_us);
+                if is_confirmed && is_late && !is_awaited {
                     books.off_word = None;
                     books.may_close = false;
                     books.closed_us = None;
                     books.told_power = Some(false);
-                    (books.is_mine, books.is_found) = (false, false);
+                    books.is_found = false;
+                    // A report on the way to power, which goes by steps.
+                    books.is_mine &= rules.has_cycle_frames && books.wants_power.is_some();
                 }
             }
             _ => {}
@@ -204,6 +217,8 @@ impl Judge {
                 }
                 if is_bus {
                     self.books[axis].told_power = None;
+                    // With its contact the master forgets who switched the drive on, until it reports again.
+                    self.books[axis].is_found = false;
                 }
             }
             Seen::State { from, to, by_fault } => self.sees_state(axis, from, to, by_fault, now_us),
@@ -230,7 +245,13 @@ impl Judge {
                 books.set_point_us = Some(now_us);
             }
             (_, AxisState::Streaming) => self.broken(axis, "streams without a word"),
-            (AxisState::RampingDown, _) => books.permit = Permit::Rest,
+            (AxisState::RampingDown, _) => {
+                books.permit = Permit::Rest;
+                if self.rules.is_speed {
+                    // A frame without speed that comes back is owed again before any other.
+                    (books.ledger, books.before) = (0, [0; 4]);
+                }
+            }
             (AxisState::Disabling, AxisState::Ready)
                 if books.off_word.is_some_and(|word| word.taken_us.is_some()) =>
             {
@@ -280,11 +301,13 @@ impl Judge {
         }
     }
 
-    pub(super) fn adopted(&mut self, group: u8) {
+    /// The drives of the group that the master had found on.
+    pub(super) fn adopted(&mut self, group: u8, found: [bool; AXES]) {
         for axis in self.in_group(group) {
             let books = &mut self.books[axis];
-            if books.is_found {
+            if found[axis] {
                 (books.is_mine, books.is_found) = (true, false);
+                books.told_power = Some(true);
                 (books.off_word, books.may_close) = (None, false);
                 books.doubt_question();
             }
@@ -341,7 +364,7 @@ impl Judge {
             }
             Some(_) => false,
             None => {
-                if is_absolute {
+                if is_absolute && books.ledger != i64::from(sent) {
                     books.ledger = i64::from(sent);
                     books.before = [books.ledger; 4];
                 }

@@ -28,7 +28,7 @@ impl Judge {
                 }
             }
             Command::On => self.switches_on(axis, now_us),
-            Command::Off => self.switches_off(axis, now_us),
+            Command::Off | Command::OffInCycle => self.switches_off(axis, command, now_us),
             Command::Ask => {
                 self.counts_request(axis);
                 self.asks(axis, id, now_us);
@@ -161,7 +161,7 @@ impl Judge {
         }
     }
 
-    fn switches_off(&mut self, axis: usize, now_us: u64) {
+    fn switches_off(&mut self, axis: usize, command: Command, now_us: u64) {
         let books = &mut self.books[axis];
         let is_own = books.is_mine && books.told_power == Some(true);
         let may = books.may_close || books.off_word.is_some();
@@ -176,7 +176,7 @@ impl Judge {
             word.taken_us.get_or_insert(now_us);
             word.repeated_us = Some(now_us);
         }
-        if self.rules.is_speed {
+        if command == Command::OffInCycle {
             self.books[axis].takes_value(0);
         }
         if is_own && !may {
@@ -220,10 +220,11 @@ impl Judge {
                 books.asked = None;
                 self.requests -= 1;
             }
+            // The next frame of a cycle says it again.
+            Command::OffInCycle => books.gives_value_back(),
             Command::Off => {
-                if self.rules.is_speed {
-                    books.gives_value_back();
-                }
+                // To the master of wheels it may have been a request: the reset of a fault ends with the same write.
+                self.requests -= i32::from(self.rules.has_cycle_frames);
                 books.closed_us = None;
                 if let Some(word) = &mut books.off_word {
                     (word.taken_us, word.since_cycle) = (None, self.cycle);

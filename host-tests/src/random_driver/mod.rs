@@ -16,7 +16,7 @@ mod third_subject;
 mod wheel_drive;
 mod wheel_subject;
 
-pub use run::{Finding, Tally, run};
+pub use run::{Finding, RUN_CYCLES, Tally, run};
 pub use servo_drive::Servos;
 pub use third_subject::Thirds;
 pub use wheel_subject::Wheels;

@@ -14,7 +14,7 @@ use super::judge::Judge;
 use super::subject::{AXES, Answer, Asked, Command, Subject};
 
 /// Cycles of a run, after which another master begins.
-const RUN_CYCLES: u64 = 5_000;
+pub const RUN_CYCLES: u64 = 5_000;
 
 type Kind<S> = <<S as Subject>::Family as Family>::EventKind;
 
@@ -367,7 +367,10 @@ impl<S: Subject> Run<S> {
         let told = self.subject.told(&answer.frame);
         let axis = S::axis_of(&answer.frame);
         let id = S::question_of(&answer.frame);
-        let is_alarm = axis.is_some_and(|axis| self.judge.delivers(axis, id, told, answer.asked));
+        let is_alarm = axis.is_some_and(|axis| {
+            self.judge
+                .delivers(axis, id, told, answer.asked, self.now_us)
+        });
         let now = self.now();
         self.master.on_frame(now, &answer.frame);
         self.read_events();
@@ -452,8 +455,10 @@ impl<S: Subject> Run<S> {
                 }
             }
             2 => {
+                let states = [0, 1, 2].map(|axis| self.master.state(axis));
                 if self.master.adopt(now, id).is_ok() {
-                    self.judge.adopted(group);
+                    let found = states.map(|state| state == Some(AxisState::FoundOn));
+                    self.judge.adopted(group, found);
                 }
             }
             3 => {

@@ -27,6 +27,8 @@ pub(super) enum Command {
     On,
     /// Switches off.
     Off,
+    /// Switches off by the frame of a cycle.
+    OffInCycle,
     /// Asks.
     Ask,
     /// Changes what the drive stores, or resets it.

@@ -120,7 +120,7 @@ impl Subject for Wheels {
         match (frame.id() & 0x780, frame.data()) {
             (0x000, [_, _]) => Command::Change,
             (0x300, &[low, _, a, b, c, d]) => match (low, i32::from_le_bytes([a, b, c, d])) {
-                (0x00, _) => Command::Off,
+                (0x00, _) => Command::OffInCycle,
                 (0x02, _) => Command::Brake,
                 (0x0F, 0) => Command::Hold,
                 (0x0F, value) => Command::Target(value),

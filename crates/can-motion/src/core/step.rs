@@ -333,8 +333,6 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
         Loss::Nothing => {}
         Loss::Anchor => lose(facts, Knowledge::Checked),
         Loss::Knowledge => lose(facts, Knowledge::Unknown),
-        // A drive that was found on is left alone, whether it can be heard or not.
-        Loss::Contact if facts.power == Power::FoundOn => lose(facts, Knowledge::Unknown),
         Loss::Contact | Loss::Drive => {
             lose(facts, Knowledge::Unknown);
             lose_power(facts);

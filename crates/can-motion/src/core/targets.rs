@@ -136,7 +136,8 @@ impl AbsoluteLedger {
         } else if value == older {
             self.before = [newest, oldest, oldest];
         }
-        if self.rests {
+        // A speed at rest stays 0.
+        if self.rests && self.kind == ValueKind::Position {
             self.target = self.sent;
         }
     }
