@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use syn::{Attribute, Item, ItemMod, Meta};
+use syn::{Attribute, Expr, ExprLit, Item, ItemMod, Lit, Meta};
 
 use super::paths::{Alias, Mention, aliases_of, mentions_of};
 use crate::error::Error;
@@ -126,18 +126,29 @@ impl Reader<'_> {
         let child = match declaration.content {
             Some((_, items)) => self.module(file.to_path_buf(), below, Some(parent), items)?,
             None => {
-                let beside = folder.join(format!("{name}.rs"));
-                let inside = below.join("mod.rs");
-                let found = if (self.read)(&beside).is_ok() {
-                    beside
-                } else {
-                    inside
+                let (found, below) = match path_of(&declaration.attrs) {
+                    // The files of its children are beside it, as for every `mod.rs`.
+                    Some(path) => {
+                        let found = file.parent().unwrap_or(Path::new("")).join(path);
+                        let beside = found.parent().unwrap_or(Path::new("")).to_path_buf();
+                        (found, beside)
+                    }
+                    None => (self.file_of(folder, &name), below),
                 };
                 self.file(found, below, Some(parent))?
             }
         };
         self.modules.all[parent].children.insert(name, child);
         Ok(())
+    }
+
+    fn file_of(&self, folder: &Path, name: &str) -> PathBuf {
+        let beside = folder.join(format!("{name}.rs"));
+        if (self.read)(&beside).is_ok() {
+            beside
+        } else {
+            folder.join(name).join("mod.rs")
+        }
     }
 
     fn code(&mut self, index: usize, item: &Item) {
@@ -159,6 +170,22 @@ fn is_for_tests(attributes: &[Attribute]) -> bool {
         list.path.is_ident("cfg")
             && (condition == "test" || (condition.starts_with("all") && condition.contains("test")))
     })
+}
+
+/// The path in `#[path = "..."]`.
+fn path_of(attributes: &[Attribute]) -> Option<String> {
+    attributes
+        .iter()
+        .find_map(|attribute| match &attribute.meta {
+            Meta::NameValue(pair) if pair.path.is_ident("path") => match &pair.value {
+                Expr::Lit(ExprLit {
+                    lit: Lit::Str(text),
+                    ..
+                }) => Some(text.value()),
+                _ => None,
+            },
+            _ => None,
+        })
 }
 
 fn attributes(item: &Item) -> &[Attribute] {

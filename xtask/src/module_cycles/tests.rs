@@ -194,6 +194,20 @@ fn a_module_inside_a_file_is_part_of_that_file() {
 }
 
 #[test]
+fn a_module_with_a_path_is_read_from_there() {
+    let files = [
+        ("lib.rs", "#[path = \"elsewhere/x.rs\"] mod a; mod b;"),
+        (
+            "elsewhere/x.rs",
+            "mod child; use crate::b::B; pub struct A(B);",
+        ),
+        ("elsewhere/child.rs", "pub struct C;"),
+        ("b.rs", "use crate::a::A; pub struct B(A);"),
+    ];
+    assert_eq!(cycles(&files), [["b.rs", "elsewhere/x.rs"]]);
+}
+
+#[test]
 fn names_of_other_crates_are_no_need() {
     let files = [
         ("lib.rs", "mod a; mod b;"),
