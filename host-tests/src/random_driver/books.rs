@@ -103,9 +103,6 @@ impl Books {
         }
         // What was not on yet may be switched off again.
         self.may_close |= self.wants_power.is_some() && self.told_power != Some(true);
-        if self.told_power == Some(false) {
-            self.is_mine = false;
-        }
         self.wants_power = None;
     }
 

@@ -167,7 +167,7 @@ impl Judge {
         let may = books.may_close || books.off_word.is_some();
         // A step on the way to power may lead through none.
         let may = may || self.rules.has_cycle_frames && books.wants_power.is_some();
-        if books.told_power != Some(false) {
+        if books.told_power != Some(false) || books.is_mine {
             // A command in every cycle is one command.
             let is_one = self.rules.has_cycle_frames;
             books.closed_us = books.closed_us.filter(|_| is_one).or(Some(now_us));
