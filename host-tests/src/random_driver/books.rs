@@ -58,6 +58,8 @@ pub(super) struct Books {
     pub(super) offset: Option<i64>,
     /// The latest position that was told in time.
     pub(super) told_position: Option<i32>,
+    /// Since when the axis waits for a shaft that stands.
+    pub(super) awaits_us: u64,
     /// A reading of a standing shaft that was asked for after the word to enable.
     pub(super) stands: bool,
     /// A position that was read behind it.
@@ -84,6 +86,7 @@ impl Books {
         before: [0; 4],
         offset: None,
         told_position: None,
+        awaits_us: 0,
         stands: false,
         is_located: false,
     };
@@ -103,9 +106,6 @@ impl Books {
         }
         // What was not on yet may be switched off again.
         self.may_close |= self.wants_power.is_some() && self.told_power != Some(true);
-        if self.told_power == Some(false) {
-            self.is_mine = false;
-        }
         self.wants_power = None;
     }
 

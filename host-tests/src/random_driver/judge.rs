@@ -162,7 +162,10 @@ impl Judge {
                     .off_word
                     .is_none_or(|word| !word.is_due || word.taken_us.is_some());
                 // One asked for before or within a cycle of the command is not believed.
-                let is_awaited = books.may_close && books.is_mine && books.closed_us.is_none();
+                let is_awaited = rules.has_cycle_frames
+                    && books.may_close
+                    && books.is_mine
+                    && books.closed_us.is_none();
                 let is_late = books.closed_us.is_none_or(|at| asked_us >= at + cycle_us);
                 if is_confirmed && is_late && !is_awaited {
                     books.off_word = None;
@@ -241,6 +244,7 @@ impl Judge {
             return;
         }
         match (from, to) {
+            (_, AxisState::AwaitingStandstill) => books.awaits_us = now_us,
             (_, AxisState::Streaming) if books.permit == Permit::Stream => {
                 books.set_point_us = Some(now_us);
             }

@@ -144,6 +144,7 @@ impl Judge {
         let is_read = books.stands && books.is_located;
         let wants = books.wants_power;
         let is_latched = books.is_latched;
+        let awaits_us = books.awaits_us;
         books.told_on_us = Some(now_us);
         let was_mine = std::mem::replace(&mut books.is_mine, true);
         books.told_power = books.told_power.filter(|is_on| *is_on);
@@ -154,7 +155,10 @@ impl Judge {
         match wants {
             None => self.broken(axis, "switched on without a word"),
             Some(_) if is_latched => self.broken(axis, "switched on under a fault"),
-            Some(at) if anchors_after_enable && (!is_read || now_us < at + standstill_us) => {
+            Some(at)
+                if anchors_after_enable
+                    && (!is_read || now_us < at.max(awaits_us) + standstill_us) =>
+            {
                 self.broken(axis, "switched on before standstill and position were read");
             }
             Some(_) => {}
@@ -167,7 +171,7 @@ impl Judge {
         let may = books.may_close || books.off_word.is_some();
         // A step on the way to power may lead through none.
         let may = may || self.rules.has_cycle_frames && books.wants_power.is_some();
-        if books.told_power != Some(false) {
+        if books.told_power != Some(false) || books.is_mine {
             // A command in every cycle is one command.
             let is_one = self.rules.has_cycle_frames;
             books.closed_us = books.closed_us.filter(|_| is_one).or(Some(now_us));

@@ -1,8 +1,13 @@
 //! The family of the example of `can-motion`, with its own simulated drive.
 
 #[path = "../../../crates/can-motion/examples/third_family.rs"]
-#[allow(dead_code, missing_docs, reason = "the example has a main function")]
-pub mod third_family;
+#[allow(
+    dead_code,
+    unreachable_pub,
+    unfulfilled_lint_expectations,
+    reason = "a program of its own"
+)]
+mod third_family;
 
 use can_motion::facts::Facts;
 use can_motion::family::{CommonFault, CycleConfig, CycleUs, ValueLimits};
@@ -21,6 +26,8 @@ pub struct Thirds {
     axes: Vec<ToyAxis>,
     drives: Vec<SimulatedToy>,
     is_undisturbed: [bool; AXES],
+    /// Not disturbed since its position was told.
+    is_told: [bool; AXES],
     silent_until_us: [u64; AXES],
 }
 
@@ -45,6 +52,7 @@ impl Subject for Thirds {
             axes,
             drives,
             is_undisturbed: [false; AXES],
+            is_told: [false; AXES],
             silent_until_us: [0; AXES],
         }
     }
@@ -127,10 +135,11 @@ impl Subject for Thirds {
         };
         let moves = matches!(self.command(frame), Command::Target(_));
         if now_us < self.silent_until_us[axis] {
-            self.is_undisturbed[axis] = false;
+            (self.is_undisturbed[axis], self.is_told[axis]) = (false, false);
             return;
         }
         self.is_undisturbed[axis] &= !moves || self.drives[axis].is_on;
+        self.is_told[axis] |= self.command(frame) == Command::Ask;
         let frame = self.drives[axis].take(frame);
         let due_us = now_us + random.u64(0..700);
         answers.extend(frame.map(|frame| Answer {
@@ -149,7 +158,7 @@ impl Subject for Thirds {
         random: &mut Rng,
         _: &mut Vec<Answer>,
     ) -> &'static str {
-        self.is_undisturbed[axis] = false;
+        (self.is_undisturbed[axis], self.is_told[axis]) = (false, false);
         let drive = &mut self.drives[axis];
         match random.u8(..5) {
             0 => {
@@ -213,8 +222,7 @@ impl Subject for Thirds {
         is_told.then_some(i64::from(self.drives[axis].position))
     }
 
-    /// A drive that was silent since may have been told otherwise: its position counts from the next step on.
     fn anchored(&mut self, axis: usize) {
-        self.is_undisturbed[axis] = true;
+        self.is_undisturbed[axis] = self.is_told[axis];
     }
 }
