@@ -26,6 +26,7 @@ impl Case {
     fn axes(&self) -> Vec<AxisConfig> {
         let axis = |&drive: &DriveId| AxisConfig {
             polls: self.polls,
+            unwatched: self.polls.status_us.is_none(),
             limits: Limits {
                 following_error_counts: u32::MAX,
                 drift_tolerance_counts: u32::MAX,

@@ -16,6 +16,9 @@ use super::injection::{Injection, Kind};
 use super::path::Path;
 use super::scenario::{AxisPlan, Command, Order, Scenario, ServiceTiming};
 
+/// Axes of a scenario with two groups at most.
+const MOST_AXES_IN_GROUPS: usize = 5;
+
 /// Room of the master for axes.
 pub(super) const MOST_AXES: usize = 8;
 
@@ -36,6 +39,12 @@ impl Scenario {
         let calm_from_us = duration_us - CALM_US;
         let count = draw.between(3, MOST_AXES as u64) as usize;
         let groups = draw.between(1, 2) as u8;
+        // One group is enabled while the other streams: the plan has room for that on a bus with fewer axes.
+        let count = if groups > 1 {
+            count.min(MOST_AXES_IN_GROUPS)
+        } else {
+            count
+        };
         let reply_us = draw.between_u32(5_000, 12_000);
         let axes = draw_axes(&mut draw, count, groups, calm_from_us);
         let orders = draw_orders(&mut draw, groups, calm_from_us);

@@ -126,7 +126,7 @@ fn a_mode_that_changed_under_a_standing_axis_is_noticed() {
     assert_eq!(machine.fault(0), None);
     let speed_mode = dyn_can::ConfigByte::from_byte(0x08);
     machine.faults_mut(0).misconfigure(speed_mode);
-    machine.run(1_100);
+    machine.run(1_200);
     let fault = Fault::Config(speed_mode);
     assert_eq!(machine.fault(0), Some(fault));
 }

@@ -104,12 +104,16 @@ impl DriftWatch {
         None
     }
 
-    /// Whether the error changed by more than a drive can lag.
+    /// Whether the error grew by more than a drive can lag. An error that gets smaller is a drive that catches up.
     fn jump(&mut self, error: i64, window: i64, limits: &Limits) -> Option<Fault> {
-        let change = error - self.error_before.replace(error)?;
-        let [before, latest] = self.peak;
+        let before = self.error_before.replace(error)?;
+        let change = error - before;
+        if error.signum() != -before.signum() && error.abs() <= before.abs() {
+            return None;
+        }
+        let [earlier, latest] = self.peak;
         self.peak = [latest, 0];
-        let lag = LAG_CYCLES * i64::from(before.max(latest));
+        let lag = LAG_CYCLES * i64::from(earlier.max(latest));
         let allowed = lag + window + i64::from(limits.drift_tolerance_counts);
         let counts = i32::try_from(change).unwrap_or(i32::MAX);
         (change.abs() > allowed).then_some(Fault::PositionJump { counts })
@@ -224,6 +228,23 @@ mod tests {
             watch.asked(300);
             let fault = Fault::PositionJump { counts: jump };
             assert_eq!(judge(&mut watch, 300 + jump, 12_000), Some(fault));
+        }
+    }
+
+    #[test]
+    fn a_drive_that_catches_up_after_its_motion_does_not_jump() {
+        for sign in [1, -1] {
+            let mut watch = after_motion(sign);
+            let sign = i32::from(sign);
+            // 47 counts behind, with no set-point for three readings, and then there.
+            for (position, at_us) in [(200, 11_000), (253, 31_000), (253, 51_000), (300, 71_000)] {
+                assert_eq!(
+                    judge(&mut watch, sign * position, at_us),
+                    None,
+                    "{position}"
+                );
+                watch.asked(sign * 300);
+            }
         }
     }
 

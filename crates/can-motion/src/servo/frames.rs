@@ -13,8 +13,10 @@ use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::poll_kind::PollKind;
 
-/// From one reading of the configuration of a drive with power to the next.
+/// From one reading of the configuration of a drive with power to the next, at least.
 const GUARD_US: u64 = 1_000_000;
+/// So much longer for each drive id, so that not all drives are asked at once.
+const GUARD_SPREAD_US: u64 = 16_000;
 
 impl Servo {
     /// The request to send next: what the life of the axis needs, then what a procedure needs, then the poll that is due longest.
@@ -56,7 +58,8 @@ impl Servo {
     /// reply are as long as those of the status, so the plan of the bus knows them.
     fn must_guard(&self, view: &View, now: Instant) -> bool {
         let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        is_on && now.us_since(self.guarded_at) >= GUARD_US
+        let period_us = GUARD_US + GUARD_SPREAD_US * u64::from(self.config.drive.get());
+        is_on && now.us_since(self.guarded_at) >= period_us
     }
 
     fn reading(&self, kind: ReplyKind) -> Wanted<Request> {

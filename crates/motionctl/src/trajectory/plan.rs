@@ -50,6 +50,10 @@ impl Plan {
         for (axis, scale) in scales.iter().enumerate() {
             let start = table.row(0)[axis];
             let counts = |value: f64| (value - start) * scale.counts_per_unit();
+            for (row, value) in table.axis(axis).enumerate() {
+                let place = || Place::cell(table.lines[row], &table.columns.positions[axis].label);
+                within_travel(counts(value), &place)?;
+            }
             let curve = Curve::new(
                 table.times_s.clone(),
                 table.axis(axis).map(counts).collect(),
@@ -188,7 +192,8 @@ mod tests {
     fn peaks_are_those_of_the_motion() {
         let plan = plan("0 0\n1 360\n2 0\n3 -180\n", 16_384).unwrap();
         let peaks = plan.peaks()[0];
-        assert!((peaks.counts_per_s - 16_384.0).abs() < 1e-6);
+        // A curve is exact to 2^-24 counts, and a cycle lasts a millisecond.
+        assert!((peaks.counts_per_s - 16_384.0).abs() < 1e-3);
         // The speed changes its sign within one cycle.
         assert!((peaks.counts_per_s2 - 2.0 * 16_384.0 / 1e-3).abs() < 1.0);
         assert_eq!((peaks.lowest, peaks.highest), (-8_192.0, 16_384.0));
