@@ -4,14 +4,9 @@ mod independent;
 
 use independent::cases::Case;
 use independent::judge::{judge, judge_samples};
-use independent::optimum::{is_beyond_range, lower_bound, optimum};
+use independent::optimum::{is_beyond_range, later_cycles, lower_bound, optimum, slower};
 use proptest::prelude::*;
 use trajectory::Profile;
-
-/// Relative and absolute allowance over the optimum. Profiles are planned with limits that are smaller by 2^-14 and built up within at
-/// least 2^-12 cycles, which is what the absolute one is for.
-const SLOWER: f64 = 1.01;
-const LATER_CYCLES: f64 = 1.0 / 256.0;
 
 fn check(seed: u64) -> Result<(), String> {
     let case = Case::of_seed(seed);
@@ -22,13 +17,14 @@ fn check(seed: u64) -> Result<(), String> {
     };
     judge(&case, &profile)?;
     judge_samples(&case, &profile, 50)?;
+    let later = later_cycles(&case);
     let duration = profile.duration().ticks() as f64 / 4_294_967_296.0;
     let most = optimum(&case);
-    if duration < lower_bound(&case) * 0.9999 - LATER_CYCLES {
+    if duration < lower_bound(&case) * 0.9999 - later {
         return Err(format!("faster than the limits allow: {duration} cycles"));
     }
     match most {
-        Some(best) if duration > best * SLOWER + LATER_CYCLES => {
+        Some(best) if duration > best * slower(&case) + later => {
             Err(format!("{duration} cycles, the optimum is {best}"))
         }
         _ => Ok(()),

@@ -13,10 +13,14 @@ use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::poll_kind::PollKind;
 
-/// From one reading of the configuration of a drive with power to the next, at least.
+/// From one reading of the configuration of a drive with power to the next, when no poll of the drive is due soon.
 const GUARD_US: u64 = 1_000_000;
-/// So much longer for each drive id, so that not all drives are asked at once.
-const GUARD_SPREAD_US: u64 = 16_000;
+/// Every so long a reading that had to wait goes before a poll that is late by one more cycle.
+const PATIENCE_US: u64 = 1 << 16;
+/// The same as [`GUARD_US`], whether or not polls are due.
+const URGENT_US: u64 = 8 * GUARD_US;
+/// A poll that is due in so many cycles is due soon: a reply is on its way for less.
+const ROOM_CYCLES: i32 = 4;
 
 impl Servo {
     /// The request to send next: what the life of the axis needs, then what a procedure needs, then the poll that is due longest.
@@ -42,11 +46,16 @@ impl Servo {
         if let Some(wanted) = self.procedure_request(view) {
             return Some(wanted);
         }
-        if self.must_guard(view, now) {
-            let request = self.request(ReplyKind::DriveConfig);
-            return Some(Wanted::urgent(Class::Poll, request));
+        let poll = self.polls.most_overdue(cycle);
+        let guard = self.guard(view, now, poll.map(|poll| poll.overdue));
+        if let Some(overdue_cycles) = guard {
+            return Some(Wanted {
+                class: Class::Poll,
+                request: self.request(ReplyKind::DriveConfig),
+                overdue_cycles,
+            });
         }
-        let poll = self.polls.most_overdue(cycle)?;
+        let poll = poll?;
         Some(Wanted {
             class: Class::Poll,
             request: self.request(poll.kind.reply_kind()),
@@ -54,12 +63,19 @@ impl Servo {
         })
     }
 
-    /// Whether it is time to read the configuration of a drive with power again: somebody else may have changed its mode. Request and
-    /// reply are as long as those of the status, so the plan of the bus knows them.
-    fn must_guard(&self, view: &View, now: Instant) -> bool {
+    /// For how long the configuration of a drive with power should have been read again: somebody else may have changed its mode.
+    /// Request and reply are as long as those of the status, so the plan of the bus knows them; no poll becomes late for them, for a while.
+    fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
         let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        let period_us = GUARD_US + GUARD_SPREAD_US * u64::from(self.config.drive.get());
-        is_on && now.us_since(self.guarded_at) >= period_us
+        let has_room = poll_overdue.is_none_or(|cycles| cycles < -ROOM_CYCLES);
+        let age_us = now.us_since(self.guarded_at);
+        if !is_on || age_us < GUARD_US {
+            None
+        } else if age_us >= URGENT_US {
+            Some(Wanted::<Request>::URGENT)
+        } else {
+            has_room.then_some(((age_us - GUARD_US) / PATIENCE_US) as i32)
+        }
     }
 
     fn reading(&self, kind: ReplyKind) -> Wanted<Request> {
