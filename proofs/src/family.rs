@@ -108,7 +108,7 @@ fn values() {
             2 => consume(ledger.accept_target(number(), &limits)),
             3 => consume(ledger.offer(&limits)),
             4 => ledger.accepted(),
-            5 => ledger.returned(),
+            5 => ledger.returned(number()),
             6 => ledger.begin_ramp(word()),
             7 => ledger.begin_cycle(),
             8 => consume(ledger.cycles_to_stop(&limits)),
