@@ -31,8 +31,11 @@ pub(super) struct Bounds {
 impl Bounds {
     pub(super) fn new(limits: &Limits, start: &State) -> Self {
         let velocity = inside(limits.velocity(), start.velocity);
+        // A start that has to be caught is faster than the limit for a while.
+        let release = 0.5 * start.acceleration * start.acceleration / limits.jerk();
+        let fastest = velocity.max(start.velocity.abs() + release);
         let acceleration = inside(
-            limits.acceleration().min(STEEPEST * velocity),
+            limits.acceleration().min(STEEPEST * fastest),
             start.acceleration,
         );
         let jerk = divisible_by_six((limits.jerk() * MARGIN).min(STEEPEST * acceleration));

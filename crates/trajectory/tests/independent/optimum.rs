@@ -26,32 +26,6 @@ pub(crate) fn optimum(case: &Case) -> Option<f64> {
     }
 }
 
-/// Relative allowance over the optimum: profiles are planned with limits that are smaller by 2^-14, and rounded; most where a start is
-/// caught at a thousand times the speed that is allowed, where the way that is won back is thousands of times that of the catch.
-pub(crate) fn slower(case: &Case) -> f64 {
-    if caught_at_limits(case) > 1_000.0 {
-        1.10
-    } else {
-        1.01
-    }
-}
-
-/// Absolute allowance over the optimum: an acceleration is built up within at least 2^-12 cycles, 16 times at most. While a start that
-/// the limits do not allow is caught, the axis is faster than its limit, and the way of that time is won back at the limit.
-pub(crate) fn later_cycles(case: &Case) -> f64 {
-    caught_at_limits(case).max(1.0) / 256.0
-}
-
-/// Speed at which the acceleration of the start ends, in limits.
-fn caught_at_limits(case: &Case) -> f64 {
-    let (v, a) = (
-        f64::from(case.start.velocity),
-        f64::from(case.start.acceleration),
-    );
-    let fastest = v.abs() + 0.5 * a * a / f64::from(case.limits.jerk());
-    fastest / f64::from(case.limits.velocity())
-}
-
 /// No move is faster: each limit alone needs this long.
 pub(crate) fn lower_bound(case: &Case) -> f64 {
     let (v, a) = (
