@@ -179,7 +179,9 @@ fn any_bytes_are_read_or_refused() {
         }
         read += u64::from(Table::read(&bytes[..], &reading).is_ok());
     }
-    println!("{inputs} inputs from seed {seed}: {read} were motions, the others were refused");
+    crate::output::tell(format_args!(
+        "{inputs} inputs from seed {seed}: {read} were motions, the others were refused"
+    ));
     // Inputs that are all refused would test the refusals alone.
     assert!(inputs < 1_000 || read > inputs / 100, "{read} of {inputs}");
 }
