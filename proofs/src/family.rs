@@ -29,6 +29,7 @@ fn facts() -> Facts {
         ]),
         power: pick([
             Power::Unclear,
+            Power::OnUnconfirmed,
             Power::Off,
             Power::OnWanted,
             Power::OnSent,

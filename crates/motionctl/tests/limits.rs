@@ -26,7 +26,7 @@ fn every_target_is_met() {
         .iter()
         .map(|polled| polled["axes"].as_u64())
         .collect();
-    assert_eq!(axes, [Some(11), Some(11), Some(10)]);
+    assert_eq!(axes, [Some(12), Some(11), Some(10)]);
     assert!(json["jitter_bits"].as_u64() <= Some(25));
     assert!(json["skew_ratio"].as_f64() <= Some(1.15));
     assert!(json["wire_share"]["polled"].as_f64() >= Some(0.72));

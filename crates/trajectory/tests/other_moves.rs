@@ -164,8 +164,9 @@ proptest! {
     #[test]
     fn a_target_that_jumps_in_every_cycle_is_followed_within_the_limits(seed in any::<u64>().no_shrink()) {
         let mut random = Random(seed);
-        let limits = Case::of_class(Class::AnyState, &mut random).limits;
-        prop_assume!(limits.velocity() / limits.acceleration() < 300.0);
+        let limits = std::iter::repeat_with(|| Case::of_class(Class::AnyState, &mut random).limits)
+            .find(|limits| limits.velocity() / limits.acceleration() < 300.0)
+            .unwrap();
         let mut tracker = Tracker::at_rest(0, limits);
         let mut target = 0;
         let mut before = tracker.state();
@@ -190,9 +191,11 @@ proptest! {
         for _ in 0..20_000 {
             tracker.next(Position::from_counts(target)).unwrap();
         }
-        prop_assume!(limits.acceleration() / limits.jerk() < 1_000.0 && limits.velocity() > 1.0);
-        prop_assert!(tracker.is_there());
-        prop_assert_eq!(tracker.state(), State::at_rest(target));
+        // Slower limits need longer than this test waits.
+        if limits.acceleration() / limits.jerk() < 1_000.0 && limits.velocity() > 1.0 {
+            prop_assert!(tracker.is_there());
+            prop_assert_eq!(tracker.state(), State::at_rest(target));
+        }
     }
 
     /// A target at constant velocity is caught up with and then followed without lag.

@@ -73,17 +73,8 @@ pub const fn may_leave(class: Class, facts: &Facts) -> bool {
                 && matches!(facts.knowledge, Knowledge::Anchored)
                 && matches!(facts.brake, Brake::Absent | Brake::Open)
         }
-        // A drive that may have been enabled by somebody else is not touched. While its power is unclear, only one that is to hold, or
-        // that a fault stopped, gets the frame.
-        Class::StopFrame => {
-            let is_in_use = is_wanted || matches!(facts.latch, Latch::Own);
-            is_at_rest
-                && match facts.power {
-                    Power::FoundOn => false,
-                    Power::Unclear => is_in_use,
-                    _ => true,
-                }
-        }
+        // A drive that may have been enabled by somebody else is not touched.
+        Class::StopFrame => is_at_rest && !matches!(facts.power, Power::Unclear | Power::FoundOn),
         Class::SwitchOn => {
             matches!(facts.power, Power::OnWanted | Power::OnSent)
                 && matches!(facts.knowledge, Knowledge::Anchored)
@@ -100,7 +91,7 @@ pub const fn may_leave(class: Class, facts: &Facts) -> bool {
         Class::BrakeClose => {
             is_at_rest
                 && !is_wanted
-                && !matches!(facts.power, Power::Unclear | Power::FoundOn)
+                && !(facts.power.is_unclear() || matches!(facts.power, Power::FoundOn))
                 && matches!(facts.brake, Brake::Unclear | Brake::Open)
         }
         Class::BrakeOpen => {

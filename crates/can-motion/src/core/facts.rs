@@ -21,8 +21,10 @@ pub enum Knowledge {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Power {
-    /// The drive has not reported it.
+    /// The drive has not reported it, and this master did not switch it on.
     Unclear,
+    /// This master switched it on, and has lost sight of it since.
+    OnUnconfirmed,
     /// The drive reports that it is off.
     Off,
     /// The enable command waits for its frame.
@@ -45,6 +47,12 @@ impl Power {
     #[must_use]
     pub const fn may_be_on(self) -> bool {
         !matches!(self, Self::Off | Self::OnWanted)
+    }
+
+    /// Whether the drive has to report it before anything is decided about it.
+    #[must_use]
+    pub const fn is_unclear(self) -> bool {
+        matches!(self, Self::Unclear | Self::OnUnconfirmed)
     }
 }
 
@@ -197,6 +205,6 @@ impl Facts {
     /// Whether the report of the drive about its power is needed.
     #[must_use]
     pub const fn awaits_power(&self) -> bool {
-        matches!(self.power, Power::Unclear | Power::OnSent | Power::OffSent)
+        self.power.is_unclear() || matches!(self.power, Power::OnSent | Power::OffSent)
     }
 }

@@ -79,7 +79,7 @@ impl AxisState {
             (_, Power::OnWanted | Power::OnSent, _) => Self::Enabling,
             (Knowledge::Unknown, ..) => Self::of_stage(stage),
             (_, Power::FoundOn, _) => Self::FoundOn,
-            (_, Power::Unclear, _) => Self::CheckingStatus,
+            (_, Power::Unclear | Power::OnUnconfirmed, _) => Self::CheckingStatus,
             (_, _, Goal::Off) => Self::Ready,
             (Knowledge::Checked, ..) => Self::AwaitingStandstill,
             (Knowledge::Standing, ..) => Self::Anchoring,

@@ -128,7 +128,7 @@ pub fn accepts(facts: &Facts, input: Input) -> bool {
         Input::StartWork(Work::Repair) => is_idle && is_off && facts.work == Work::None,
         Input::StartWork(Work::None) => false,
         // Whether a drive still holds its load must be known before anything is decided about it.
-        Input::Clear => is_idle && (facts.goal == Goal::Off || facts.power != Power::Unclear),
+        Input::Clear => is_idle && (facts.goal == Goal::Off || !facts.power.is_unclear()),
         _ => true,
     }
 }
@@ -299,7 +299,8 @@ fn lose(facts: &mut Facts, to: Knowledge) {
 fn lose_power(facts: &mut Facts) {
     facts.power = match facts.power {
         Power::OffWanted | Power::OffSent => Power::OffWanted,
-        _ => Power::Unclear,
+        Power::OnSent | Power::On | Power::OnUnconfirmed => Power::OnUnconfirmed,
+        Power::Unclear | Power::Off | Power::OnWanted | Power::FoundOn => Power::Unclear,
     };
     if facts.brake != Brake::Absent {
         facts.brake = Brake::Unclear;
@@ -314,7 +315,7 @@ fn slow_down(facts: &mut Facts) {
 
 /// An axis that is on holds; one on its way there goes off.
 fn hold_or_off(facts: &mut Facts) {
-    let holds = facts.goal != Goal::Off && matches!(facts.power, Power::On | Power::Unclear);
+    let holds = facts.goal != Goal::Off && matches!(facts.power, Power::On | Power::OnUnconfirmed);
     facts.goal = if holds { Goal::Hold } else { Goal::Off };
 }
 
@@ -368,7 +369,7 @@ fn says_on(facts: &mut Facts) {
         // It did not take the disable command.
         (_, Power::OffWanted | Power::OffSent) => Power::OffWanted,
         (Goal::Off, _) => Power::FoundOn,
-        (_, Power::OnSent | Power::Unclear) => Power::On,
+        (_, Power::OnSent | Power::OnUnconfirmed) => Power::On,
         // On without having been told: nothing moves on such a drive.
         (_, _) => {
             fail(facts, Loss::Anchor, false);
@@ -386,7 +387,7 @@ fn says_off(facts: &mut Facts) {
             fail(facts, Loss::Anchor, false);
             facts.goal = Goal::Off;
         }
-        Power::Unclear if facts.goal != Goal::Off => facts.goal = Goal::Off,
+        power if power.is_unclear() => facts.goal = Goal::Off,
         _ => {}
     }
     facts.power = Power::Off;

@@ -13,12 +13,15 @@ use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::poll_kind::PollKind;
 
-/// From one reading of the configuration of a drive with power to the next, when no poll of the drive is due soon.
-const GUARD_US: u64 = 1_000_000;
-/// Every so long a reading that had to wait goes before a poll that is late by one more cycle.
-const PATIENCE_US: u64 = 1 << 16;
-/// The same as [`GUARD_US`], whether or not polls are due.
-const URGENT_US: u64 = 8 * GUARD_US;
+/// The configuration of a drive with power is read again once in [`GUARD_WINDOWS`] windows, each drive in the window of its id: the
+/// readings of all drives at once would make polls late.
+const GUARD_WINDOW_US: u64 = 1 << 16;
+/// A bus carries at most 14 axes at 1 kHz, so few drives share a window.
+const GUARD_WINDOWS: u64 = 16;
+/// When no window came for so long, as with slow cycles, the reading is urgent.
+const GUARD_URGENT_US: u64 = 2 * GUARD_WINDOWS * GUARD_WINDOW_US;
+/// Within its window a reading gets ahead of polls that are late by one more cycle every so often.
+const GUARD_PATIENCE_US: u64 = 2_000;
 /// A poll that is due in so many cycles is due soon: a reply is on its way for less.
 const ROOM_CYCLES: i32 = 4;
 
@@ -63,19 +66,23 @@ impl Servo {
         })
     }
 
-    /// For how long the configuration of a drive with power should have been read again: somebody else may have changed its mode.
-    /// Request and reply are as long as those of the status, so the plan of the bus knows them; no poll becomes late for them, for a while.
+    /// By how many cycles the reading of the configuration of a drive with power is due again: somebody else may have changed its mode.
+    /// Request and reply are as long as those of the status, so the plan of the bus knows them.
     fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
         let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        let has_room = poll_overdue.is_none_or(|cycles| cycles < -ROOM_CYCLES);
         let age_us = now.us_since(self.guarded_at);
-        if !is_on || age_us < GUARD_US {
-            None
-        } else if age_us >= URGENT_US {
-            Some(Wanted::<Request>::URGENT)
-        } else {
-            has_room.then_some(((age_us - GUARD_US) / PATIENCE_US) as i32)
+        if !is_on || age_us < GUARD_WINDOW_US {
+            return None;
         }
+        if age_us >= GUARD_URGENT_US {
+            return Some(Wanted::<Request>::URGENT);
+        }
+        let window = now.as_us() / GUARD_WINDOW_US;
+        let in_window_us = now.as_us() % GUARD_WINDOW_US;
+        let is_turn = window % GUARD_WINDOWS == u64::from(self.config.drive.get()) % GUARD_WINDOWS;
+        let has_room = poll_overdue.is_none_or(|cycles| cycles < -ROOM_CYCLES);
+        let is_pressing = in_window_us >= GUARD_WINDOW_US / 2;
+        (is_turn && (has_room || is_pressing)).then_some((in_window_us / GUARD_PATIENCE_US) as i32)
     }
 
     fn reading(&self, kind: ReplyKind) -> Wanted<Request> {

@@ -45,7 +45,7 @@ fn load_is_caught(rules: &Rules, before: Facts, input: Input, after: Facts) -> H
         }
     );
     let is_hanging = before.brake != Brake::Absent && before.goal != Goal::Off && lets_go;
-    let was_on = matches!(before.power, Power::On | Power::Unclear);
+    let was_on = matches!(before.power, Power::On | Power::OnUnconfirmed);
     hold(
         !is_hanging || !was_on || (rules.may_leave)(Class::BrakeClose, &after),
         "the brake catches a load whose drive let go",
@@ -124,7 +124,8 @@ fn power_is_meant(before: Facts, input: Input, after: Facts, is_taken: bool) -> 
         !is_held || is_asked || is_caught || !is_off_due(&after),
         "what holds is not switched off without a command",
     )?;
-    let is_untouched = matches!(before.power, Power::Unclear | Power::Off | Power::FoundOn);
+    let is_untouched =
+        before.power.is_unclear() || matches!(before.power, Power::Off | Power::FoundOn);
     let was_held = before.goal != Goal::Off;
     hold(
         !is_untouched || input == Input::Disable || (is_caught && was_held) || !is_off_due(&after),
@@ -231,7 +232,8 @@ fn of_stops(before: Facts, input: Input, after: Facts) -> Held {
         input != Input::Halt || !moves(&after),
         "halt ends every set-point",
     )?;
-    let may_hold = matches!(before.power, Power::On | Power::Unclear) && before.goal != Goal::Off;
+    let may_hold =
+        matches!(before.power, Power::On | Power::OnUnconfirmed) && before.goal != Goal::Off;
     if input == Input::Disable {
         let is_said = moves(&after) || is_off_due(&after) || after.power == Power::Off;
         hold(

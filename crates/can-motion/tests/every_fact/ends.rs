@@ -10,8 +10,8 @@ fn next_events(rules: &Rules, facts: &Facts) -> Vec<Input> {
     let leaves = |class| (rules.may_leave)(class, facts);
     match (facts.motion, facts.power) {
         (Motion::Ramp, _) => return vec![Input::RampDone],
-        (_, Power::Unclear) if facts.goal == Goal::Off => return vec![Input::SaysOff],
-        (_, Power::Unclear | Power::OnSent) => return vec![Input::SaysOn],
+        (_, power) if power.is_unclear() && facts.goal == Goal::Off => return vec![Input::SaysOff],
+        (_, Power::Unclear | Power::OnUnconfirmed | Power::OnSent) => return vec![Input::SaysOn],
         (_, Power::OffSent) => return vec![Input::SaysOff],
         (_, Power::OnWanted) if leaves(Class::SwitchOn) => {
             return vec![Input::Accepted(Class::SwitchOn)];

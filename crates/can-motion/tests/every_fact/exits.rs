@@ -28,10 +28,8 @@ pub(crate) fn keeps_back(rules: &Rules, facts: &Facts) -> Held {
             facts.motion == Motion::Rest,
             "no stop frame between set-points",
         )?;
-        let is_heard_or_wanted =
-            facts.power != Power::Unclear || facts.goal != Goal::Off || facts.latch == Latch::Own;
         hold(
-            facts.power != Power::FoundOn && is_heard_or_wanted,
+            !matches!(facts.power, Power::FoundOn | Power::Unclear),
             "no frame touches a drive that may be somebody else's",
         )?;
     }
@@ -97,7 +95,7 @@ fn brakes_keep_back(rules: &Rules, facts: &Facts) -> Held {
             "no brake closes on an axis that is to hold",
         )?;
         hold(
-            !matches!(facts.power, Power::Unclear | Power::FoundOn),
+            !facts.power.is_unclear() && facts.power != Power::FoundOn,
             "no brake closes on a drive that may be somebody else's",
         )?;
         hold(
@@ -136,9 +134,7 @@ pub(crate) fn lets_out(rules: &Rules, facts: &Facts) -> Held {
         is_at_rest || leaves(Class::SetPoint),
         "an axis in motion gets its set-points",
     )?;
-    let may_be_ours = !matches!(facts.power, Power::FoundOn | Power::Unclear)
-        || (facts.power == Power::Unclear
-            && (facts.goal != Goal::Off || facts.latch == Latch::Own));
+    let may_be_ours = !matches!(facts.power, Power::FoundOn | Power::Unclear);
     hold(
         !is_at_rest || !may_be_ours || leaves(Class::StopFrame),
         "an axis at rest gets the frame that keeps it there",

@@ -3,6 +3,7 @@
 use can_motion::facts::{Brake, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work};
 
 use crate::promises::{is_off_due, moves};
+use crate::readings::unconfirmed;
 use crate::walk::{Held, hold};
 
 pub(crate) fn of_faults(before: Facts, input: Input, after: Facts) -> Held {
@@ -81,7 +82,9 @@ fn of_own_fault(before: Facts, (loss, ramp): (Loss, bool), after: Facts) -> Held
         || moves(&before)
         || (loss == Loss::Drive && before.brake != Brake::Absent && before.goal != Goal::Off);
     hold(
-        keeps_power || after.power == Power::Unclear || (is_off_meant && is_off_due(&after)),
+        keeps_power
+            || after.power == unconfirmed(before.power)
+            || (is_off_meant && is_off_due(&after)),
         "without contact nothing is known of the power",
     )?;
     let is_held = before.power == Power::On && before.goal != Goal::Off;

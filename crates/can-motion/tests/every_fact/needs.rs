@@ -58,7 +58,7 @@ pub(crate) fn is_fit_for(rules: &Rules, facts: &Facts, input: Input) -> Held {
                 "no clear while an axis slows down or is repaired",
             )?;
             hold(
-                facts.power != Power::Unclear || facts.goal == Goal::Off,
+                !facts.power.is_unclear() || facts.goal == Goal::Off,
                 "no clear while it is unclear whether a held axis still holds",
             )
         }

@@ -41,7 +41,7 @@ pub(crate) fn of_facts(rules: &Rules, facts: &Facts) -> Held {
         "what is to be off is driven to off",
     )?;
     hold(
-        facts.goal != Goal::Hold || matches!(facts.power, Power::On | Power::Unclear),
+        facts.goal != Goal::Hold || matches!(facts.power, Power::On | Power::OnUnconfirmed),
         "only what is on, or was, is to hold",
     )?;
     hold(
@@ -71,7 +71,7 @@ fn of_view(facts: &Facts) -> Held {
         AxisState::FoundOn => {
             is_fine && facts.power == Power::FoundOn && facts.knowledge != Knowledge::Unknown
         }
-        AxisState::CheckingStatus => is_fine && facts.power == Power::Unclear,
+        AxisState::CheckingStatus => is_fine && facts.power.is_unclear(),
         AxisState::Ready => {
             is_fine
                 && facts.power == Power::Off

@@ -47,7 +47,7 @@ pub(crate) fn of_power(before: Facts, input: Input, after: Facts) -> Held {
             "a drive that did not take the disable command is told again",
         ),
         (Input::SaysOn, Power::OnSent) => hold(after.power == Power::On, "on when it says so"),
-        (Input::SaysOn, Power::Unclear) if !is_off_goal => hold(
+        (Input::SaysOn, Power::OnUnconfirmed) if !is_off_goal => hold(
             after.power == Power::On && after.goal == before.goal,
             "what held and answers again still holds",
         ),
@@ -73,14 +73,23 @@ pub(crate) fn of_power(before: Facts, input: Input, after: Facts) -> Held {
         ),
         (Input::SaysOff, power) => hold(
             matches!(after.power, Power::Off | Power::OnWanted)
-                && (after.goal == before.goal || power == Power::Unclear),
+                && (after.goal == before.goal || power.is_unclear()),
             "off when it says so",
         ),
         (Input::Restarted, _) => hold(
-            after.power == Power::Unclear || (is_off_due(&before) && is_off_due(&after)),
+            after.power == unconfirmed(before.power) || (is_off_due(&before) && is_off_due(&after)),
             "after a restart nothing is known of the power",
         ),
         _ => switches(before, input, after),
+    }
+}
+
+/// What is left of the knowledge about the power when nothing is heard.
+pub(crate) fn unconfirmed(power: Power) -> Power {
+    match power {
+        Power::OnSent | Power::On | Power::OnUnconfirmed => Power::OnUnconfirmed,
+        Power::OffWanted | Power::OffSent => Power::OffWanted,
+        Power::Unclear | Power::Off | Power::OnWanted | Power::FoundOn => Power::Unclear,
     }
 }
 

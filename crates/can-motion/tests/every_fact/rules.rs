@@ -115,6 +115,7 @@ pub(crate) fn every_combination() -> Vec<Facts> {
     ] {
         for power in [
             Power::Unclear,
+            Power::OnUnconfirmed,
             Power::Off,
             Power::OnWanted,
             Power::OnSent,

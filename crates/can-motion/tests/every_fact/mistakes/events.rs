@@ -98,7 +98,7 @@ pub(super) const ALL: &[Change] = &[
         unseen(f, i, i == Input::SaysOn && f.power == Power::OnSent)
     }),
     ("SaysOn: what held is a find after an outage", |f, i| {
-        let is_meant = i == Input::SaysOn && f.goal != Goal::Off && f.power == Power::Unclear;
+        let is_meant = i == Input::SaysOn && f.goal != Goal::Off && f.power == Power::OnUnconfirmed;
         then(f, i, is_meant, |n| with_power(n, Power::FoundOn))
     }),
     ("SaysOn: on without having been told is welcome", |f, i| {
@@ -145,7 +145,7 @@ pub(super) const ALL: &[Change] = &[
     (
         "SaysOff: what was to hold after an outage comes on",
         |f, i| {
-            let is_meant = i == Input::SaysOff && f.power == Power::Unclear;
+            let is_meant = i == Input::SaysOff && f.power == Power::OnUnconfirmed;
             then(f, i, is_meant, |n| Facts { goal: f.goal, ..n })
         },
     ),

@@ -75,7 +75,7 @@ pub(super) const ALL: &[Exit] = &[
             || may_leave(c, f)
     }),
     ("may_leave: StopFrame kept back after an outage", |c, f| {
-        may_leave(c, f) && (c != Class::StopFrame || f.power != Power::Unclear)
+        may_leave(c, f) && (c != Class::StopFrame || f.power != Power::OnUnconfirmed)
     }),
     ("may_leave: SwitchOn when it is not due", |c, f| {
         as_if(c, f, Class::SwitchOn, with_power(f, Power::OnWanted))

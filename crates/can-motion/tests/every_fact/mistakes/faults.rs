@@ -124,6 +124,20 @@ pub(super) const ALL: &[Change] = &[
             ..n
         })
     }),
+    ("fault: Contact makes a drive found on one's own", |f, i| {
+        let is_meant = takes(i, Loss::Contact) && f.power == Power::FoundOn;
+        then(f, i, is_meant, |n| Facts {
+            power: Power::OnUnconfirmed,
+            ..n
+        })
+    }),
+    ("fault: Contact forgets whose drive it is", |f, i| {
+        let is_meant = takes(i, Loss::Contact) && f.power == Power::On;
+        then(f, i, is_meant, |n| Facts {
+            power: Power::Unclear,
+            ..n
+        })
+    }),
     ("fault: Contact leaves the brake known", |f, i| {
         then(f, i, takes(i, Loss::Contact), |n| Facts {
             brake: f.brake,
