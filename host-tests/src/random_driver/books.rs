@@ -33,6 +33,8 @@ pub(super) struct Books {
     pub(super) is_latched: bool,
     /// The latest report of the drive about its power that counts.
     pub(super) told_power: Option<bool>,
+    /// The same before the command to switch on that may still come back: then the drive never heard it.
+    pub(super) told_before_on: Option<bool>,
     /// This master switched the drive on, or adopted it.
     pub(super) is_mine: bool,
     /// The drive reported power that this master did not give.
@@ -72,6 +74,7 @@ impl Books {
         wants_power: None,
         is_latched: false,
         told_power: None,
+        told_before_on: None,
         is_mine: false,
         is_found: false,
         off_word: None,

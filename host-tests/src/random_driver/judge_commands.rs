@@ -147,6 +147,7 @@ impl Judge {
         let awaits_us = books.awaits_us;
         books.told_on_us = Some(now_us);
         let was_mine = std::mem::replace(&mut books.is_mine, true);
+        books.told_before_on = books.told_power;
         books.told_power = books.told_power.filter(|is_on| *is_on);
         books.closed_us = None;
         if !was_mine || !self.rules.has_cycle_frames {
@@ -226,6 +227,9 @@ impl Judge {
             }
             // The next frame of a cycle says it again.
             Command::OffInCycle => books.gives_value_back(),
+            Command::On if !self.rules.has_cycle_frames => {
+                books.told_power = books.told_power.or(books.told_before_on);
+            }
             Command::Off => {
                 // To the master of wheels it may have been a request: the reset of a fault ends with the same write.
                 self.requests -= i32::from(self.rules.has_cycle_frames);
