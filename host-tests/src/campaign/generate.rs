@@ -304,10 +304,16 @@ fn draw_kind(draw: &mut Draw, axes: usize, reply_us: u64) -> Kind {
 }
 
 fn draw_outage(draw: &mut Draw) -> Kind {
-    if draw.chance(70) {
-        Kind::Block {
-            for_us: draw.between(1_000, 20_000),
-        }
+    // Below what the master bridges, or far beyond it.
+    let for_us = if draw.chance(50) {
+        draw.between(1_000, 20_000)
+    } else {
+        draw.between(30_000, 1_200_000)
+    };
+    if draw.chance(40) {
+        Kind::Block { for_us }
+    } else if draw.chance(50) {
+        Kind::Unplug { for_us }
     } else {
         Kind::Disturb {
             for_us: draw.between(2_000, 10_000),

@@ -119,6 +119,11 @@ pub enum Kind {
         /// For how long.
         for_us: u64,
     },
+    /// Every drive is off the bus, as with a plug that was pulled out: nobody acknowledges.
+    Unplug {
+        /// For how long.
+        for_us: u64,
+    },
     /// Every frame is destroyed, until the master is bus-off.
     Disturb {
         /// For how long.
@@ -166,8 +171,26 @@ impl Kind {
             | Self::Collide { axis } => Some(axis),
             Self::Corrupt { .. }
             | Self::Block { .. }
+            | Self::Unplug { .. }
             | Self::Disturb { .. }
             | Self::MissCycles { .. } => None,
+        }
+    }
+
+    /// How long drives are off the bus by it, if that ends by itself.
+    pub(super) fn absence_us(self) -> Option<u64> {
+        match self {
+            Self::Silence { for_us, .. } => for_us,
+            Self::Unplug { for_us } => Some(for_us),
+            _ => None,
+        }
+    }
+
+    /// How long no frame of the master gets through by it.
+    pub(super) fn outage_us(self) -> u64 {
+        match self {
+            Self::Block { for_us } | Self::Unplug { for_us } => for_us,
+            _ => 0,
         }
     }
 
@@ -180,6 +203,17 @@ impl Kind {
                 | Self::DisableItself { .. }
                 | Self::PowerCycle { .. }
         )
+    }
+
+    /// The absence is over.
+    pub(super) fn end(self, rig: &mut Rig<'_>) {
+        match self {
+            Self::Silence { axis, .. } => {
+                rig.bench.device_mut(rig.devices[axis]).faults_mut().wake()
+            }
+            Self::Unplug { .. } => plug(rig.bench, rig.devices, true),
+            _ => {}
+        }
     }
 
     /// Commands the fault. Missed cycles and collisions are up to the runner.
@@ -240,7 +274,6 @@ impl Kind {
 
     fn apply_to_bus(self, rig: &mut Rig<'_>) {
         let from_ns = rig.bench.now_ns();
-        let bus = rig.bench.bus_mut();
         let outage = |kind, for_us: u64| Outage {
             kind,
             from_ns,
@@ -248,16 +281,28 @@ impl Kind {
         };
         let outage = match self {
             Self::Corrupt { frames, at_bit } => {
-                bus.faults_mut()
-                    .corrupt_next(FrameMatch::ANY, frames, at_bit);
+                let faults = rig.bench.bus_mut().faults_mut();
+                faults.corrupt_next(FrameMatch::ANY, frames, at_bit);
+                return;
+            }
+            Self::Unplug { .. } => {
+                plug(rig.bench, rig.devices, false);
                 return;
             }
             Self::Block { for_us } => outage(OutageKind::Blocked, for_us),
             Self::Disturb { for_us } => outage(OutageKind::Disturbed, for_us),
             _ => return,
         };
+        let bus = rig.bench.bus_mut();
         bus.add_outage(outage)
             .expect("the generator draws no outage of length 0");
+    }
+}
+
+fn plug(bench: &mut Bench<DynDrive, ScriptedFaults>, devices: &[DeviceId], is_in: bool) {
+    for &device in devices {
+        let node = bench.node_of(device);
+        bench.bus_mut().set_connected(node, is_in);
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 
-use can_motion::{BusErrorKind, BusUser, GroupId, Instant, Outcome, Progress, ServoMaster, Sink};
+use can_motion::{
+    BusErrorKind, BusUser, GroupId, Instant, Outcome, Progress, ServoMaster, Sink, Timeouts,
+};
 use drive_sim::Frame;
 use dyn_can::{DataFrame, DynFrame, FrameError, FunctionCode};
 use embedded_can::nb::Can;
@@ -26,18 +28,32 @@ pub enum Mutation {
     ReplaysQueue,
     /// After bus-off the axes are cleared and enabled again by themselves.
     ResumesAfterBusOff,
+    /// A bus on which nothing gets through for seconds is no fault.
+    BridgesOutages,
 }
 
 impl Mutation {
     /// Every broken master.
-    pub const BROKEN: [Self; 6] = [
+    pub const BROKEN: [Self; 7] = [
         Self::DropsDisplaced,
         Self::CountsOnWouldBlock,
         Self::BelievesLateReply,
         Self::AsksTogether,
         Self::ReplaysQueue,
         Self::ResumesAfterBusOff,
+        Self::BridgesOutages,
     ];
+
+    /// The timeouts of this master.
+    pub(super) fn timeouts(self, drawn: Timeouts) -> Timeouts {
+        match self {
+            Self::BridgesOutages => Timeouts {
+                stuck_us: 10_000_000,
+                ..drawn
+            },
+            _ => drawn,
+        }
+    }
 }
 
 /// What a mutant remembers from call to call.

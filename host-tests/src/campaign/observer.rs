@@ -15,6 +15,9 @@ use super::violation::{Promise, Violation};
 /// From the last motion to the position that must show what was lost or doubled: arrival, and the rarest poll.
 const ARRIVAL_US: u64 = 300_000;
 
+/// A bus on which no frame gets through for so long must show on an axis that streams.
+const OUTAGE_SHOWS_US: u64 = 60_000;
+
 /// What the observer knows of one axis.
 #[derive(Debug, Clone, Default)]
 struct Watched {
@@ -66,6 +69,8 @@ pub(super) struct Observer {
     ramping: Vec<bool>,
     /// Alarm and loss that must still show as an event.
     unnoticed: Vec<(usize, Kind)>,
+    /// Axes that streamed when the bus failed and do so since, and when that must be over.
+    outages: Vec<(usize, u64)>,
     faults: u32,
 }
 
@@ -113,6 +118,7 @@ impl Observer {
                 .collect(),
             ramping: vec![false; scenario.axes.len()],
             unnoticed: Vec::new(),
+            outages: Vec::new(),
             faults: 0,
         }
     }
@@ -145,6 +151,15 @@ impl Observer {
             && !is_faulted(axis)
         {
             self.unnoticed.push((axis, kind));
+        }
+    }
+
+    /// The bus may fail with it, for all axes alike.
+    pub(super) fn bus_fails(&mut self, kind: Kind, now: Instant, streams: impl Fn(usize) -> bool) {
+        if kind.outage_us() > OUTAGE_SHOWS_US {
+            let until_us = now.as_us() + OUTAGE_SHOWS_US;
+            let axes = (0..self.axes.len()).filter(|axis| streams(*axis));
+            self.outages.extend(axes.map(|axis| (axis, until_us)));
         }
     }
 
@@ -385,6 +400,16 @@ impl Observer {
 
     /// A cycle has ended: the books must agree.
     pub(super) fn cycle_ends(&mut self, seen: &[Seen], now: Instant) -> Result<(), Violation> {
+        self.outages
+            .retain(|(axis, _)| seen[*axis].snapshot.state == AxisState::Streaming);
+        if let Some((axis, _)) = self
+            .outages
+            .iter()
+            .find(|(_, until_us)| now.as_us() > *until_us)
+        {
+            let what = format!("axis {axis} streams on, and no frame gets through");
+            return broken(Promise::Noticed, now, what);
+        }
         for (index, (axis, seen)) in self.axes.iter_mut().zip(seen).enumerate() {
             let snapshot = &seen.snapshot;
             if snapshot.counters.replies > axis.answers {

@@ -1,6 +1,6 @@
 //! Plays one scenario in virtual time.
 
-use can_motion::{Instant, ServoMaster, service};
+use can_motion::{AxisState, Instant, MasterConfig, ServoMaster, service};
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, ControllerState, DeviceId, DynDrive, DynDriveConfig,
     ErrorState, Frame, LogMode, NodeId, ReadBackScale, ScriptedFaults,
@@ -20,6 +20,12 @@ use super::violation::Violation;
 
 const CYCLE_US: u64 = 1_000;
 
+/// A fault that ends by itself.
+struct Absence {
+    until_us: u64,
+    kind: Kind,
+}
+
 struct Run<'a> {
     scenario: &'a Scenario,
     mutation: Mutation,
@@ -33,6 +39,7 @@ struct Run<'a> {
     next_injection: usize,
     skip_cycles: u64,
     collide: Option<usize>,
+    absences: Vec<Absence>,
     bus_off: bool,
     notes: Vec<Note>,
 }
@@ -78,8 +85,12 @@ impl<'a> Run<'a> {
         };
         let devices = scenario.axes.iter().map(connect).collect();
         let axes: Vec<_> = scenario.axes.iter().map(|axis| axis.config).collect();
-        let master = ServoMaster::new(scenario.master, &axes)
-            .expect("the generator draws configurations that work");
+        let config = MasterConfig {
+            timeouts: mutation.timeouts(scenario.master.timeouts),
+            ..scenario.master
+        };
+        let master =
+            ServoMaster::new(config, &axes).expect("the generator draws configurations that work");
         Self {
             scenario,
             mutation,
@@ -93,6 +104,7 @@ impl<'a> Run<'a> {
             next_injection: 0,
             skip_cycles: 0,
             collide: None,
+            absences: Vec::new(),
             bus_off: false,
             notes: Vec::new(),
         }
@@ -103,6 +115,7 @@ impl<'a> Run<'a> {
     }
 
     fn cycle(&mut self, end_ns: u64) -> Result<(), Violation> {
+        self.end_absences();
         self.inject();
         self.watch_bus_off();
         if self.skip_cycles > 0 {
@@ -128,6 +141,30 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Ends the absences whose time is over.
+    fn end_absences(&mut self) {
+        let now_us = self.now().as_us();
+        let is_over = |absence: &Absence| absence.until_us <= now_us;
+        let (over, others): (Vec<_>, _) = std::mem::take(&mut self.absences)
+            .into_iter()
+            .partition(is_over);
+        self.absences = others;
+        for absence in over {
+            self.rig(|rig| absence.kind.end(rig));
+        }
+    }
+
+    fn rig(&mut self, act: impl FnOnce(&mut Rig<'_>)) {
+        let axes = self.scenario.axes.iter();
+        let drives: Vec<_> = axes.map(|axis| axis.config.drive).collect();
+        act(&mut Rig {
+            bench: &mut self.bench,
+            master: self.node,
+            devices: &self.devices,
+            drives: &drives,
+        });
+    }
+
     fn inject(&mut self) {
         let now_us = self.now().as_us();
         while let Some(injection) = self
@@ -144,23 +181,18 @@ impl<'a> Run<'a> {
                     .is_some_and(|axis| axis.fault.is_some())
             };
             self.observer.injected(injection.kind, is_faulted);
+            self.observer.bus_fails(injection.kind, self.now(), |axis| {
+                let snapshot = self.master.snapshot(axis);
+                snapshot.is_some_and(|axis| axis.state == AxisState::Streaming)
+            });
+            if let Some(us) = injection.kind.absence_us() {
+                let (until_us, kind) = (now_us + us, injection.kind);
+                self.absences.push(Absence { until_us, kind });
+            }
             match injection.kind {
                 Kind::MissCycles { cycles } => self.skip_cycles = cycles,
                 Kind::Collide { axis } => self.collide = Some(axis),
-                kind => {
-                    let drives: Vec<_> = self
-                        .scenario
-                        .axes
-                        .iter()
-                        .map(|axis| axis.config.drive)
-                        .collect();
-                    kind.apply(&mut Rig {
-                        bench: &mut self.bench,
-                        master: self.node,
-                        devices: &self.devices,
-                        drives: &drives,
-                    });
-                }
+                kind => self.rig(|rig| kind.apply(rig)),
             }
         }
     }
