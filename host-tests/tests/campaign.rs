@@ -5,14 +5,15 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use host_tests::campaign::{Mutation, Promise, Scenario, run};
+use host_tests::campaign::wheels::{self, WheelMutation, WheelScenario};
+use host_tests::campaign::{Mutation, Promise, Scenario, Violation, run};
 
 const SEEDS: u64 = 2_000;
 
 /// Runs seeds on every core; the lowest one that breaks a promise, with its report.
 fn first_violation(
     seeds: std::ops::Range<u64>,
-    mutation: Mutation,
+    play: impl Fn(u64) -> Result<(), (Violation, String)> + Sync,
 ) -> Option<(u64, Promise, String)> {
     let next = AtomicU64::new(seeds.start);
     let worker = || {
@@ -21,8 +22,7 @@ fn first_violation(
             if seed >= seeds.end {
                 return None;
             }
-            let scenario = Scenario::from_seed(seed);
-            if let Err(violation) = run(&scenario, mutation) {
+            if let Err((violation, scenario)) = play(seed) {
                 next.store(seeds.end, Ordering::Relaxed);
                 return Some((seed, violation.promise, format!("{violation}\n{scenario}")));
             }
@@ -38,16 +38,36 @@ fn first_violation(
     })
 }
 
-#[test]
-fn the_master_keeps_its_promises() {
-    let seeds = match std::env::var("CAMPAIGN_SEED") {
+fn servos(mutation: Mutation) -> impl Fn(u64) -> Result<(), (Violation, String)> {
+    move |seed| {
+        let scenario = Scenario::from_seed(seed);
+        run(&scenario, mutation).map_err(|violation| (violation, scenario.to_string()))
+    }
+}
+
+fn hub_motors(mutation: WheelMutation) -> impl Fn(u64) -> Result<(), (Violation, String)> {
+    move |seed| {
+        let scenario = WheelScenario::from_seed(seed);
+        wheels::run(&scenario, mutation).map_err(|violation| (violation, scenario.to_string()))
+    }
+}
+
+/// The longer runs of wheels.
+const WHEEL_SEEDS: u64 = 400;
+
+fn seeds(count: u64) -> std::ops::Range<u64> {
+    match std::env::var("CAMPAIGN_SEED") {
         Ok(seed) => {
             let seed = seed.parse().expect("CAMPAIGN_SEED is a number");
             seed..seed + 1
         }
-        Err(_) => 0..SEEDS,
-    };
-    if let Some((seed, _, report)) = first_violation(seeds, Mutation::None) {
+        Err(_) => 0..count,
+    }
+}
+
+#[test]
+fn the_master_keeps_its_promises() {
+    if let Some((seed, _, report)) = first_violation(seeds(SEEDS), servos(Mutation::None)) {
         panic!("replay with CAMPAIGN_SEED={seed}: {report}");
     }
 }
@@ -64,7 +84,7 @@ fn every_broken_master_is_caught() {
         Mutation::ReplaysQueue | Mutation::BridgesOutages => Some(Promise::Noticed),
     };
     for mutation in Mutation::BROKEN {
-        let caught = first_violation(0..SEEDS, mutation);
+        let caught = first_violation(0..SEEDS, servos(mutation));
         println!(
             "{mutation:?}: {:?}",
             caught.as_ref().map(|(seed, promise, _)| (seed, promise))
@@ -72,6 +92,42 @@ fn every_broken_master_is_caught() {
         assert_eq!(
             caught.map(|(_, promise, _)| promise),
             expected(mutation),
+            "{mutation:?}"
+        );
+    }
+}
+
+#[test]
+fn the_master_of_wheels_keeps_its_promises() {
+    if let Some((seed, _, report)) =
+        first_violation(seeds(WHEEL_SEEDS), hub_motors(WheelMutation::None))
+    {
+        panic!("replay with CAMPAIGN_SEED={seed}: {report}");
+    }
+}
+
+#[test]
+fn every_broken_run_of_wheels_is_caught() {
+    for mutation in WheelMutation::BROKEN {
+        let expected = match mutation {
+            WheelMutation::None => None,
+            WheelMutation::EnablesByItself | WheelMutation::StaysOn => Some(Promise::Commands),
+            WheelMutation::BridgesOutages => Some(Promise::Noticed),
+            WheelMutation::ChangesTooFast => Some(Promise::Limits),
+        };
+        // Few outages are long enough to show: the first one comes late.
+        let seeds = match mutation {
+            WheelMutation::BridgesOutages => 1_500..SEEDS,
+            _ => 0..WHEEL_SEEDS,
+        };
+        let caught = first_violation(seeds, hub_motors(mutation));
+        println!(
+            "{mutation:?}: {:?}",
+            caught.as_ref().map(|(seed, promise, _)| (seed, promise))
+        );
+        assert_eq!(
+            caught.map(|(_, promise, _)| promise),
+            expected,
             "{mutation:?}"
         );
     }

@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use clap::Parser;
-use host_tests::campaign::{Mutation, Promise, Scenario, run};
+use clap::{Parser, ValueEnum};
+use host_tests::campaign::wheels::{self, WheelMutation, WheelScenario};
+use host_tests::campaign::{Mutation, Promise, Scenario, Violation, run};
 use indicatif::{ProgressBar, ProgressStyle};
 
 const EXAMPLES: &str = "\
 Examples:
   cargo run --release -p host-tests --bin campaign -- --count 100000
   cargo run --release -p host-tests --bin campaign -- --seed 123     replay one seed and print it
+  cargo run --release -p host-tests --bin campaign -- --family wheels --seed 123
 
 Exit status: 0 every promise kept, 1 a promise broken, 2 wrong arguments.";
 
@@ -19,6 +21,9 @@ Exit status: 0 every promise kept, 1 a promise broken, 2 wrong arguments.";
 #[derive(Debug, Parser)]
 #[command(name = "campaign", after_help = EXAMPLES)]
 struct Arguments {
+    /// The drives.
+    #[arg(long, value_enum, default_value_t = FamilyName::Servos)]
+    family: FamilyName,
     /// Number of scenarios.
     #[arg(long, default_value_t = 2_000)]
     count: u64,
@@ -30,6 +35,28 @@ struct Arguments {
     seed: Option<u64>,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FamilyName {
+    Servos,
+    Wheels,
+}
+
+impl FamilyName {
+    fn play(self, seed: u64) -> Result<(), Violation> {
+        match self {
+            Self::Servos => run(&Scenario::from_seed(seed), Mutation::None),
+            Self::Wheels => wheels::run(&WheelScenario::from_seed(seed), WheelMutation::None),
+        }
+    }
+
+    fn describe(self, seed: u64) -> String {
+        match self {
+            Self::Servos => Scenario::from_seed(seed).to_string(),
+            Self::Wheels => WheelScenario::from_seed(seed).to_string(),
+        }
+    }
+}
+
 /// Seeds that broke a promise.
 type Broken = BTreeMap<Promise, Vec<(u64, String)>>;
 
@@ -37,13 +64,13 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let seeds = match arguments.seed {
         Some(seed) => {
-            print!("{}", Scenario::from_seed(seed));
+            print!("{}", arguments.family.describe(seed));
             seed..seed.saturating_add(1)
         }
         None => arguments.from..arguments.from.saturating_add(arguments.count),
     };
     let total = seeds.end - seeds.start;
-    let broken = play(seeds);
+    let broken = play(arguments.family, seeds);
     for (promise, cases) in &broken {
         println!("{promise:?}: {} seeds", cases.len());
         for (seed, what) in cases.iter().take(5) {
@@ -59,7 +86,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn play(seeds: std::ops::Range<u64>) -> Broken {
+fn play(family: FamilyName, seeds: std::ops::Range<u64>) -> Broken {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} scenarios, {eta} left");
     let bar = ProgressBar::new(seeds.end - seeds.start);
     let bar = style.map_or(bar.clone(), |style| bar.with_style(style));
@@ -71,7 +98,7 @@ fn play(seeds: std::ops::Range<u64>) -> Broken {
             if seed >= seeds.end {
                 return found;
             }
-            if let Err(violation) = run(&Scenario::from_seed(seed), Mutation::None) {
+            if let Err(violation) = family.play(seed) {
                 found.push((violation.promise, seed, violation.to_string()));
             }
             bar.inc(1);

@@ -15,6 +15,7 @@ mod run;
 mod scenario;
 mod tap;
 mod violation;
+pub mod wheels;
 
 pub use injection::{Injection, Kind};
 pub use mutation::Mutation;

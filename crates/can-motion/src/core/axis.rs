@@ -160,7 +160,8 @@ impl<F: Family> Axis<F> {
         }
         let is_progress = after.knowledge > before.knowledge
             || after.power != before.power
-            || after.goal != before.goal;
+            || after.goal != before.goal
+            || (after.moves() && !before.moves());
         if is_progress {
             self.since = log.now;
         }
