@@ -20,7 +20,10 @@ use embedded_can::nb::Can;
 
 pub(crate) use error::OpenError;
 pub(crate) use fault::LinkFault;
-pub(crate) use options::{LinkOptions, SpeedOptions, listen_to_interface, listen_to_slcan};
+pub(crate) use options::{
+    LinkOptions, PortOptions, SpeedOptions, listen_to_interface, listen_to_slcan,
+};
+pub(crate) use slcan::ANSWER_LIMIT;
 use slcan::Slcan;
 #[cfg(target_os = "linux")]
 use socket_can::SocketCan;
@@ -70,6 +73,27 @@ impl Link {
             Adapter::Slcan(slcan) => slcan.fault(),
             #[cfg(target_os = "linux")]
             Adapter::SocketCan(socket) => socket.fault(),
+        }
+    }
+}
+
+impl Link {
+    /// The number of frames since the last call of which nobody knows whether they went out, because the adapter did not answer for
+    /// them.
+    pub(crate) fn take_unknown(&mut self) -> usize {
+        match &mut self.adapter {
+            Adapter::Slcan(slcan) => slcan.take_unknown(),
+            #[cfg(target_os = "linux")]
+            Adapter::SocketCan(_) => 0,
+        }
+    }
+
+    /// Whether the adapter acknowledges no frame, so that nobody knows of those that it drops.
+    pub(crate) fn is_silent(&self) -> bool {
+        match &self.adapter {
+            Adapter::Slcan(slcan) => slcan.is_silent(),
+            #[cfg(target_os = "linux")]
+            Adapter::SocketCan(_) => false,
         }
     }
 }

@@ -20,7 +20,7 @@ pub(super) enum Outcome {
     Completed,
     /// Why, which was told already.
     Stopped(String),
-    /// Why no set-point got out, which was told already.
+    /// Why it is not known that set-points got out, which was told already.
     StoodStill(String),
     Interrupted,
     LinkFailed(LinkFault),
@@ -42,7 +42,9 @@ impl fmt::Display for Outcome {
         match self {
             Self::Completed => f.write_str("completed"),
             Self::Stopped(_) => f.write_str("stopped by a fault"),
-            Self::StoodStill(_) => f.write_str("stopped, because no set-point got out"),
+            Self::StoodStill(_) => {
+                f.write_str("stopped, because it is not known that its set-points got out")
+            }
             Self::Interrupted => f.write_str("stopped by the user"),
             Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
         }

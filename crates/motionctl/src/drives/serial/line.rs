@@ -9,7 +9,7 @@ use dyn_serial::{Address, Answer, Busy, Client, Dialect, Failure, Poll, Reply, R
 use serialport::SerialPort;
 
 use crate::drives::DrivesError;
-use crate::link::{LinkFault, OpenError};
+use crate::link::{LinkFault, OpenError, PortOptions};
 
 /// The speed of the drives' ports (DYN2 manual A1.8 section 7.1).
 const BAUD: u32 = 38_400;
@@ -27,12 +27,17 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Opens a port with up to `chain` drives in a chain behind it. Nothing is sent.
+    /// Opens a port with up to `chain` drives in a chain behind it. Nothing is sent. The speed is that of the drives unless the user
+    /// says another, as of a converter with a speed of its own.
     ///
     /// # Errors
     /// [`OpenError`] says what is wrong with the port.
-    pub(crate) fn open(name: &str, chain: NonZeroU8) -> Result<Self, OpenError> {
-        let port = serialport::new(name, BAUD)
+    pub(crate) fn open(
+        name: &str,
+        options: PortOptions,
+        chain: NonZeroU8,
+    ) -> Result<Self, OpenError> {
+        let port = serialport::new(name, options.baud_or(BAUD))
             .timeout(LONGEST_WAIT)
             .open()
             .map_err(|error| OpenError::of_port(name, &error))?;
