@@ -111,7 +111,10 @@ impl FakeAdapter {
 
     fn link(&self, channel: Channel) -> Result<Link, OpenError> {
         let slcan = Slcan::open(self.port(), SETTINGS, channel)?;
-        Ok(Link::new(Adapter::Slcan(slcan), SETTINGS.kbit_per_s))
+        Ok(Link::new(
+            Adapter::Slcan(Box::new(slcan)),
+            SETTINGS.kbit_per_s,
+        ))
     }
 
     /// Takes its terminal away.

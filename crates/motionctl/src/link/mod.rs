@@ -38,7 +38,7 @@ pub(crate) struct Link {
 #[derive(Debug)]
 enum Adapter {
     /// A Lawicel adapter on a serial port.
-    Slcan(Slcan),
+    Slcan(Box<Slcan>),
     /// A network interface of Linux.
     #[cfg(target_os = "linux")]
     SocketCan(SocketCan),

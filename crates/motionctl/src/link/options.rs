@@ -134,7 +134,10 @@ pub(crate) fn listen_to_interface(interface: &str, kbit_per_s: u32) -> Result<Li
 
 fn open_slcan(port: &str, settings: Settings, channel: Channel) -> Result<Link, OpenError> {
     let slcan = Slcan::open(port, settings, channel)?;
-    Ok(Link::new(Adapter::Slcan(slcan), settings.kbit_per_s))
+    Ok(Link::new(
+        Adapter::Slcan(Box::new(slcan)),
+        settings.kbit_per_s,
+    ))
 }
 
 #[cfg(target_os = "linux")]

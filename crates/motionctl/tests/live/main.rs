@@ -1,5 +1,7 @@
 //! The tool and a bench as two processes that talk over a pseudo-terminal, as users run them.
 
+mod adapter;
+mod adapters;
 mod bench;
 mod commission;
 mod power;

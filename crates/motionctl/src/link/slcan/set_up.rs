@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use serialport::ClearBuffer;
 
-use super::window::{MOST_UNANSWERED, Window};
+use super::window::Window;
 use super::{Channel, Slcan};
 use crate::lawicel::{self, Token};
 use crate::link::OpenError;
