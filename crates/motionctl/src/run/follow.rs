@@ -102,15 +102,20 @@ impl<'link> Follow<'link> {
             (Ok(()), Err(fault)) => Outcome::LinkFailed(*fault),
             (Ok(()), Ok(_)) => Outcome::Completed,
         };
+        // With what the axes needed to slow down.
+        let at_end = self.snapshots();
         let axes = before_end
             .iter()
+            .zip(&at_end)
             .zip(&self.anchors)
             .zip(plan.last())
             .zip(&self.read_back)
             .enumerate()
-            .map(|(axis, (((snapshot, &anchor), target), &read_back))| {
-                AxisSummary::new(axis, snapshot, anchor, target, read_back)
-            })
+            .map(
+                |(axis, ((((before, sums), &anchor), target), &read_back))| {
+                    AxisSummary::new(axis, before, sums, anchor, target, read_back)
+                },
+            )
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;

@@ -72,26 +72,28 @@ pub(super) struct AxisSummary {
 }
 
 impl AxisSummary {
+    /// State and fault are those before the axes were slowed down and switched off, the sums those of the end.
     pub(super) fn new(
         axis: usize,
-        snapshot: &AxisSnapshot,
+        before_end: &AxisSnapshot,
+        sums: &AxisSnapshot,
         anchor_counts: i32,
         target_counts: i32,
         read_back: ReadBackScale,
     ) -> Self {
-        let position = snapshot.feedback.position;
+        let position = sums.feedback.position;
         let read_counts = position.and_then(|read| read_back.to_command_counts(read.value));
         Self {
             axis,
-            drive: snapshot.drive.get(),
-            state: snapshot.state.to_string(),
-            fault: snapshot.fault.map(|fault| fault.to_string()),
-            set_points: snapshot.counters.set_points,
+            drive: before_end.drive.get(),
+            state: before_end.state.to_string(),
+            fault: before_end.fault.map(|fault| fault.to_string()),
+            set_points: sums.counters.set_points,
             target_counts,
-            sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
+            sent_counts: sums.sent_counts.wrapping_sub(anchor_counts),
             read_counts: read_counts.map(|counts| counts.wrapping_sub(anchor_counts)),
-            merged: snapshot.counters.merged,
-            reply_timeouts: snapshot.counters.timeouts,
+            merged: sums.counters.merged,
+            reply_timeouts: sums.counters.timeouts,
         }
     }
 }

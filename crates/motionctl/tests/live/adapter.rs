@@ -421,7 +421,7 @@ impl Device {
 }
 
 fn every(period: Option<usize>, number: usize) -> bool {
-    period.is_some_and(|period| number % period == 0)
+    period.is_some_and(|period| number.is_multiple_of(period))
 }
 
 /// `t`, three digits of identifier, one of length, two for each byte, and nothing else.
