@@ -7,3 +7,5 @@ mod commission;
 mod power;
 mod run;
 mod serial;
+mod serial_echo;
+mod terminal;

@@ -18,6 +18,9 @@ const PC_DELAY_US: u32 = 20_000;
 /// The longest wait in one call of the port.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
 
+/// Portions that are read before anything else is done.
+const MOST_READS: u32 = 64;
+
 /// A port with the drives behind it.
 pub(crate) struct Line {
     port: Box<dyn SerialPort>,
@@ -43,6 +46,8 @@ impl Line {
             .map_err(|error| OpenError::of_port(name, &error))?;
         let timing = Timing::chain(chain);
         let timing = Timing {
+            quiet_timeout_us: timing.quiet_timeout_us + PC_DELAY_US,
+            echo_us: timing.echo_us + PC_DELAY_US,
             reply_timeout_us: timing.reply_timeout_us + PC_DELAY_US,
             ..timing
         };
@@ -118,6 +123,11 @@ impl Line {
     /// Serves the port until the request is done.
     fn finish(&mut self) -> Result<Result<Answer, Failure>, LinkFault> {
         loop {
+            // Before anything is sent: what has come meanwhile belongs to what was sent before.
+            if self.take_in().is_err() {
+                self.client.abandon();
+                return Err(LinkFault::Vanished);
+            }
             let now_us = self.now_us();
             let served = match self.client.poll(now_us) {
                 Poll::Done(result) => return Ok(result),
@@ -138,6 +148,17 @@ impl Line {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         self.port.write_all(bytes)?;
         self.port.flush()
+    }
+
+    /// Reads what is there; what a port that never ends brings is no silence, so nothing is sent meanwhile.
+    fn take_in(&mut self) -> std::io::Result<()> {
+        for _ in 0..MOST_READS {
+            if self.port.bytes_to_read()? == 0 {
+                break;
+            }
+            self.hear(Duration::ZERO)?;
+        }
+        Ok(())
     }
 
     /// Reads what comes within `wait`, or a part of it.

@@ -1,0 +1,229 @@
+//! Serial lines that bring back what is sent, lose settings, or have old bytes on them.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::bench::{BenchProcess, motionctl, scratch, status_and_errors};
+use crate::terminal::Terminal;
+
+/// What a line does besides carrying bytes.
+#[derive(Debug, Clone, Copy, Default)]
+struct Line {
+    /// It brings back what the host sends, after so long.
+    echo: Option<Duration>,
+    /// Settings (functions 10h to 17h) never reach the drive.
+    drops_settings: bool,
+    /// Nothing reaches the drive.
+    drops_all: bool,
+    /// What is on it when the host opens it.
+    stale: &'static [u8],
+}
+
+/// A line between the tool and a bench.
+struct Relay {
+    link: PathBuf,
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Relay {
+    fn start(name: &str, bench: &BenchProcess, line: Line) -> Self {
+        let link = scratch(&format!("relay-{name}"));
+        let mut host = Terminal::new(&link);
+        let mut drives = File::options()
+            .read(true)
+            .write(true)
+            .open(bench.serial_path())
+            .expect("the port of the bench");
+        rustix::io::ioctl_fionbio(&drives, true).expect("without waiting");
+        let is_over = Arc::new(AtomicBool::new(false));
+        let over = Arc::clone(&is_over);
+        let thread = std::thread::spawn(move || {
+            let mut to_host = line.stale.to_vec();
+            let mut echoes: Vec<(Instant, Vec<u8>)> = Vec::new();
+            while !over.load(Ordering::Relaxed) {
+                let sent = host.read();
+                if let Some(delay) = line.echo.filter(|_| !sent.is_empty()) {
+                    echoes.push((Instant::now() + delay, sent.clone()));
+                }
+                let is_setting = sent
+                    .get(1)
+                    .is_some_and(|second| (0x10..=0x17).contains(&(second & 0x1F)));
+                if !(line.drops_all || line.drops_settings && is_setting) {
+                    drives.write_all(&sent).expect("room");
+                }
+                while echoes.first().is_some_and(|(at, _)| *at <= Instant::now()) {
+                    to_host.extend(echoes.remove(0).1);
+                }
+                let mut buffer = [0; 256];
+                if let Ok(length) = drives.read(&mut buffer) {
+                    to_host.extend(&buffer[..length]);
+                }
+                host.write(&mut to_host, None);
+            }
+        });
+        Self {
+            link,
+            is_over,
+            thread: Some(thread),
+        }
+    }
+
+    /// Runs a command on it: exit status, what it printed, its errors.
+    fn run(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
+        let (name, options) = arguments.split_first().expect("a command");
+        let link = [*name, "--serial", self.link.to_str().expect("plain text")];
+        let output = motionctl(&[&link[..], options].concat())
+            .output()
+            .expect("motionctl runs");
+        let (status, errors) = status_and_errors(&output);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        (status, text, errors)
+    }
+}
+
+impl Drop for Relay {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        let _ = std::fs::remove_file(&self.link);
+    }
+}
+
+/// The main gain that the drive itself has, over CAN.
+fn main_gain(bench: &BenchProcess, drive: &str) -> i64 {
+    let output = bench.run(&["read", "--drive", drive, "--json"]);
+    let readings: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let mut parameters = readings["parameters"].as_array().expect("a list").iter();
+    let gain = parameters.find(|reading| reading["parameter"] == "main-gain");
+    gain.expect("it has one")["value"]
+        .as_i64()
+        .expect("a number")
+}
+
+const AT_ONCE: Duration = Duration::ZERO;
+/// Longer than the tool listens for an echo before it sends again.
+const LATE: Duration = Duration::from_millis(60);
+
+#[test]
+fn a_setting_that_only_its_echo_knows_is_not_taken() {
+    for echo in [
+        Some(AT_ONCE),
+        Some(Duration::from_millis(15)),
+        Some(LATE),
+        None,
+    ] {
+        let name = format!("echo-drop-{echo:?}");
+        let bench = BenchProcess::start_with_serial(&name, "1", &[]);
+        let line = Line {
+            echo,
+            drops_settings: true,
+            ..Line::default()
+        };
+        let relay = Relay::start(&name, &bench, line);
+        let write = ["write", "--drive", "1", "main-gain=33", "--yes"];
+        let (status, text, errors) = relay.run(&write);
+        assert_eq!(status, Some(1), "{name}: {text}{errors}");
+        assert!(!text.contains("is now"), "{name}: {text}");
+        assert!(
+            errors.contains("did not take main-gain = 33, it reads back 20"),
+            "{name}: {errors}"
+        );
+        assert_eq!(main_gain(&bench, "1"), 20, "{name}");
+    }
+}
+
+#[test]
+fn a_setting_that_arrives_is_taken_on_every_line() {
+    for echo in [Some(AT_ONCE), Some(Duration::from_millis(15)), None] {
+        let name = format!("echo-write-{echo:?}");
+        let bench = BenchProcess::start_with_serial(&name, "1", &[]);
+        let line = Line {
+            echo,
+            ..Line::default()
+        };
+        let relay = Relay::start(&name, &bench, line);
+        let write = ["write", "--drive", "1", "main-gain=33", "gear-number=8192"];
+        let (status, text, errors) = relay.run(&[&write[..], &["--yes"]].concat());
+        assert_eq!(status, Some(0), "{name}: {text}{errors}");
+        assert!(text.contains("main-gain is now 33"), "{name}: {text}");
+        assert_eq!(main_gain(&bench, "1"), 33, "{name}");
+        let (status, text, errors) = relay.run(&["read", "--drive", "1"]);
+        assert_eq!(status, Some(0), "{name}: {text}{errors}");
+    }
+}
+
+#[test]
+fn a_line_that_only_echoes_has_no_drive() {
+    let bench = BenchProcess::start_with_serial("echo-only", "1", &[]);
+    let line = Line {
+        echo: Some(AT_ONCE),
+        drops_all: true,
+        ..Line::default()
+    };
+    let relay = Relay::start("echo-only", &bench, line);
+    let (status, text, _) = relay.run(&["scan", "--json"]);
+    assert_eq!(status, Some(1), "{text}");
+    let (status, text, errors) = relay.run(&["read", "--drive", "1"]);
+    assert_eq!((status, text.as_str()), (Some(1), ""), "{errors}");
+    assert!(errors.contains("drive 1 does not answer"), "{errors}");
+}
+
+#[test]
+fn a_fresh_drive_on_an_echoing_line_is_read_and_written() {
+    let bench = BenchProcess::start_with_serial("echo-fresh", "5", &["--fresh"]);
+    let line = Line {
+        echo: Some(AT_ONCE),
+        ..Line::default()
+    };
+    let relay = Relay::start("echo-fresh", &bench, line);
+    let (status, text, errors) = relay.run(&["write", "--drive", "0", "main-gain=33", "--yes"]);
+    assert_eq!(status, Some(0), "{text}{errors}");
+    let (_, text, _) = relay.run(&["read", "--drive", "0", "--json"]);
+    assert!(text.contains("\"drive\": 0"), "{text}");
+    assert_eq!(main_gain(&bench, "5"), 20, "the other one was not meant");
+    drop(relay);
+    let dropped = Line {
+        drops_settings: true,
+        ..line
+    };
+    let relay = Relay::start("echo-fresh", &bench, dropped);
+    let (status, text, errors) = relay.run(&["write", "--drive", "0", "main-gain=40", "--yes"]);
+    assert_eq!(status, Some(1), "{text}{errors}");
+    assert!(errors.contains("reads back 33"), "{errors}");
+}
+
+#[test]
+fn old_bytes_on_the_line_are_no_reply() {
+    // Status: disabled and in alarm; main gain 99; a packet that is cut off; noise.
+    let stale = [
+        &[0x01, 0x99, 0x96, 0xB0][..],
+        &[0x01, 0x90, 0xE3, 0xF4],
+        &[0x01, 0x9B],
+        &[0xFF, 0xFE],
+    ]
+    .concat();
+    let bench = BenchProcess::start_with_serial("stale", "1", &[]);
+    let line = Line {
+        stale: Box::leak(stale.into_boxed_slice()),
+        ..Line::default()
+    };
+    let relay = Relay::start("stale", &bench, line);
+    let (status, text, errors) = relay.run(&["read", "--drive", "1", "--json"]);
+    assert_eq!(status, Some(0), "{text}{errors}");
+    let readings: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(readings["state"]["enabled"], true, "{text}");
+    assert_eq!(readings["state"]["alarm"], Value::Null, "{text}");
+    let (status, _, errors) = relay.run(&["write", "--drive", "1", "main-gain=99", "--yes"]);
+    assert_eq!(status, Some(0), "{errors}");
+    assert_eq!(main_gain(&bench, "1"), 99);
+}
