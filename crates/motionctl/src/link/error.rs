@@ -79,12 +79,17 @@ impl fmt::Display for OpenError {
                 "no Lawicel (slcan) adapter answers on {port}: it was asked to close its channel and said \"{}\", expected CR or BEL; is this the right port?",
                 heard.escape_ascii()
             ),
-            Self::CommandRefused { port, command } => {
-                write!(f, "the adapter on {port} refuses the command {command}")
-            }
+            Self::CommandRefused { port, command } if command.starts_with('S') => write!(
+                f,
+                "the adapter on {port} answers BEL to {command}, expected CR: it does not have this bit rate, or it keeps its channel open; choose another --bit-rate, or unplug it and plug it in"
+            ),
+            Self::CommandRefused { port, command } => write!(
+                f,
+                "the adapter on {port} answers BEL to {command}, expected CR: unplug it and plug it in"
+            ),
             Self::NoListenOnly { port } => write!(
                 f,
-                "the adapter on {port} refuses the command L: it cannot listen without acknowledging. --acknowledge lets it acknowledge; with a wrong --bit-rate that disturbs the bus"
+                "the adapter on {port} answers BEL to L, expected CR: it cannot listen without acknowledging. --acknowledge lets it acknowledge; with a wrong --bit-rate that disturbs the bus"
             ),
             Self::BitRate { kbit_per_s } => write!(
                 f,

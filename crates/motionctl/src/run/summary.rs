@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::exit;
 use crate::link::LinkFault;
-use crate::station::{End, PaceCounts, left_on, unconfirmed_warning};
+use crate::station::{End, PaceCounts, left_on};
 use crate::table::align_numbers;
 
 /// How a motion ended.
@@ -116,6 +116,9 @@ pub(super) struct Summary {
     left_enabled: Vec<u8>,
     /// What somebody who goes near must know.
     warnings: Vec<String>,
+    /// The drives that were left on, for those who have read the other warnings already.
+    #[serde(skip)]
+    left_on: Option<String>,
     #[serde(skip)]
     exit_code: u8,
 }
@@ -124,7 +127,7 @@ impl Summary {
     pub(super) fn new(
         outcome: Outcome,
         end: End,
-        link_warning: Option<String>,
+        told_warning: Option<String>,
         axes: Vec<AxisSummary>,
         pace: PaceCounts,
         late_hand_overs: u32,
@@ -140,8 +143,8 @@ impl Summary {
             _ if completed => 0,
             _ => exit::BROKEN_PROMISE,
         };
-        let unconfirmed = (!is_off).then(|| unconfirmed_warning(&end.unconfirmed));
-        let warnings = [left_on(&end.left_on), unconfirmed, link_warning];
+        let left_on = left_on(&end.left_on);
+        let warnings = [left_on.clone(), told_warning];
         let ids = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         Self {
             completed,
@@ -154,6 +157,7 @@ impl Summary {
             unconfirmed: ids(&end.unconfirmed),
             left_enabled: ids(&end.left_on),
             warnings: warnings.into_iter().flatten().collect(),
+            left_on,
             exit_code,
         }
     }
@@ -205,8 +209,8 @@ impl fmt::Display for Summary {
             pace.merged,
             self.late_hand_overs
         )?;
-        for warning in &self.warnings {
-            writeln!(f, "{warning}")?;
+        if let Some(text) = &self.left_on {
+            writeln!(f, "{text}")?;
         }
         write!(f, "The motion: {}.", self.outcome)
     }

@@ -47,6 +47,8 @@ pub(crate) struct Station<'link> {
     pub(super) switched_on: Vec<DriveId>,
     /// Drives that were on before.
     pub(super) found_on: Vec<DriveId>,
+    /// Whoever used the station has the warning that the link has failed.
+    pub(super) link_warning_is_given: bool,
 }
 
 impl<'link> Station<'link> {
@@ -77,6 +79,7 @@ impl<'link> Station<'link> {
             axes: axes.to_vec(),
             switched_on: Vec::new(),
             found_on: Vec::new(),
+            link_warning_is_given: false,
         })
     }
 

@@ -4,17 +4,18 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, Frame, NodeId,
 };
+use dyn_can::Alarm;
 use embedded_can::nb::Can;
 use embedded_can::{Frame as _, Id, StandardId};
 
-use crate::bench::scratch;
+use crate::bench::{scratch, wait_until};
 use crate::terminal::Terminal;
 
 /// Frames that wait in the adapter; one more is refused.
@@ -107,22 +108,83 @@ pub(crate) struct End {
     pub(crate) refused: [u64; 2],
 }
 
+/// How far the tool has come, as its frames tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Stage {
+    /// It has asked something.
+    Looks,
+    /// It has told drive 1 to switch on.
+    Enables,
+    /// It has sent thirty set-points to drive 1.
+    Streams,
+    /// It has told drive 1 to switch off.
+    Disables,
+}
+
+/// What the tool has sent so far.
+#[derive(Debug, Default)]
+struct Progress {
+    frames: AtomicU32,
+    enables: AtomicU32,
+    set_points: AtomicU32,
+    disables: AtomicU32,
+}
+
+impl Progress {
+    fn note(&self, frame: &Frame) {
+        let is = |id: u16| StandardId::new(id).is_some_and(|id| frame.id() == Id::Standard(id));
+        self.frames.fetch_add(1, Ordering::Relaxed);
+        // Functions 1Ch and 19h of drive 1: a set-point, and Servo_Disable with 00 for on and FF for off.
+        if is(0x03C) {
+            self.set_points.fetch_add(1, Ordering::Relaxed);
+        } else if is(0x039) && frame.data() == [0x00] {
+            self.enables.fetch_add(1, Ordering::Relaxed);
+        } else if is(0x039) {
+            self.disables.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    fn has_reached(&self, stage: Stage) -> bool {
+        let (count, least) = match stage {
+            Stage::Looks => (&self.frames, 1),
+            Stage::Enables => (&self.enables, 1),
+            Stage::Streams => (&self.set_points, 30),
+            Stage::Disables => (&self.disables, 1),
+        };
+        count.load(Ordering::Relaxed) >= least
+    }
+}
+
 /// An adapter that is running, with drive 1 off and drive 2 on.
 pub(crate) struct FakeAdapter {
     link: PathBuf,
     is_over: Arc<AtomicBool>,
+    progress: Arc<Progress>,
+    /// The drive whose alarm is to be raised, 0 for none.
+    alarm: Arc<AtomicUsize>,
     thread: Option<JoinHandle<End>>,
 }
 
 impl FakeAdapter {
     pub(crate) fn start(name: &str, manner: Manner) -> Self {
-        let link = scratch(&format!("adapter-{name}"));
+        Self::start_at(scratch(&format!("adapter-{name}")), manner)
+    }
+
+    /// The same with its terminal at a path.
+    pub(crate) fn start_at(link: PathBuf, manner: Manner) -> Self {
         let mut terminal = Terminal::new(&link);
         let is_over = Arc::new(AtomicBool::new(false));
         let over = Arc::clone(&is_over);
+        let progress = Arc::new(Progress::default());
+        let alarm = Arc::new(AtomicUsize::new(0));
+        let (seen, raised) = (Arc::clone(&progress), Arc::clone(&alarm));
         let thread = std::thread::spawn(move || {
-            let mut device = Device::new(manner);
+            let mut device = Device::new(manner, seen);
             while !over.load(Ordering::Relaxed) {
+                if let Some(place) = raised.swap(0, Ordering::Relaxed).checked_sub(1) {
+                    let drive = device.bench.device_mut(device.drives[place]);
+                    drive.faults_mut().raise_alarm(Alarm::OverCurrent);
+                }
                 let heard = terminal.read();
                 device.hear(&heard);
                 device.pass_on();
@@ -133,8 +195,31 @@ impl FakeAdapter {
         Self {
             link,
             is_over,
+            progress,
+            alarm,
             thread: Some(thread),
         }
+    }
+
+    /// Waits until the tool has come so far.
+    pub(crate) fn await_stage(&self, stage: Stage) {
+        self.await_stage_or(stage, || false);
+    }
+
+    /// Waits until the tool has come so far, or has ended.
+    pub(crate) fn await_stage_or(&self, stage: Stage, mut is_over: impl FnMut() -> bool) {
+        wait_until(&format!("{stage:?}"), || {
+            self.progress.has_reached(stage) || is_over()
+        });
+    }
+
+    pub(crate) fn has_reached(&self, stage: Stage) -> bool {
+        self.progress.has_reached(stage)
+    }
+
+    /// Raises an alarm of a drive.
+    pub(crate) fn raise_alarm(&self, drive: usize) {
+        self.alarm.store(drive, Ordering::Relaxed);
     }
 
     pub(crate) fn path(&self) -> &str {
@@ -173,11 +258,12 @@ struct Device {
     to_host: Vec<u8>,
     answers: usize,
     frames: usize,
+    progress: Arc<Progress>,
     end: End,
 }
 
 impl Device {
-    fn new(manner: Manner) -> Self {
+    fn new(manner: Manner, progress: Arc<Progress>) -> Self {
         let mut bench = Bench::new(Bus::new(BitRate::Kbit1000));
         let node = bench.add_master(ControllerConfig::device());
         let drives = [(1, false), (2, true)].map(|(number, is_on)| {
@@ -208,6 +294,7 @@ impl Device {
             to_host: Vec::new(),
             answers: 0,
             frames: 0,
+            progress,
             end: End {
                 drives: [nothing; 2],
                 repeated: 0,
@@ -290,6 +377,7 @@ impl Device {
         }
         self.end.repeated += usize::from(is_repeated);
         self.end.early += usize::from(!self.is_set_up);
+        self.progress.note(&frame);
         self.bench.port(self.node).transmit(&frame).expect("room");
         self.answer(b"z\r");
     }

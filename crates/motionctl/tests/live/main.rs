@@ -5,6 +5,8 @@ mod adapters;
 mod bench;
 mod commission;
 mod power;
+mod power_matrix;
+mod relay;
 mod run;
 mod serial;
 mod serial_echo;

@@ -138,12 +138,13 @@ fn an_adapter_that_vanishes_ends_the_motion_with_a_clear_message() {
     bench.kill();
     let output = child.wait_with_output().expect("its output");
     assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let (_, errors) = status_and_errors(&output);
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        text.contains("the link failed: the adapter is gone"),
-        "{text}"
-    );
-    assert!(text.contains("may still be ENABLED"), "{text}");
+    for text in [errors.as_str(), &text] {
+        let said = "the link failed: the adapter is gone";
+        assert!(text.contains(said), "{text}");
+    }
+    assert!(errors.contains("may still be ENABLED"), "{errors}");
 }
 
 /// Finding 1: the motion would have ended while the adapter was frozen.

@@ -20,12 +20,18 @@ pub(crate) struct Terminal {
 impl Terminal {
     /// A terminal in raw mode with a link to the side that others open.
     pub(crate) fn new(link: &Path) -> Self {
-        let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo-terminal");
+        let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
+            .expect("a pseudo-terminal");
         grantpt(&device).expect("granted");
         unlockpt(&device).expect("unlocked");
         let name = ptsname(&device, Vec::new()).expect("a name");
         let name = name.to_str().expect("plain text");
-        let line = open(name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("its line");
+        let line = open(
+            name,
+            OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
+            Mode::empty(),
+        )
+        .expect("its line");
         let mut settings = tcgetattr(&line).expect("settings");
         settings.make_raw();
         tcsetattr(&line, OptionalActions::Now, &settings).expect("raw");

@@ -112,9 +112,13 @@ impl Line {
                 Busy::Encode(error) => fault(error.to_string()),
                 other => fault(other.to_string()),
             })?;
+        let echoes_before = self.client.traffic().echoes;
         self.finish()
             .map_err(DrivesError::Link)?
             .map_err(|failure| match failure {
+                Failure::NoReply { .. } if self.client.traffic().echoes > echoes_before => {
+                    DrivesError::OnlyEchoes { drive }
+                }
                 Failure::NoReply { .. } => DrivesError::NoAnswer { drive },
                 other => fault(other.to_string()),
             })

@@ -162,7 +162,7 @@ fn what_does_not_answer_as_an_adapter_is_told() {
     });
     let refused = open(&narrow).unwrap_err();
     assert!(
-        refused.to_string().contains("refuses the command S8"),
+        refused.to_string().contains("answers BEL to S8"),
         "{refused}"
     );
     let odd = Settings {
