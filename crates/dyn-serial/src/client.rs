@@ -19,7 +19,7 @@ use crate::packet::Packet;
 use crate::reply::Reply;
 use crate::request::Request;
 use crate::stream::{Decoder, Event, LineCounters};
-use sent::SentPackets;
+use sent::{EchoOf, SentPackets};
 
 pub use outcome::{Answer, Busy, Failure, Poll, Traffic};
 pub use timing::{BYTE_US, Timing};
@@ -37,8 +37,29 @@ struct Job {
     held: Option<Packet>,
     /// Such a packet came at least once.
     is_doubtful: bool,
+    /// Something that was sent came back since the request was sent.
+    is_echoed: bool,
     /// Damaged packets and stray bytes when the request was sent.
     damage: u32,
+}
+
+impl Job {
+    /// Something that was sent came back. When it is the request itself, what came before it was sent before it too.
+    fn after_echo(self, echo: Option<EchoOf>) -> Self {
+        match echo {
+            Some(EchoOf::Latest) => Self {
+                held: None,
+                is_doubtful: false,
+                is_echoed: true,
+                ..self
+            },
+            Some(EchoOf::Earlier) => Self {
+                is_echoed: true,
+                ..self
+            },
+            None => self,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -118,6 +139,7 @@ impl Client {
             bad: None,
             held: None,
             is_doubtful: false,
+            is_echoed: false,
             damage: 0,
         };
         self.state = State::Listening {
@@ -196,6 +218,7 @@ impl Client {
         }
         job.sent = job.sent.saturating_add(1);
         job.held = None;
+        job.is_echoed = false;
         job.damage = self.damage();
         let bytes = job.packet.as_bytes().len() as u64;
         self.quiet_from_us = now_us.saturating_add(bytes * u64::from(BYTE_US));
@@ -223,9 +246,10 @@ impl Client {
     fn time_out(&mut self, now_us: u64, job: Job) -> Poll {
         if let Some(held) = job.held
             && job.damage == self.damage()
+            && !job.is_echoed
             && let Ok((from, reply)) = Reply::decode(&held)
         {
-            // The request itself did not come back, so nothing that was sent before it does.
+            // The line brings nothing back: not the request, and so nothing that was sent before it.
             self.sent.take(&held, now_us);
             count(&mut self.traffic.replies);
             self.state = State::Idle;
@@ -253,21 +277,17 @@ impl Client {
 
     fn hear(&mut self, now_us: u64, packet: &Packet) {
         let State::Waiting { job, until_us } = self.state else {
-            return self.hear_unasked(now_us, packet);
+            let _ = self.hear_unasked(now_us, packet);
+            return;
         };
-        if *packet == job.packet {
-            // What came before it was sent before it.
-            let job = Job {
-                held: None,
-                is_doubtful: false,
-                ..job
-            };
-            self.state = State::Waiting { job, until_us };
-            return self.hear_unasked(now_us, packet);
-        }
         let is_from_it = job.to == Address::All || packet.start_byte() == job.to.start_byte();
         if !is_from_it || job.awaited.map(ReplyFunction::code) != Some(packet.code()) {
-            return self.hear_unasked(now_us, packet);
+            let echo = self.hear_unasked(now_us, packet);
+            self.state = State::Waiting {
+                job: job.after_echo(echo),
+                until_us,
+            };
+            return;
         }
         if self.sent.holds(packet, now_us) {
             count(&mut self.traffic.doubtful);
@@ -283,13 +303,18 @@ impl Client {
     }
 
     /// A packet that is not the reply that is awaited.
-    fn hear_unasked(&mut self, now_us: u64, packet: &Packet) {
-        if self.sent.take(packet, now_us) {
-            self.echo_until_us = 0;
-            count(&mut self.traffic.echoes);
-        } else {
-            count(&mut self.traffic.unexpected);
+    fn hear_unasked(&mut self, now_us: u64, packet: &Packet) -> Option<EchoOf> {
+        let echo = self.sent.take(packet, now_us);
+        match echo {
+            Some(EchoOf::Latest) => self.echo_until_us = 0,
+            Some(EchoOf::Earlier) | None => {}
         }
+        count(if echo.is_some() {
+            &mut self.traffic.echoes
+        } else {
+            &mut self.traffic.unexpected
+        });
+        echo
     }
 
     fn hear_reply(&mut self, packet: &Packet, job: Job, until_us: u64) {

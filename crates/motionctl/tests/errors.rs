@@ -242,6 +242,7 @@ const NO_LISTEN: Manner = Manner {
 };
 const ONLY_ECHOES: Line = Line {
     echo: Some(Duration::ZERO),
+    replies_late: Duration::ZERO,
     drops_settings: false,
     drops_all: true,
     stale: &[],

@@ -228,39 +228,45 @@ fn read() -> impl Strategy<Value = (Request, Reply)> {
 }
 
 proptest! {
-    /// Every echo of a request sent before, late, in front of every read: the value is that of the reply, or there is none.
+    /// Whatever was sent before a read, with every echo in its order, those of the last ones late: the value is that of the reply, or
+    /// there is none.
     #[test]
     fn no_echo_is_a_value(
-        before in earlier(), (request, reply) in read(), replies: bool, echoes: bool, late_us in 0..2_000_u64
+        before in proptest::collection::vec(earlier(), 1..6), on_time in 0..6_usize, (request, reply) in read(),
+        replies: bool, echoes: bool, late_us in 0..2_000_u64
     ) {
+        let packet = |request: &Request| request.encode(drive(1).into(), &Dialect::MANUAL).unwrap();
         let mut client = Client::new(Dialect::MANUAL, Timing::ONE_DRIVE);
-        let before_us = send(&mut client, START_US, &before);
-        let packet = before.encode(drive(1).into(), &Dialect::MANUAL).unwrap();
-        // A read that comes before is given up.
-        client.abandon();
-        let mut now_us = send(&mut client, before_us, &request) + late_us;
-        // Each attempt the echo of the request, in the first one that of the request before, and then the reply of a drive that is there.
-        let mut is_first = true;
+        let mut now_us = START_US;
+        let mut late = Vec::new();
+        for (number, request) in before.iter().enumerate() {
+            now_us = send(&mut client, now_us, request);
+            // A read is given up.
+            client.abandon();
+            if echoes && number < on_time {
+                hear(&mut client, now_us + 1_000, packet(request).as_bytes());
+            } else if echoes {
+                late.push(packet(request));
+            }
+        }
+        now_us = send(&mut client, now_us, &request) + late_us;
+        // In each attempt the echo of the request, in the first one behind those that are late, and then the reply.
         let end = loop {
+            for echo in late.drain(..) {
+                hear(&mut client, now_us, echo.as_bytes());
+            }
             if echoes {
-                if core::mem::take(&mut is_first) {
-                    hear(&mut client, now_us, packet.as_bytes());
-                }
-                let echo = request.encode(drive(1).into(), &Dialect::MANUAL).unwrap();
-                hear(&mut client, now_us + 1_000, echo.as_bytes());
+                hear(&mut client, now_us + 1_000, packet(&request).as_bytes());
             }
             if replies {
                 hear(&mut client, now_us + 2_000, reply.encode(drive(1)).as_bytes());
             }
-            let done: Vec<Poll> = core::iter::once(client.poll(now_us + 2_000))
-                .chain((0..50).map(|ms| client.poll(now_us + 2_000 + ms * 1_000)))
-                .filter(|poll| matches!(poll, Poll::Done(_) | Poll::Transmit(_)))
-                .take(1)
-                .collect();
+            let mut polls = (2..52).map(|ms| client.poll(now_us + ms * 1_000));
+            let end = polls.find(|poll| !matches!(poll, Poll::Wait { .. }));
             now_us += 52_000;
-            match done.first() {
+            match end {
                 Some(Poll::Transmit(_)) | None => {}
-                Some(end) => break *end,
+                Some(end) => break end,
             }
         };
         if replies {

@@ -19,7 +19,16 @@ struct Entry {
     until_us: u64,
 }
 
-/// The packets that were sent last, oldest first.
+/// What a packet that comes back is the echo of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum EchoOf {
+    /// The packet that was sent last.
+    Latest,
+    /// One that was sent before it.
+    Earlier,
+}
+
+/// The packets that were sent last, oldest first, each as often as it was sent.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct SentPackets([Option<Entry>; PACKETS]);
@@ -27,13 +36,8 @@ pub(super) struct SentPackets([Option<Entry>; PACKETS]);
 impl SentPackets {
     pub(super) const NONE: Self = Self([None; PACKETS]);
 
-    /// A packet is sent. The same one sent before counts no more, and nor does the oldest where there is no room.
+    /// A packet is sent. Where there is no room the oldest counts no more.
     pub(super) fn push(&mut self, packet: Packet, now_us: u64) {
-        let same = |entry: &&mut Option<Entry>| entry.is_some_and(|entry| entry.packet == packet);
-        if let Some(entry) = self.0.iter_mut().find(same) {
-            *entry = None;
-        }
-        self.close_gaps();
         if self.0.iter().all(Option::is_some) {
             self.forget_through(0);
         }
@@ -50,13 +54,16 @@ impl SentPackets {
         self.place(packet, now_us).is_some()
     }
 
-    /// This packet came back; returns false when it cannot have. A line keeps the order, so those before it will not any more.
-    pub(super) fn take(&mut self, packet: &Packet, now_us: u64) -> bool {
-        let place = self.place(packet, now_us);
-        if let Some(place) = place {
-            self.forget_through(place);
-        }
-        place.is_some()
+    /// This packet came back; `None` when it cannot have. A line keeps the order: it is the oldest of its kind, and those before it will
+    /// not come any more.
+    pub(super) fn take(&mut self, packet: &Packet, now_us: u64) -> Option<EchoOf> {
+        let place = self.place(packet, now_us)?;
+        self.forget_through(place);
+        Some(if self.0.iter().all(Option::is_none) {
+            EchoOf::Latest
+        } else {
+            EchoOf::Earlier
+        })
     }
 
     fn place(&self, packet: &Packet, now_us: u64) -> Option<usize> {
@@ -69,10 +76,6 @@ impl SentPackets {
         for entry in self.0.iter_mut().take(place + 1) {
             *entry = None;
         }
-        self.close_gaps();
-    }
-
-    fn close_gaps(&mut self) {
         let mut kept = [None; PACKETS];
         let entries = self.0.iter().filter(|entry| entry.is_some());
         for (to, from) in kept.iter_mut().zip(entries) {
@@ -99,25 +102,27 @@ mod tests {
         for value in 1..=4 {
             sent.push(gain(value), 0);
         }
-        assert!(sent.take(&gain(2), 10));
+        assert_eq!(sent.take(&gain(2), 10), Some(EchoOf::Earlier));
         let left = [1, 2, 3, 4].map(|value| sent.holds(&gain(value), 10));
         assert_eq!(left, [false, false, true, true]);
-        assert!(!sent.take(&gain(1), 10));
+        assert_eq!(sent.take(&gain(1), 10), None);
+        assert_eq!(sent.take(&gain(4), 10), Some(EchoOf::Latest));
     }
 
     #[test]
     fn the_latest_packets_are_remembered_for_a_while() {
         let mut sent = SentPackets::NONE;
-        for value in 1..=10 {
+        for value in 1..=9 {
             sent.push(gain(value), 0);
         }
-        // Once more: it is the latest now, and not there twice.
+        // Once more: it may come back twice.
         sent.push(gain(3), 500_000);
-        let held = |sent: &SentPackets, now_us| {
-            [2, 3, 4, 10].map(|value| sent.holds(&gain(value), now_us))
-        };
+        let held =
+            |sent: &SentPackets, now_us| [2, 3, 4, 9].map(|value| sent.holds(&gain(value), now_us));
         assert_eq!(held(&sent, 999_999), [false, true, true, true]);
         assert_eq!(held(&sent, 1_000_000), [false, true, false, false]);
         assert_eq!(held(&sent, 1_500_000), [false; 4]);
+        assert_eq!(sent.take(&gain(3), 10), Some(EchoOf::Earlier));
+        assert_eq!(sent.take(&gain(3), 10), Some(EchoOf::Latest));
     }
 }

@@ -35,6 +35,8 @@ const POWERED_NS: u64 = 1_000_000_000;
 pub(crate) struct Manner {
     /// The answer to `V`; `None`: it refuses it.
     pub(crate) version: Option<&'static str>,
+    /// It does not even refuse a command that it does not know.
+    pub(crate) ignores_unknown: bool,
     /// It answers commands.
     pub(crate) acknowledges: bool,
     /// It answers nothing but frames and, where there is one, its version.
@@ -67,6 +69,7 @@ impl Manner {
     /// As the manual of the CAN232 says.
     pub(crate) const LAWICEL: Self = Self {
         version: Some("V1013"),
+        ignores_unknown: false,
         acknowledges: true,
         knows_listen: true,
         boots: Duration::ZERO,
@@ -339,7 +342,7 @@ impl Device {
         }
         self.last.clone_from(&command);
         let done = match command.as_slice() {
-            [b'V'] => {
+            [b'V'] if self.manner.version.is_some() || !self.manner.ignores_unknown => {
                 let version = self.manner.version.unwrap_or("\x07");
                 self.to_host.extend(version.bytes());
                 if self.manner.version.is_some() {
@@ -355,6 +358,7 @@ impl Device {
             }
             [b'L'] => self.manner.knows_listen && !std::mem::replace(&mut self.is_open, true),
             [b't', ..] => return self.transmit(&command, is_repeated),
+            _ if self.manner.ignores_unknown => return,
             _ => false,
         };
         if self.manner.acknowledges {

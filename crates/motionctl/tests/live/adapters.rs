@@ -108,6 +108,12 @@ fn without_a_version() {
         ..Manner::LAWICEL
     };
     is_used("no-version", manner, Motion::Completes);
+    let manner = Manner {
+        ignores_unknown: true,
+        ..manner
+    };
+    let adapter = FakeAdapter::start("ignores-version", manner);
+    moves("ignores-version", adapter, Motion::Completes);
 }
 
 #[test]

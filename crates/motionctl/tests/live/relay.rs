@@ -16,6 +16,8 @@ use crate::terminal::Terminal;
 pub(crate) struct Line {
     /// It brings back what the host sends, after so long.
     pub(crate) echo: Option<Duration>,
+    /// Replies take so much longer.
+    pub(crate) replies_late: Duration,
     /// Settings (functions 10h to 17h) never reach the drive.
     pub(crate) drops_settings: bool,
     /// Nothing reaches the drive.
@@ -50,6 +52,7 @@ impl Relay {
         let thread = std::thread::spawn(move || {
             let mut to_host = line.stale.to_vec();
             let mut echoes: Vec<(Instant, Vec<u8>)> = Vec::new();
+            let mut replies: Vec<(Instant, Vec<u8>)> = Vec::new();
             while !over.load(Ordering::Relaxed) {
                 let sent = host.read();
                 if let Some(delay) = line.echo.filter(|_| !sent.is_empty()) {
@@ -61,12 +64,15 @@ impl Relay {
                 if !(line.drops_all || line.drops_settings && is_setting) {
                     drives.write_all(&sent).expect("room");
                 }
-                while echoes.first().is_some_and(|(at, _)| *at <= Instant::now()) {
-                    to_host.extend(echoes.remove(0).1);
-                }
                 let mut buffer = [0; 256];
                 if let Ok(length) = drives.read(&mut buffer) {
-                    to_host.extend(&buffer[..length]);
+                    let at = Instant::now() + line.replies_late;
+                    replies.push((at, buffer[..length].to_vec()));
+                }
+                for queue in [&mut echoes, &mut replies] {
+                    while queue.first().is_some_and(|(at, _)| *at <= Instant::now()) {
+                        to_host.extend(queue.remove(0).1);
+                    }
                 }
                 host.write(&mut to_host, None);
             }

@@ -19,21 +19,23 @@ fn main_gain(bench: &BenchProcess, drive: &str) -> i64 {
 }
 
 const AT_ONCE: Duration = Duration::ZERO;
-/// Longer than the tool listens for an echo before it sends again.
-const LATE: Duration = Duration::from_millis(60);
+/// So late that it comes while the read-back is awaited.
+const LATE: Duration = Duration::from_millis(53);
 
 #[test]
 fn a_setting_that_only_its_echo_knows_is_not_taken() {
-    for echo in [
-        Some(AT_ONCE),
-        Some(Duration::from_millis(15)),
-        Some(LATE),
-        None,
+    for (echo, replies_late) in [
+        (Some(AT_ONCE), Duration::ZERO),
+        (Some(Duration::from_millis(15)), Duration::ZERO),
+        // The echo comes while the read-back is awaited, in front of its reply.
+        (Some(LATE), Duration::from_millis(20)),
+        (None, Duration::ZERO),
     ] {
         let name = format!("echo-drop-{echo:?}");
         let bench = BenchProcess::start_with_serial(&name, "1", &[]);
         let line = Line {
             echo,
+            replies_late,
             drops_settings: true,
             ..Line::default()
         };
