@@ -7,6 +7,7 @@
 //!   request that was sent after it, because a line keeps the order.
 //! - Only reads are repeated. A command is sent once and not acknowledged: repeating a relative move would double it.
 
+mod hear;
 mod outcome;
 mod sent;
 mod timing;
@@ -19,7 +20,7 @@ use crate::packet::Packet;
 use crate::reply::Reply;
 use crate::request::Request;
 use crate::stream::{Decoder, Event, LineCounters};
-use sent::{EchoOf, SentPackets};
+use sent::SentPackets;
 
 pub use outcome::{Answer, Busy, Failure, Poll, Traffic};
 pub use timing::{BYTE_US, Timing};
@@ -41,25 +42,6 @@ struct Job {
     is_echoed: bool,
     /// Damaged packets and stray bytes when the request was sent.
     damage: u32,
-}
-
-impl Job {
-    /// Something that was sent came back. When it is the request itself, what came before it was sent before it too.
-    fn after_echo(self, echo: Option<EchoOf>) -> Self {
-        match echo {
-            Some(EchoOf::Latest) => Self {
-                held: None,
-                is_doubtful: false,
-                is_echoed: true,
-                ..self
-            },
-            Some(EchoOf::Earlier) => Self {
-                is_echoed: true,
-                ..self
-            },
-            None => self,
-        }
-    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -246,6 +228,7 @@ impl Client {
     fn time_out(&mut self, now_us: u64, job: Job) -> Poll {
         if let Some(held) = job.held
             && job.damage == self.damage()
+            && self.decoder.unfinished().is_empty()
             && !job.is_echoed
             && let Ok((from, reply)) = Reply::decode(&held)
         {
@@ -273,69 +256,6 @@ impl Client {
             since_us: now_us,
         };
         self.listen(now_us, job, now_us)
-    }
-
-    fn hear(&mut self, now_us: u64, packet: &Packet) {
-        let State::Waiting { job, until_us } = self.state else {
-            let _ = self.hear_unasked(now_us, packet);
-            return;
-        };
-        let is_from_it = job.to == Address::All || packet.start_byte() == job.to.start_byte();
-        if !is_from_it || job.awaited.map(ReplyFunction::code) != Some(packet.code()) {
-            let echo = self.hear_unasked(now_us, packet);
-            self.state = State::Waiting {
-                job: job.after_echo(echo),
-                until_us,
-            };
-            return;
-        }
-        if self.sent.holds(packet, now_us) {
-            count(&mut self.traffic.doubtful);
-            let job = Job {
-                held: Some(*packet),
-                is_doubtful: true,
-                ..job
-            };
-            self.state = State::Waiting { job, until_us };
-            return;
-        }
-        self.hear_reply(packet, job, until_us);
-    }
-
-    /// A packet that is not the reply that is awaited.
-    fn hear_unasked(&mut self, now_us: u64, packet: &Packet) -> Option<EchoOf> {
-        let echo = self.sent.take(packet, now_us);
-        match echo {
-            Some(EchoOf::Latest) => self.echo_until_us = 0,
-            Some(EchoOf::Earlier) | None => {}
-        }
-        count(if echo.is_some() {
-            &mut self.traffic.echoes
-        } else {
-            &mut self.traffic.unexpected
-        });
-        echo
-    }
-
-    fn hear_reply(&mut self, packet: &Packet, job: Job, until_us: u64) {
-        match Reply::decode(packet) {
-            Ok((from, reply)) => {
-                count(&mut self.traffic.replies);
-                self.echo_until_us = 0;
-                self.state = State::Done(Ok(Answer::Reply { from, reply }));
-            }
-            Err(error) => {
-                count(match error {
-                    DecodeError::Length { .. } => &mut self.traffic.wrong_length,
-                    _ => &mut self.traffic.out_of_range,
-                });
-                let bad = Some(error);
-                self.state = State::Waiting {
-                    job: Job { bad, ..job },
-                    until_us,
-                };
-            }
-        }
     }
 }
 
