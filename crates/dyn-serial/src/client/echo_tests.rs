@@ -150,6 +150,25 @@ fn on_a_disturbed_line_the_doubt_is_an_error() {
 }
 
 #[test]
+fn where_another_request_came_back_the_doubt_is_an_error() {
+    let mut client = Client::new(Dialect::MANUAL, Timing::ONE_DRIVE);
+    let now_us = send(&mut client, START_US, &Request::ReadMainGain);
+    hear(&mut client, now_us + 4_000, &IS_20);
+    assert_eq!(client.poll(now_us + 4_000), is(20));
+    let set = Request::SetMainGain(gain(33));
+    let now_us = send(&mut client, now_us + 4_000, &set);
+    assert_eq!(client.poll(now_us), Poll::Done(Ok(Answer::Sent)));
+    let now_us = send(&mut client, now_us, &Request::ReadMainGain);
+    // The echoes of the first read and of the setting; that of the second read is lost, and the drive is silent.
+    hear(&mut client, now_us + 500, &READ);
+    hear(&mut client, now_us + 1_600, &IS_33);
+    assert_eq!(
+        end_of(&mut client, now_us + 1_600),
+        Poll::Done(Err(Failure::Doubtful { attempts: 3 }))
+    );
+}
+
+#[test]
 fn what_is_on_the_line_at_the_start_is_listened_for() {
     let mut client = Client::new(Dialect::MANUAL, Timing::ONE_DRIVE);
     client
