@@ -3,7 +3,8 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
-use can_motion::{Fault, PollPeriods};
+use can_motion::facts::Knowledge;
+use can_motion::{AxisSnapshot, Fault, PollPeriods};
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, Frame, NodeId,
     TxOrder,
@@ -12,7 +13,7 @@ use dyn_can::{Alarm, DriveId, FunctionCode, GearNumber};
 use embedded_can::nb::Can;
 use embedded_can::{Frame as _, Id, StandardId};
 
-use super::{AxisOptions, BringUpError, End, LookError, Station, look, unconfirmed_warning};
+use super::{AxisOptions, BringUpError, End, GROUP, LookError, Station, look, unconfirmed_warning};
 use crate::lawicel;
 use crate::link::Link;
 use crate::link::fake_adapter::{FakeAdapter, set_up_answer};
@@ -281,4 +282,63 @@ fn an_adapter_that_is_gone_is_said_with_the_drives_that_may_be_on() {
         warning.contains("drives 1, 2 may still be ENABLED"),
         "{warning}"
     );
+}
+
+#[test]
+fn frames_that_nobody_answers_for_let_every_axis_anchor_anew() {
+    let is_mute = Arc::new(Mutex::new(false));
+    let mute = Arc::clone(&is_mute);
+    let rig = Rig::new("mute", [false, true], move |sim, frame| {
+        if *mute.lock().unwrap() {
+            // It goes out, and nobody says so.
+            sim.exchange(frame);
+            return Way::Frozen;
+        }
+        Way::OntoTheBus
+    });
+    let mut link = rig.adapter.open();
+    let mut station = station(&mut link);
+    station.bring_up().unwrap();
+    *is_mute.lock().unwrap() = true;
+    let mut cycle = |station: &mut Station<'_>| {
+        station
+            .cycle(|master, number| {
+                for axis in 0..2 {
+                    // Refused once the axis has stopped.
+                    let _ = master.set_target(axis, number as i32 / 20);
+                }
+            })
+            .unwrap();
+    };
+    let start = station.now();
+    let is_anchored = |axis: AxisSnapshot| axis.facts.knowledge == Knowledge::Anchored;
+    while station.snapshots().any(is_anchored) {
+        cycle(&mut station);
+        assert!(station.now().us_since(start) < 10_000_000, "no fault");
+    }
+    for axis in station.snapshots() {
+        assert_eq!(axis.fault, Some(Fault::Bus), "{axis:?}");
+        assert!(!axis.facts.moves(), "{axis:?}");
+    }
+    *is_mute.lock().unwrap() = false;
+    // Refused until the drives have said whether they still hold.
+    let clear = |station: &mut Station<'_>| {
+        let now = station.now();
+        station.master().clear(now, GROUP)
+    };
+    while clear(&mut station).is_err() {
+        cycle(&mut station);
+        assert!(station.now().us_since(start) < 20_000_000, "no clear");
+    }
+    while !station.snapshots().all(is_anchored) {
+        cycle(&mut station);
+        assert!(station.now().us_since(start) < 20_000_000, "no anchor");
+    }
+    let sent: Vec<i64> = station
+        .snapshots()
+        .map(|axis| axis.sent_counts.into())
+        .collect();
+    let mut sim = rig.sim.lock().unwrap();
+    let reached = [1, 2].map(|drive| sim.drive(drive).commanded_counts());
+    assert_eq!(sent, reached);
 }

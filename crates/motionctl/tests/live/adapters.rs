@@ -132,6 +132,12 @@ fn without_acknowledgements() {
         ..Manner::LAWICEL
     };
     is_used("no-ack", manner, Motion::Completes);
+    let adapter = FakeAdapter::start("no-ack-note", manner);
+    let enable = ["enable", "--drives", "1,2", "--for", "1", "--yes"];
+    let (status, _, errors) = command(&adapter, &enable);
+    assert_eq!(status, Some(0), "{errors}");
+    let note = "acknowledges no frame";
+    assert!(errors.contains(note), "the doubt is to be seen: {errors}");
 }
 
 #[test]
