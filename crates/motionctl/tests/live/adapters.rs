@@ -1,11 +1,12 @@
 //! Every kind of adapter under the commands that people use: the drives behind it count what reaches them.
 
+use std::io::{BufRead, BufReader};
 use std::time::Duration;
 
 use serde_json::Value;
 
 use crate::adapter::{DriveEnd, End, FakeAdapter, Manner};
-use crate::bench::{Scratch, motionctl, status_and_errors};
+use crate::bench::{Scratch, interrupt, motionctl, status_and_errors};
 
 /// Two axes, one turn and half a turn back, in half a second; a turn of the default gear number is 16384 counts.
 const MOTION: &str = "time_s,a,b\n0,0,0\n0.25,180,-90\n0.5,360,-180\n";
@@ -266,4 +267,43 @@ fn that_cannot_only_listen() {
     let (status, _, errors) = command(&adapter, &["decode"]);
     assert_eq!(status, Some(3), "{errors}");
     assert!(errors.contains("--acknowledge"), "{errors}");
+}
+
+#[test]
+fn a_listener_hears_an_alarm_through_every_kind_that_listens() {
+    let silent = Manner {
+        acknowledges: false,
+        ..Manner::LAWICEL
+    };
+    let no_listen = Manner {
+        knows_listen: false,
+        ..Manner::LAWICEL
+    };
+    let active = &["--acknowledge"][..];
+    let cases = [
+        ("listen", Manner::LAWICEL, &[][..]),
+        ("listen-silent", silent, &[]),
+        ("listen-active", no_listen, active),
+    ];
+    for (name, manner, options) in cases {
+        let adapter = FakeAdapter::start(name, manner);
+        let link = ["decode", "--slcan", adapter.path(), "--baud", "921600"];
+        let mut child = motionctl(&[&link[..], options].concat())
+            .spawn()
+            .expect("motionctl starts");
+        // The adapter is opened.
+        std::thread::sleep(Duration::from_secs(2));
+        adapter.raise_alarm(2);
+        let mut line = String::new();
+        let mut lines = BufReader::new(child.stdout.take().expect("it is piped"));
+        while !line.contains("over-current") && !line.contains("Drive_Error") {
+            line.clear();
+            let length = lines.read_line(&mut line).expect("a line");
+            assert_ne!(length, 0, "{name}: it ended");
+        }
+        interrupt(&child);
+        assert_eq!(child.wait().expect("its end").code(), Some(0), "{name}");
+        let end = adapter.stop();
+        assert_eq!((end.repeated, end.early), (0, 0), "{name}: {end:?}");
+    }
 }

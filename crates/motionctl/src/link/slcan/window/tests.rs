@@ -221,3 +221,33 @@ proptest::proptest! {
         proptest::prop_assert!(given_back.iter().all(|frame| refused.contains(frame)));
     }
 }
+
+proptest::proptest! {
+    /// Whatever an adapter answers, and when: there is room again after the stated time of silence, and no frame is given back that
+    /// was not handed over, or twice.
+    #[test]
+    fn nothing_holds_the_window_up_for_longer_than_stated(
+        steps in proptest::collection::vec((0..4_u8, 0..600_u64), 0..300), most in 1..=MOST_UNANSWERED
+    ) {
+        let mut rig = Rig::new();
+        rig.window = Window::new(most);
+        let mut back = Vec::new();
+        for (what, ms) in steps {
+            match what {
+                0 if rig.window.has_room() => rig.send(1),
+                1 => rig.hear("z"),
+                2 => rig.hear("b"),
+                _ => rig.pass(Duration::from_millis(ms)),
+            }
+            back.extend(rig.outcome().0);
+        }
+        rig.pass(ANSWER_LIMIT);
+        proptest::prop_assert!(rig.window.has_room());
+        back.extend(rig.outcome().0);
+        let handed_over: Vec<Frame> = (0..rig.sent).map(frame).collect();
+        for (place, frame) in back.iter().enumerate() {
+            proptest::prop_assert!(handed_over.contains(frame));
+            proptest::prop_assert!(!back[..place].contains(frame));
+        }
+    }
+}
