@@ -300,7 +300,7 @@ fn frames_that_nobody_answers_for_let_every_axis_anchor_anew() {
     let mut station = station(&mut link);
     station.bring_up().unwrap();
     *is_mute.lock().unwrap() = true;
-    let mut cycle = |station: &mut Station<'_>| {
+    let cycle = |station: &mut Station<'_>| {
         station
             .cycle(|master, number| {
                 for axis in 0..2 {
