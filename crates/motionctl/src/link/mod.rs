@@ -33,6 +33,9 @@ use socket_can::SocketCan;
 pub(crate) struct Link {
     adapter: Adapter,
     bit_rate: BitRate,
+    /// The next frame is one at which this program panics.
+    #[cfg(test)]
+    pub(crate) panics: std::sync::Arc<std::sync::atomic::AtomicBool>,
 }
 
 #[derive(Debug)]
@@ -50,6 +53,8 @@ impl Link {
             adapter,
             // Listeners may use rates that no drive knows, and they plan nothing.
             bit_rate: BitRate::from_kbit_per_s(kbit_per_s).unwrap_or(BitRate::Kbit1000),
+            #[cfg(test)]
+            panics: std::sync::Arc::default(),
         }
     }
 
@@ -103,6 +108,13 @@ impl Can for Link {
     type Error = LinkFault;
 
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, LinkFault> {
+        #[cfg(test)]
+        assert!(
+            !self
+                .panics
+                .swap(false, std::sync::atomic::Ordering::Relaxed),
+            "a test asked for it"
+        );
         match &mut self.adapter {
             Adapter::Slcan(slcan) => slcan.transmit(frame),
             #[cfg(target_os = "linux")]

@@ -1,6 +1,7 @@
 //! What becomes of the power of simulated drives, whatever ends a motion.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use can_motion::facts::Knowledge;
@@ -129,6 +130,11 @@ fn is_switch(frame: &Frame, drive: i32, byte: u8) -> bool {
     frame.id() == Id::Standard(switch) && frame.data() == [byte]
 }
 
+fn is_set_point(frame: &Frame, drive: i32) -> bool {
+    let set_point = StandardId::new(id(drive).can_id(FunctionCode::GoRelativePosPd)).unwrap();
+    frame.id() == Id::Standard(set_point)
+}
+
 const ENABLE: u8 = 0x00;
 const DISABLE: u8 = 0xFF;
 
@@ -148,17 +154,43 @@ fn what_was_found_on_stays_on_and_what_was_switched_on_goes_off() {
     assert_eq!(rig.is_on(), [false, true]);
 }
 
-#[test]
-fn a_panic_switches_off_what_was_switched_on() {
-    let rig = Rig::new("panic", [false, true], |_, _| Way::OntoTheBus);
-    let mut link = rig.adapter.open();
-    let mut station = station(&mut link);
+/// Everything that a command does: looks, enables, holds for a while, disables.
+fn whole_life(link: &mut Link) {
+    look(link, AxisOptions::default(), &[id(1), id(2)]).unwrap();
+    let mut station = station(link);
     station.bring_up().unwrap();
-    let panicked = catch_unwind(AssertUnwindSafe(move || {
-        let _ = station.cycle(|_, _| panic!("in the middle of a motion"));
-    }));
-    assert!(panicked.is_err());
-    assert_eq!(rig.is_on(), [false, true]);
+    let start = station.now();
+    while station.now().us_since(start) < 300_000 {
+        station.cycle(|_, _| {}).unwrap();
+    }
+    station.shut_down().unwrap();
+}
+
+#[test]
+fn a_panic_at_any_stage_switches_off_what_was_switched_on() {
+    // The frame of the host at which the program panics next: a request, then what enables, moves and disables drive 1.
+    let stages: [(&str, fn(&Frame) -> bool); 4] = [
+        ("looks", |_| true),
+        ("enables", |frame| is_switch(frame, 1, ENABLE)),
+        ("streams", |frame| is_set_point(frame, 1)),
+        ("disables", |frame| is_switch(frame, 1, DISABLE)),
+    ];
+    for (stage, is_it) in stages {
+        let panics = Arc::new(AtomicBool::new(false));
+        let (next, mut is_over) = (Arc::clone(&panics), false);
+        let rig = Rig::new(&format!("panic-{stage}"), [false, true], move |_, frame| {
+            if !is_over && is_it(frame) {
+                is_over = true;
+                next.store(true, Ordering::Relaxed);
+            }
+            Way::OntoTheBus
+        });
+        let mut link = rig.adapter.open();
+        link.panics = panics;
+        let panicked = catch_unwind(AssertUnwindSafe(|| whole_life(&mut link)));
+        assert!(panicked.is_err(), "{stage}");
+        assert_eq!(rig.is_on(), [false, true], "{stage}");
+    }
 }
 
 #[test]
