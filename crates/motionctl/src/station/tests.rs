@@ -169,7 +169,8 @@ fn whole_life(link: &mut Link) {
 #[test]
 fn a_panic_at_any_stage_switches_off_what_was_switched_on() {
     // The frame of the host at which the program panics next: a request, then what enables, moves and disables drive 1.
-    let stages: [(&str, fn(&Frame) -> bool); 4] = [
+    type IsIt = fn(&Frame) -> bool;
+    let stages: [(&str, IsIt); 4] = [
         ("looks", |_| true),
         ("enables", |frame| is_switch(frame, 1, ENABLE)),
         ("streams", |frame| is_set_point(frame, 1)),

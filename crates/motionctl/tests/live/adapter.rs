@@ -165,6 +165,7 @@ pub(crate) struct FakeAdapter {
     progress: Arc<Progress>,
     /// The drive whose alarm is to be raised, 0 for none.
     alarm: Arc<AtomicUsize>,
+    is_frozen: Arc<AtomicBool>,
     thread: Option<JoinHandle<End>>,
 }
 
@@ -181,9 +182,15 @@ impl FakeAdapter {
         let progress = Arc::new(Progress::default());
         let alarm = Arc::new(AtomicUsize::new(0));
         let (seen, raised) = (Arc::clone(&progress), Arc::clone(&alarm));
+        let is_frozen = Arc::new(AtomicBool::new(false));
+        let frozen = Arc::clone(&is_frozen);
         let thread = std::thread::spawn(move || {
             let mut device = Device::new(manner, seen);
             while !over.load(Ordering::Relaxed) {
+                if frozen.load(Ordering::Relaxed) {
+                    std::thread::sleep(Duration::from_millis(5));
+                    continue;
+                }
                 if let Some(place) = raised.swap(0, Ordering::Relaxed).checked_sub(1) {
                     let drive = device.bench.device_mut(device.drives[place]);
                     drive.faults_mut().raise_alarm(Alarm::OverCurrent);
@@ -200,6 +207,7 @@ impl FakeAdapter {
             is_over,
             progress,
             alarm,
+            is_frozen,
             thread: Some(thread),
         }
     }
@@ -218,6 +226,11 @@ impl FakeAdapter {
 
     pub(crate) fn has_reached(&self, stage: Stage) -> bool {
         self.progress.has_reached(stage)
+    }
+
+    /// From now on it does nothing at all.
+    pub(crate) fn freeze(&self) {
+        self.is_frozen.store(true, Ordering::Relaxed);
     }
 
     /// Raises an alarm of a drive.
