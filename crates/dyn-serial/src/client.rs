@@ -3,9 +3,13 @@
 //! Laws:
 //! - A request is sent only after the line has been quiet, so that a late reply to an earlier request is heard before.
 //! - A reply counts only with the function and the drive id of the request.
+//! - What was sent may come back and look like a reply. Such a packet counts as a reply only when the line does not bring back the
+//!   request that was sent after it, because a line keeps the order.
 //! - Only reads are repeated. A command is sent once and not acknowledged: repeating a relative move would double it.
 
+mod hear;
 mod outcome;
+mod sent;
 mod timing;
 
 use crate::address::Address;
@@ -16,6 +20,7 @@ use crate::packet::Packet;
 use crate::reply::Reply;
 use crate::request::Request;
 use crate::stream::{Decoder, Event, LineCounters};
+use sent::SentPackets;
 
 pub use outcome::{Answer, Busy, Failure, Poll, Traffic};
 pub use timing::{BYTE_US, Timing};
@@ -29,6 +34,14 @@ struct Job {
     awaited: Option<ReplyFunction>,
     sent: u8,
     bad: Option<DecodeError>,
+    /// Reads as the reply, and as a packet that was sent before and comes back.
+    held: Option<Packet>,
+    /// Such a packet came at least once.
+    is_doubtful: bool,
+    /// Something that was sent came back since the request was sent.
+    is_echoed: bool,
+    /// Damaged packets and stray bytes when the request was sent.
+    damage: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -61,6 +74,9 @@ pub struct Client {
     state: State,
     /// From then on the line has been quiet.
     quiet_from_us: u64,
+    sent: SentPackets,
+    /// Until then what was sent last, or by somebody else before the start, is listened for.
+    echo_until_us: u64,
     traffic: Traffic,
 }
 
@@ -74,10 +90,13 @@ impl Client {
             decoder: Decoder::new(),
             state: State::Idle,
             quiet_from_us: 0,
+            sent: SentPackets::NONE,
+            echo_until_us: timing.echo_us as u64,
             traffic: Traffic {
                 replies: 0,
                 echoes: 0,
                 unexpected: 0,
+                doubtful: 0,
                 wrong_length: 0,
                 out_of_range: 0,
                 retries: 0,
@@ -100,6 +119,10 @@ impl Client {
             awaited: request.reply_function(),
             sent: 0,
             bad: None,
+            held: None,
+            is_doubtful: false,
+            is_echoed: false,
+            damage: 0,
         };
         self.state = State::Listening {
             job,
@@ -118,7 +141,7 @@ impl Client {
         self.quiet_from_us = self.quiet_from_us.max(now_us);
         let event = self.decoder.push(byte);
         if let Some(Event::Packet(packet)) = event {
-            self.hear(&packet);
+            self.hear(now_us, &packet);
         }
         event
     }
@@ -152,7 +175,8 @@ impl Client {
     fn listen(&mut self, now_us: u64, job: Job, since_us: u64) -> Poll {
         let quiet_at_us = self
             .quiet_from_us
-            .saturating_add(u64::from(self.timing.quiet_us));
+            .saturating_add(u64::from(self.timing.quiet_us))
+            .max(self.echo_until_us);
         if now_us >= quiet_at_us {
             return self.transmit(now_us, job);
         }
@@ -175,8 +199,15 @@ impl Client {
             count(&mut self.traffic.retries);
         }
         job.sent = job.sent.saturating_add(1);
+        job.held = None;
+        job.is_echoed = false;
+        job.damage = self.damage();
         let bytes = job.packet.as_bytes().len() as u64;
         self.quiet_from_us = now_us.saturating_add(bytes * u64::from(BYTE_US));
+        self.echo_until_us = self
+            .quiet_from_us
+            .saturating_add(u64::from(self.timing.echo_us));
+        self.sent.push(job.packet, now_us);
         self.state = if job.awaited.is_some() {
             let until_us = now_us.saturating_add(u64::from(self.timing.reply_timeout_us));
             State::Waiting { job, until_us }
@@ -186,13 +217,34 @@ impl Client {
         Poll::Transmit(job.packet)
     }
 
+    /// Damage on the line since the start: what came back may have been among it.
+    fn damage(&self) -> u32 {
+        let line = self.decoder.counters();
+        line.stray_bytes
+            .wrapping_add(line.truncated)
+            .wrapping_add(line.checksum_errors)
+    }
+
     fn time_out(&mut self, now_us: u64, job: Job) -> Poll {
+        if let Some(held) = job.held
+            && job.damage == self.damage()
+            && self.decoder.unfinished().is_empty()
+            && !job.is_echoed
+            && let Ok((from, reply)) = Reply::decode(&held)
+        {
+            // The line brings nothing back: not the request, and so nothing that was sent before it.
+            self.sent.take(&held, now_us);
+            count(&mut self.traffic.replies);
+            self.state = State::Idle;
+            return Poll::Done(Ok(Answer::Reply { from, reply }));
+        }
         if job.sent < self.timing.attempts.get() {
             return self.listen_again(now_us, job);
         }
         self.state = State::Idle;
         let attempts = job.sent;
         Poll::Done(Err(match job.bad {
+            _ if job.is_doubtful => Failure::Doubtful { attempts },
             Some(error) => Failure::BadReply { attempts, error },
             None => Failure::NoReply { attempts },
         }))
@@ -205,41 +257,13 @@ impl Client {
         };
         self.listen(now_us, job, now_us)
     }
-
-    fn hear(&mut self, packet: &Packet) {
-        let State::Waiting { job, until_us } = self.state else {
-            return count(&mut self.traffic.unexpected);
-        };
-        if *packet == job.packet {
-            return count(&mut self.traffic.echoes);
-        }
-        let is_from_it = job.to == Address::All || packet.start_byte() == job.to.start_byte();
-        if !is_from_it || job.awaited.map(ReplyFunction::code) != Some(packet.code()) {
-            return count(&mut self.traffic.unexpected);
-        }
-        match Reply::decode(packet) {
-            Ok((from, reply)) => {
-                count(&mut self.traffic.replies);
-                self.state = State::Done(Ok(Answer::Reply { from, reply }));
-            }
-            Err(error) => {
-                count(match error {
-                    DecodeError::Length { .. } => &mut self.traffic.wrong_length,
-                    _ => &mut self.traffic.out_of_range,
-                });
-                let bad = Some(error);
-                self.state = State::Waiting {
-                    job: Job { bad, ..job },
-                    until_us,
-                };
-            }
-        }
-    }
 }
 
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }
 
+#[cfg(test)]
+mod echo_tests;
 #[cfg(test)]
 mod tests;

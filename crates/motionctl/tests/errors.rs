@@ -2,18 +2,54 @@
 //!
 //! To add one, add an entry to `MESSAGES`; `UPDATE_DOCS=1 cargo test -p motionctl --test errors` writes the page anew.
 
+// Parts of these are for other tests.
+#[allow(dead_code)]
+#[path = "live/adapter.rs"]
+mod adapter;
+#[allow(dead_code)]
+#[path = "live/bench.rs"]
+mod bench;
+#[allow(dead_code)]
+#[path = "live/relay.rs"]
+mod relay;
+#[path = "live/terminal.rs"]
+mod terminal;
 mod tool;
 
+use std::any::Any;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
 
+use adapter::{FakeAdapter, Manner};
+use bench::BenchProcess;
+use relay::{Line, Relay};
+use terminal::Terminal;
 use tool::text;
 
-/// One message: a title, the files it needs, the command that brings it about, its exit status.
+/// What is at the path `port`.
+#[derive(Clone, Copy)]
+enum Device {
+    Nothing,
+    /// It answers every line with this one.
+    Says(&'static str),
+    /// An adapter with drive 1 off and drive 2 on behind it.
+    Adapter(Manner),
+    /// The same, and drive 2 has an alarm.
+    Alarm,
+    /// The serial port of drive 1.
+    Serial(Line),
+}
+
+/// One message: a title, the files and the device it needs, the command that brings it about, its exit status.
 struct Message {
     title: &'static str,
     files: &'static [(&'static str, &'static str)],
+    device: Device,
     command: &'static [&'static str],
     status: i32,
 }
@@ -22,42 +58,49 @@ const MESSAGES: &[Message] = &[
     Message {
         title: "A value is missing",
         files: &[("motion.csv", "t,a,b\n0,0,0\n0.5,10,\n1,20,0\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv"],
         status: 2,
     },
     Message {
         title: "A line is neither a header nor numbers",
         files: &[("motion.csv", "0,x,0\n0.5,10,5\n1,20,0\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv"],
         status: 2,
     },
     Message {
         title: "No column is named time",
         files: &[("motion.csv", "x,a,b\n0,0,0\n0.5,10,5\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv"],
         status: 2,
     },
     Message {
         title: "Columns without names",
         files: &[("motion.csv", "0 0 0\n1 10 10\n2 20 10\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv"],
         status: 2,
     },
     Message {
         title: "A name that may mean an axis or something else",
         files: &[("motion.csv", "t,x,v\n0,0,0\n1,10,10\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv"],
         status: 2,
     },
     Message {
         title: "A unit in a name and another in the option",
         files: &[("motion.csv", "time_ms,a_rad\n0,0\n500,1\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv", "--unit", "degrees"],
         status: 2,
     },
     Message {
         title: "Millimetres without the travel of a turn",
         files: &[("motion.csv", "time_ms,x_mm\n0,0\n500,10\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv"],
         status: 2,
     },
@@ -67,18 +110,21 @@ const MESSAGES: &[Message] = &[
             "motion.csv",
             "t,a\n1700000000000000000,0\n1700000001000000000,20\n",
         )],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv"],
         status: 2,
     },
     Message {
         title: "A motion too fast",
         files: &[("motion.csv", "t,a\n0,0\n0.1,360\n")],
+        device: Device::Nothing,
         command: &["sim", "--trajectory", "motion.csv", "--max-step", "200"],
         status: 2,
     },
     Message {
         title: "A file that is no log",
         files: &[("notes.txt", "bought a screw\n")],
+        device: Device::Nothing,
         command: &["decode", "notes.txt"],
         status: 2,
     },
@@ -88,6 +134,7 @@ const MESSAGES: &[Message] = &[
             "trace.trc",
             ";$FILEVERSION=2.1\n;$COLUMNS=N,O,Q,I,D\n 1 0.0 DT 0029\n",
         )],
+        device: Device::Nothing,
         command: &["decode", "trace.trc"],
         status: 2,
     },
@@ -97,15 +144,119 @@ const MESSAGES: &[Message] = &[
             "run.log",
             "(0.1) can0 029#\n(0.2) can0 029#0\n(0.3) can0 029#00\n",
         )],
+        device: Device::Nothing,
         command: &["decode", "--statistics-only", "run.log"],
+        status: 1,
+    },
+    Message {
+        title: "A port that is not there",
+        files: &[],
+        device: Device::Nothing,
+        command: &["read", "--slcan", "port", "--drive", "1"],
+        status: 3,
+    },
+    Message {
+        title: "A port on which nothing answers",
+        files: &[],
+        device: Device::Says(""),
+        command: &["read", "--slcan", "port", "--drive", "1"],
+        status: 3,
+    },
+    Message {
+        title: "A device that is no CAN adapter",
+        files: &[],
+        device: Device::Says("ERROR\r"),
+        command: &["read", "--slcan", "port", "--drive", "1"],
+        status: 3,
+    },
+    Message {
+        title: "An adapter without the bit rate",
+        files: &[],
+        device: Device::Adapter(Manner::LAWICEL),
+        command: &[
+            "read",
+            "--slcan",
+            "port",
+            "--bit-rate",
+            "250",
+            "--drive",
+            "1",
+        ],
+        status: 3,
+    },
+    Message {
+        title: "An adapter that cannot only listen",
+        files: &[],
+        device: Device::Adapter(NO_LISTEN),
+        command: &["decode", "--slcan", "port"],
+        status: 3,
+    },
+    Message {
+        title: "A drive that does not answer",
+        files: &[],
+        device: Device::Adapter(Manner::LAWICEL),
+        command: &["read", "--slcan", "port", "--drive", "4"],
+        status: 1,
+    },
+    Message {
+        title: "An alarm before anything is enabled",
+        files: &[],
+        device: Device::Alarm,
+        command: &["enable", "--slcan", "port", "--drives", "1,2", "--yes"],
+        status: 1,
+    },
+    Message {
+        title: "Nobody to ask",
+        files: &[],
+        device: Device::Adapter(Manner::LAWICEL),
+        command: &["jog", "--slcan", "port", "--drive", "1", "--turns", "0.25"],
+        status: 2,
+    },
+    Message {
+        title: "A setting that never arrived, on a line that echoes",
+        files: &[],
+        device: Device::Serial(LOSES_SETTINGS),
+        command: &[
+            "write",
+            "--serial",
+            "port",
+            "--drive",
+            "1",
+            "main-gain=33",
+            "--yes",
+        ],
+        status: 1,
+    },
+    Message {
+        title: "A drive that does not answer on its serial port",
+        files: &[],
+        device: Device::Serial(ONLY_ECHOES),
+        command: &["read", "--serial", "port", "--drive", "1"],
         status: 1,
     },
 ];
 
+const NO_LISTEN: Manner = Manner {
+    knows_listen: false,
+    ..Manner::LAWICEL
+};
+const ONLY_ECHOES: Line = Line {
+    echo: Some(Duration::ZERO),
+    replies_late: Duration::ZERO,
+    drops_settings: false,
+    drops_all: true,
+    stale: &[],
+};
+const LOSES_SETTINGS: Line = Line {
+    drops_settings: true,
+    drops_all: false,
+    ..ONLY_ECHOES
+};
+
 const BEGIN: &str = "\
 # Error messages
 
-One message of each kind, with the files and the command that bring it about. A test of `motionctl` (`tests/errors.rs`) runs the
+One message of each kind, with the files, the device and the command that bring it about. A test of `motionctl` (`tests/errors.rs`) runs the
 commands and compares this page with what the tool prints.
 ";
 
@@ -137,9 +288,14 @@ fn write(page: &mut String, message: &Message) -> std::fmt::Result {
         writeln!(page, "`{name}`:\n\n```text\n{}```\n", content)?;
     }
     let command = message.command.join(" ");
+    let device = Attached::new(message.device, folder.0.join("port"));
+    if let Some(text) = &device.text {
+        writeln!(page, "{text} is at `port`.\n")?;
+    }
     let output = Command::new(env!("CARGO_BIN_EXE_motionctl"))
         .args(message.command)
         .current_dir(&folder.0)
+        .stdin(Stdio::null())
         .output()
         .expect("motionctl runs");
     assert_eq!(
@@ -156,6 +312,91 @@ fn write(page: &mut String, message: &Message) -> std::fmt::Result {
         message.status
     )?;
     writeln!(page, "```text\n{errors}```")
+}
+
+/// A device that is there until this goes away.
+struct Attached {
+    _guards: Vec<Box<dyn Any>>,
+    /// What it is.
+    text: Option<String>,
+}
+
+impl Attached {
+    fn new(device: Device, link: PathBuf) -> Self {
+        let (guards, text): (Vec<Box<dyn Any>>, _) = match device {
+            Device::Nothing => (vec![], String::new()),
+            Device::Says("") => (
+                vec![Box::new(Speaker::start(&link, ""))],
+                "A device that stays silent".to_owned(),
+            ),
+            Device::Says(text) => (
+                vec![Box::new(Speaker::start(&link, text))],
+                format!("A device that answers `{}` to everything", text.trim_end()),
+            ),
+            Device::Adapter(manner) => (
+                vec![Box::new(FakeAdapter::start_at(link, manner))],
+                if manner.knows_listen {
+                    "An adapter for 1000 kbit/s with drives 1 and 2".to_owned()
+                } else {
+                    "An adapter without the command `L`".to_owned()
+                },
+            ),
+            Device::Alarm => {
+                let adapter = FakeAdapter::start_at(link, Manner::LAWICEL);
+                adapter.raise_alarm(2);
+                let text = "An adapter with drives 1 and 2, of which drive 2 has an alarm,";
+                (vec![Box::new(adapter)], text.to_owned())
+            }
+            Device::Serial(line) => {
+                let bench = BenchProcess::start_with_serial("errors-bench", "1", &[]);
+                let relay = Relay::start_at(link, &bench, line);
+                let text = if line.drops_all {
+                    "A two-wire line, which brings back what is sent, without a drive"
+                } else {
+                    "A two-wire line, which brings back what is sent and loses settings, with drive 1"
+                };
+                (vec![Box::new(relay), Box::new(bench)], text.to_owned())
+            }
+        };
+        Self {
+            _guards: guards,
+            text: (!text.is_empty()).then_some(text),
+        }
+    }
+}
+
+/// A device that answers every line with the same bytes.
+struct Speaker {
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Speaker {
+    fn start(link: &Path, text: &'static str) -> Self {
+        let mut terminal = Terminal::new(link);
+        let is_over = Arc::new(AtomicBool::new(false));
+        let over = Arc::clone(&is_over);
+        let thread = std::thread::spawn(move || {
+            while !over.load(Ordering::Relaxed) {
+                let heard = terminal.read();
+                let lines = heard.iter().filter(|&&byte| byte == b'\r').count();
+                terminal.write(&mut text.repeat(lines).into_bytes(), None);
+            }
+        });
+        Self {
+            is_over,
+            thread: Some(thread),
+        }
+    }
+}
+
+impl Drop for Speaker {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
 }
 
 /// A folder of its own, so that the messages name files without their folders.

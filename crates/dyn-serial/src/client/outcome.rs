@@ -57,6 +57,12 @@ pub enum Failure {
         /// What was wrong.
         error: DecodeError,
     },
+    /// Every packet that reads as the reply also reads as a request that was sent before and comes back, and the line was too disturbed
+    /// to tell which it is. Nothing is known of the drive.
+    Doubtful {
+        /// How often the request was sent.
+        attempts: u8,
+    },
     /// The port took no more than a part of the request; a drive hears a packet that is cut short.
     NotTaken {
         /// Bytes that it took.
@@ -78,6 +84,10 @@ impl fmt::Display for Failure {
             Self::BadReply { attempts, error } => {
                 write!(f, "bad reply in {attempts} attempts: {error}")
             }
+            Self::Doubtful { attempts } => write!(
+                f,
+                "expected a reply, got in {attempts} attempts only what may be the echo of a request sent before: is the line two-wire, or is noise on it?"
+            ),
             Self::NotTaken { taken } => write!(
                 f,
                 "expected the port to take a whole packet, it took {taken} bytes"
@@ -120,10 +130,12 @@ impl core::error::Error for Busy {}
 pub struct Traffic {
     /// Replies to the outstanding request.
     pub replies: u32,
-    /// The outstanding request itself: the line brings back what is sent, or a chain passed it all around.
+    /// Packets that were sent: the line brings them back, or a chain passed them all around.
     pub echoes: u32,
     /// Packets that are not the reply that is awaited: late, from another drive, of another function.
     pub unexpected: u32,
+    /// Packets that read as the awaited reply, and as one that was sent before.
+    pub doubtful: u32,
     /// Awaited replies with a wrong number of data bytes.
     pub wrong_length: u32,
     /// Awaited replies with a number out of range.

@@ -15,6 +15,9 @@ pub struct Timing {
     pub quiet_us: u32,
     /// The longest wait for a quiet line.
     pub quiet_timeout_us: u32,
+    /// After a packet was sent, its echo is listened for so long before the next one is sent, and as long after the start (time 0) for
+    /// what others have left on the line. Longer than a converter holds bytes back, so that an echo does not come in place of a reply.
+    pub echo_us: u32,
     /// The longest wait for a reply, counted from when its request was handed over. It must be longer than any reply takes:
     /// replies have no number, and one that comes later can be taken for the reply to a repetition, or to the next request
     /// of the same function to the same drive.
@@ -24,10 +27,11 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// One drive at the port: quiet for 2 ms within 100 ms, replies within 50 ms, three attempts.
+    /// One drive at the port: quiet for 2 ms within 100 ms, echoes within 2 ms, replies within 50 ms, three attempts.
     pub const ONE_DRIVE: Self = Self {
         quiet_us: 2_000,
         quiet_timeout_us: 100_000,
+        echo_us: 2_000,
         reply_timeout_us: 50_000,
         attempts: NonZeroU8::MIN.saturating_add(2),
     };
@@ -41,6 +45,7 @@ impl Timing {
         Self {
             quiet_us: Self::ONE_DRIVE.quiet_us + relays * packet_us,
             quiet_timeout_us: Self::ONE_DRIVE.quiet_timeout_us + 2 * relays * packet_us,
+            echo_us: Self::ONE_DRIVE.echo_us + 2 * relays * packet_us,
             reply_timeout_us: Self::ONE_DRIVE.reply_timeout_us + 2 * relays * packet_us,
             ..Self::ONE_DRIVE
         }

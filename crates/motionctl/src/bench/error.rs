@@ -10,7 +10,7 @@ use crate::exit::{self, Coded};
 #[derive(Debug)]
 pub(crate) enum BenchError {
     /// Ctrl-C cannot be listened to.
-    Interrupt(ctrlc::Error),
+    Interrupt(io::Error),
     /// The terminal cannot be made.
     Create { link: PathBuf, source: io::Error },
     /// A terminal failed while the bench ran.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use can_decode::Meaning;
 use can_decode::log::Stamps;
 
+use crate::link::PortOptions;
 use crate::revision::RevisionOption;
 
 const EXAMPLES: &str = "\
@@ -39,6 +40,11 @@ pub(crate) struct Arguments {
     /// Listen to a Lawicel (slcan) adapter instead, until Ctrl-C; it does not even acknowledge.
     #[arg(long, value_name = "TTY", conflicts_with_all = ["log", "can"])]
     pub(super) slcan: Option<String>,
+    #[command(flatten)]
+    pub(super) port: PortOptions,
+    /// Let the adapter acknowledge frames, where it cannot only listen. With a wrong --bit-rate it disturbs the bus.
+    #[arg(long, requires = "slcan")]
+    pub(super) acknowledge: bool,
     /// Show the messages of these drives only. The statistics count everything.
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     drive: Vec<u8>,

@@ -31,7 +31,7 @@ pub(crate) enum DecodeError {
     /// The bus cannot be listened to any longer.
     Link(LinkFault),
     /// Ctrl-C cannot be listened to.
-    Interrupt(ctrlc::Error),
+    Interrupt(std::io::Error),
     /// The output cannot be written any further.
     Write(std::io::Error),
 }

@@ -93,8 +93,8 @@ fn nanoseconds(time: Duration) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::link::LinkFault;
     use crate::link::fake_adapter::{FakeAdapter, set_up_answer};
-    use crate::link::{LinkFault, listen_to_slcan};
 
     #[test]
     fn frames_come_in_order_until_the_adapter_is_gone() {
@@ -103,8 +103,7 @@ mod tests {
             b"O" => panic!("a listener must not acknowledge"),
             line => set_up_answer(line),
         });
-        let link = listen_to_slcan(adapter.port(), 1_000);
-        let mut bus = LiveBus::new("adapter", link).unwrap();
+        let mut bus = LiveBus::new("adapter", adapter.listen()).unwrap();
         let mut heard = Vec::new();
         for _ in 0..2 {
             let Some(Heard { line, what }) = bus.next().unwrap() else {

@@ -36,7 +36,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DecodeError> {
             interface,
             listen_to_interface(interface, arguments.bit_rate),
         )),
-        (None, Some(port)) => Some((port, listen_to_slcan(port, arguments.bit_rate))),
+        (None, Some(port)) => Some((
+            port,
+            listen_to_slcan(
+                port,
+                arguments.port,
+                arguments.bit_rate,
+                arguments.acknowledge,
+            ),
+        )),
         (None, None) => None,
     };
     if let Some((name, link)) = live {

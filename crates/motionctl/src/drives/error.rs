@@ -8,6 +8,7 @@ use dyn_can::{DriveId, GearNumber, StoredDriveId};
 
 use super::Parameter;
 use crate::confirm::NotConfirmed;
+use crate::drive_ids::about;
 use crate::exit::{self, Coded};
 use crate::link::{LinkFault, OpenError};
 use crate::output::tell;
@@ -39,7 +40,7 @@ pub(crate) enum DrivesError {
     /// A drive stopped with a fault.
     DriveFault { drive: DriveId, fault: Fault },
     /// Ctrl-C cannot be listened to.
-    Interrupt(ctrlc::Error),
+    Interrupt(io::Error),
     /// CANopen drives have no serial port that this tool speaks to.
     CanopenOnSerial,
     /// Nobody agreed.
@@ -52,6 +53,8 @@ pub(crate) enum DrivesError {
     NoIdOnCan,
     /// The drive does not answer.
     NoAnswer { drive: StoredDriveId },
+    /// Only what was sent comes back on the serial line.
+    OnlyEchoes { drive: StoredDriveId },
     /// The drive answered some requests, not all, in the time that it had.
     Incomplete { drive: StoredDriveId },
     /// The drive has a fault that forbids what was asked for.
@@ -96,6 +99,14 @@ impl DrivesError {
             })?;
         if let Some(text) = left_on(&end.left_on) {
             tell(text);
+        }
+        if moved.is_err() && !end.disabled.is_empty() {
+            // After an error nobody prints the end of a motion.
+            tell(about(
+                &end.disabled,
+                "is disabled again",
+                "are disabled again",
+            ));
         }
         if end.unconfirmed.is_empty() {
             return moved.map(|moved| (moved, end));
@@ -168,6 +179,10 @@ impl fmt::Display for DrivesError {
                 f,
                 "drive {drive} does not answer: check its power, wiring, termination, bit rate and id, or look with `motionctl scan`"
             ),
+            Self::OnlyEchoes { drive } => write!(
+                f,
+                "drive {drive} does not answer, only what was sent comes back: check its power, its wiring and its id, or look with `motionctl scan`"
+            ),
             Self::Incomplete { drive } => {
                 write!(
                     f,
@@ -178,7 +193,7 @@ impl fmt::Display for DrivesError {
             Self::LinkWhileEnabled { fault, warning } => {
                 write!(f, "the link failed: {fault}. {warning}")
             }
-            Self::Look(source) => source.fmt(f),
+            Self::Look(source) => write!(f, "{source}. Nothing was switched and nothing has moved"),
             Self::BringUp(source) => source.fmt(f),
             Self::Gear {
                 drive,
@@ -216,7 +231,8 @@ impl fmt::Display for DrivesError {
                 match actual {
                     Some(actual) => write!(f, "{actual}"),
                     None => f.write_str("nothing"),
-                }
+                }?;
+                f.write_str(": the command was lost, or the drive refuses the value; try again, and check the line")
             }
             Self::Print(source) => write!(f, "cannot write the result: {source}"),
         }

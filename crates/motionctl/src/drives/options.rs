@@ -42,7 +42,7 @@ impl DrivesOptions {
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open(&self, axes: AxisOptions) -> Result<Box<dyn Drives>, OpenError> {
         if let Some(port) = &self.connection.serial {
-            let line = Line::open(port, self.chain)?;
+            let line = Line::open(port, self.speeds.port(), self.chain)?;
             return Ok(Box::new(SerialDrives::new(line, axes)));
         }
         Ok(Box::new(CanDrives::new(self.open_bus()?, axes)))

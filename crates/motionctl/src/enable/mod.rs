@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         "will be ENABLED and hold where they stand. Is everybody clear of the machine?",
     );
     confirm(&question, arguments.yes).map_err(DrivesError::NotConfirmed)?;
-    interrupt::listen().map_err(DrivesError::Interrupt)?;
+    interrupt::listen_in_motion().map_err(DrivesError::Interrupt)?;
     let mut drives = arguments.drives.clone();
     drives.sort_unstable();
     let seen = look(&mut link, arguments.axes, &drives).map_err(DrivesError::Look)?;

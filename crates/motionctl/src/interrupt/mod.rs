@@ -1,17 +1,38 @@
 //! Ctrl-C, and the signals that ask a program to end: noted, never acted upon by themselves.
 
+use std::io;
 use std::sync::atomic::{AtomicU32, Ordering};
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
+use signal_hook::iterator::Signals;
 
 static REQUESTS: AtomicU32 = AtomicU32::new(0);
 
-/// From now on Ctrl-C is noted instead of ending the program. Call it before anything moves.
+/// From now on Ctrl-C, Ctrl-\ and the signals of `kill` and of a closed terminal are noted instead of ending the program.
 ///
 /// # Errors
 /// When the system lets no handler be set.
-pub(crate) fn listen() -> Result<(), ctrlc::Error> {
-    ctrlc::set_handler(|| {
-        REQUESTS.fetch_add(1, Ordering::Relaxed);
-    })
+pub(crate) fn listen() -> io::Result<()> {
+    note(&[SIGINT, SIGTERM, SIGHUP, SIGQUIT])
+}
+
+/// The same for commands that enable drives, and Ctrl-Z too: a program that is paused would leave its drives enabled. Call it before
+/// anything is enabled.
+///
+/// # Errors
+/// As [`listen`].
+pub(crate) fn listen_in_motion() -> io::Result<()> {
+    note(&[SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP])
+}
+
+fn note(signals: &[i32]) -> io::Result<()> {
+    let mut signals = Signals::new(signals)?;
+    std::thread::Builder::new().spawn(move || {
+        for _ in signals.forever() {
+            REQUESTS.fetch_add(1, Ordering::Relaxed);
+        }
+    })?;
+    Ok(())
 }
 
 /// How often the user has asked to stop.

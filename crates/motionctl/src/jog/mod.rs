@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         "The motor of drive {drive} will TURN, powered, by {turns} turns at up to {rpm} r/min and {max_acceleration} r/min per second. Is everybody clear of the machine?"
     );
     confirm(&question, arguments.yes).map_err(DrivesError::NotConfirmed)?;
-    interrupt::listen().map_err(DrivesError::Interrupt)?;
+    interrupt::listen_in_motion().map_err(DrivesError::Interrupt)?;
     if !arguments.json {
         tell(format_args!(
             "drive {drive} is being enabled and moved, at up to {rpm} r/min and {max_acceleration} r/min per second; Ctrl-C stops it"

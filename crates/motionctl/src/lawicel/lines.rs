@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::{BEL, CR};
 
 /// The longest line: an extended frame with eight bytes and a time stamp.
-const LONGEST: usize = 1 + 8 + 1 + 16 + 4;
+const LONGEST: usize = 1 + 8 + 1 + 16 + 8;
 
 /// What stands between two ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,7 +86,7 @@ mod tests {
             tokens(&[&endless, b"\rV\r"]),
             [Token::Overlong, Token::Line(b"V".to_vec())]
         );
-        let longest = b"T12345678811223344556677881234";
+        let longest = b"T1234567881122334455667788123456AB";
         assert_eq!(tokens(&[longest, b"\r"]), [Token::Line(longest.to_vec())]);
     }
 }

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use drive_sim::Frame;
 use embedded_can::{ExtendedId, Frame as _, Id, StandardId};
 
-/// Digits of a time stamp.
-const STAMP_DIGITS: usize = 4;
+/// Digits of a time stamp: milliseconds of a minute (`Z1`), or of a counter of 32 bits as newer adapters have it (`Z2`).
+const STAMP_DIGITS: [usize; 2] = [4, 8];
 
 /// The line of a frame, without its CR.
 pub(crate) fn encode(frame: &Frame) -> String {
@@ -54,7 +54,7 @@ fn bytes(digits: &[u8], length: usize) -> Option<Vec<u8>> {
 }
 
 fn is_stamp(digits: &[u8]) -> bool {
-    digits.len() == STAMP_DIGITS && digits.iter().all(u8::is_ascii_hexdigit)
+    STAMP_DIGITS.contains(&digits.len()) && digits.iter().all(u8::is_ascii_hexdigit)
 }
 
 fn number(digits: &[u8]) -> Option<u32> {
@@ -102,6 +102,8 @@ mod tests {
     fn lower_case_and_time_stamps_are_read() {
         assert_eq!(decode(b"t03c2ff88"), Some(standard(0x03C, &[0xFF, 0x88])));
         assert_eq!(decode(b"t03C1880BB8"), Some(standard(0x03C, &[0x88])));
+        assert_eq!(decode(b"t03C18800010BB8"), Some(standard(0x03C, &[0x88])));
+        assert_eq!(decode(b"t7FF000010BB8"), Some(standard(0x7FF, &[])));
     }
 
     #[test]
@@ -118,7 +120,9 @@ mod tests {
             "t+3C188",
             "x03C188",
             "T200000001FF",
-            "t03C1888888888",
+            "t03C18888888",
+            "t03C188888888888",
+            "t03C1888888888888",
             "r03C1FF",
         ] {
             assert_eq!(decode(line.as_bytes()), None, "{line}");

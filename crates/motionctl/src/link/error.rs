@@ -19,6 +19,8 @@ pub(crate) enum OpenError {
     NoAdapter { port: String, heard: Vec<u8> },
     /// The adapter refuses a command that every adapter has.
     CommandRefused { port: String, command: String },
+    /// The adapter cannot listen without acknowledging.
+    NoListenOnly { port: String },
     /// The Lawicel protocol has no such bit rate.
     BitRate { kbit_per_s: u32 },
     /// The kernel has no CAN.
@@ -68,21 +70,27 @@ impl fmt::Display for OpenError {
             Self::NotSerial { port, source } => {
                 write!(f, "{port} cannot be used as a serial port: {source}")
             }
-            Self::NoAdapter { port, heard } => {
-                write!(
-                    f,
-                    "no Lawicel (slcan) adapter answers on {port}: it was asked for its version and "
-                )?;
-                if heard.is_empty() {
-                    f.write_str("stayed silent")?;
-                } else {
-                    write!(f, "said \"{}\"", heard.escape_ascii())?;
-                }
-                f.write_str("; is this the right port?")
-            }
-            Self::CommandRefused { port, command } => {
-                write!(f, "the adapter on {port} refuses the command {command}")
-            }
+            Self::NoAdapter { port, heard } if heard.is_empty() => write!(
+                f,
+                "no Lawicel (slcan) adapter answers on {port}: it was asked to close its channel and for its version, and stayed silent for 4 s; is this the right port? An adapter that answers nothing at all needs --no-answers"
+            ),
+            Self::NoAdapter { port, heard } => write!(
+                f,
+                "no Lawicel (slcan) adapter answers on {port}: it was asked to close its channel and said \"{}\", expected CR or BEL; is this the right port?",
+                heard.escape_ascii()
+            ),
+            Self::CommandRefused { port, command } if command.starts_with('S') => write!(
+                f,
+                "the adapter on {port} answers BEL to {command}, expected CR: it does not have this bit rate, or it keeps its channel open; choose another --bit-rate, or unplug it and plug it in"
+            ),
+            Self::CommandRefused { port, command } => write!(
+                f,
+                "the adapter on {port} answers BEL to {command}, expected CR: unplug it and plug it in"
+            ),
+            Self::NoListenOnly { port } => write!(
+                f,
+                "the adapter on {port} answers BEL to L, expected CR: it cannot listen without acknowledging. --acknowledge lets it acknowledge; with a wrong --bit-rate that disturbs the bus"
+            ),
             Self::BitRate { kbit_per_s } => write!(
                 f,
                 "Lawicel adapters know 10, 20, 50, 100, 125, 250, 500, 800 and 1000 kbit/s, not {kbit_per_s}"

@@ -20,7 +20,10 @@ use embedded_can::nb::Can;
 
 pub(crate) use error::OpenError;
 pub(crate) use fault::LinkFault;
-pub(crate) use options::{LinkOptions, SpeedOptions, listen_to_interface, listen_to_slcan};
+pub(crate) use options::{
+    LinkOptions, PortOptions, SpeedOptions, listen_to_interface, listen_to_slcan,
+};
+pub(crate) use slcan::ANSWER_LIMIT;
 use slcan::Slcan;
 #[cfg(target_os = "linux")]
 use socket_can::SocketCan;
@@ -30,12 +33,15 @@ use socket_can::SocketCan;
 pub(crate) struct Link {
     adapter: Adapter,
     bit_rate: BitRate,
+    /// The next frame is one at which this program panics.
+    #[cfg(test)]
+    pub(crate) panics: std::sync::Arc<std::sync::atomic::AtomicBool>,
 }
 
 #[derive(Debug)]
 enum Adapter {
     /// A Lawicel adapter on a serial port.
-    Slcan(Slcan),
+    Slcan(Box<Slcan>),
     /// A network interface of Linux.
     #[cfg(target_os = "linux")]
     SocketCan(SocketCan),
@@ -47,6 +53,8 @@ impl Link {
             adapter,
             // Listeners may use rates that no drive knows, and they plan nothing.
             bit_rate: BitRate::from_kbit_per_s(kbit_per_s).unwrap_or(BitRate::Kbit1000),
+            #[cfg(test)]
+            panics: std::sync::Arc::default(),
         }
     }
 
@@ -74,11 +82,39 @@ impl Link {
     }
 }
 
+impl Link {
+    /// The number of frames since the last call of which nobody knows whether they went out, because the adapter did not answer for
+    /// them.
+    pub(crate) fn take_unknown(&mut self) -> usize {
+        match &mut self.adapter {
+            Adapter::Slcan(slcan) => slcan.take_unknown(),
+            #[cfg(target_os = "linux")]
+            Adapter::SocketCan(_) => 0,
+        }
+    }
+
+    /// Whether the adapter acknowledges no frame, so that nobody knows of those that it drops.
+    pub(crate) fn is_silent(&self) -> bool {
+        match &self.adapter {
+            Adapter::Slcan(slcan) => slcan.is_silent(),
+            #[cfg(target_os = "linux")]
+            Adapter::SocketCan(_) => false,
+        }
+    }
+}
+
 impl Can for Link {
     type Frame = Frame;
     type Error = LinkFault;
 
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, LinkFault> {
+        #[cfg(test)]
+        assert!(
+            !self
+                .panics
+                .swap(false, std::sync::atomic::Ordering::Relaxed),
+            "a test asked for it"
+        );
         match &mut self.adapter {
             Adapter::Slcan(slcan) => slcan.transmit(frame),
             #[cfg(target_os = "linux")]

@@ -2,12 +2,12 @@
 
 use drive_sim::BitRate;
 
-use super::slcan::{Channel, Slcan};
+use super::slcan::{Channel, Settings, Slcan};
 use super::{Adapter, Link, OpenError};
 use crate::virtual_drives::bit_rate;
 
 /// What most adapters with a real serial port use; those on USB ignore it.
-const DEFAULT_BAUD: u32 = 115_200;
+const ADAPTER_BAUD: u32 = 115_200;
 
 /// Which bus to use.
 #[derive(Debug, Clone, clap::Args)]
@@ -24,9 +24,35 @@ pub(crate) struct SpeedOptions {
     /// Bit rate of the bus in kbit/s. A serial adapter is set to it; a network interface is set with `ip link`.
     #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
     bit_rate: BitRate,
-    /// Speed of the serial port in baud; adapters on USB ignore it.
-    #[arg(long, value_name = "BAUD", default_value_t = DEFAULT_BAUD)]
-    baud: u32,
+    #[command(flatten)]
+    port: PortOptions,
+}
+
+/// How a serial port is used.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(crate) struct PortOptions {
+    /// Speed of the serial port in baud; adapters on USB ignore it. Default: 115200 for a CAN adapter, 38400 for the drives' own
+    /// ports.
+    #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
+    baud: Option<u32>,
+    /// The adapter answers no command at all, as a CANtact: without this it is taken for the wrong port.
+    #[arg(long)]
+    no_answers: bool,
+}
+
+impl PortOptions {
+    /// The speed of a port that has this one by default.
+    pub(crate) fn baud_or(&self, default: u32) -> u32 {
+        self.baud.unwrap_or(default)
+    }
+
+    fn settings(&self, kbit_per_s: u32) -> Settings {
+        Settings {
+            baud: self.baud_or(ADAPTER_BAUD),
+            kbit_per_s,
+            expects_answers: !self.no_answers,
+        }
+    }
 }
 
 /// One of the two kinds of adapters.
@@ -62,8 +88,13 @@ impl SpeedOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open_slcan(&self, port: &str) -> Result<Link, OpenError> {
-        let kbit_per_s = self.bit_rate.kbit_per_s();
-        open_slcan(port, self.baud, kbit_per_s, Channel::Open)
+        let settings = self.port.settings(self.bit_rate.kbit_per_s());
+        open_slcan(port, settings, Channel::Open)
+    }
+
+    /// How a serial port is used.
+    pub(crate) fn port(&self) -> PortOptions {
+        self.port
     }
 
     /// Opens a CAN network interface.
@@ -75,12 +106,22 @@ impl SpeedOptions {
     }
 }
 
-/// Opens a Lawicel adapter on USB that only listens: it sends nothing and acknowledges nothing.
+/// Opens a Lawicel adapter to listen to it: it sends nothing, and acknowledges nothing unless that is allowed.
 ///
 /// # Errors
 /// [`OpenError`].
-pub(crate) fn listen_to_slcan(port: &str, kbit_per_s: u32) -> Result<Link, OpenError> {
-    open_slcan(port, DEFAULT_BAUD, kbit_per_s, Channel::ListenOnly)
+pub(crate) fn listen_to_slcan(
+    port: &str,
+    options: PortOptions,
+    kbit_per_s: u32,
+    acknowledge: bool,
+) -> Result<Link, OpenError> {
+    let channel = if acknowledge {
+        Channel::Open
+    } else {
+        Channel::ListenOnly
+    };
+    open_slcan(port, options.settings(kbit_per_s), channel)
 }
 
 /// Opens a CAN network interface to listen to it.
@@ -91,9 +132,12 @@ pub(crate) fn listen_to_interface(interface: &str, kbit_per_s: u32) -> Result<Li
     open_interface(interface, kbit_per_s)
 }
 
-fn open_slcan(port: &str, baud: u32, kbit_per_s: u32, channel: Channel) -> Result<Link, OpenError> {
-    let slcan = Slcan::open(port, baud, kbit_per_s, channel)?;
-    Ok(Link::new(Adapter::Slcan(slcan), kbit_per_s))
+fn open_slcan(port: &str, settings: Settings, channel: Channel) -> Result<Link, OpenError> {
+    let slcan = Slcan::open(port, settings, channel)?;
+    Ok(Link::new(
+        Adapter::Slcan(Box::new(slcan)),
+        settings.kbit_per_s,
+    ))
 }
 
 #[cfg(target_os = "linux")]

@@ -15,7 +15,8 @@ Examples:
 
 Drives that are disabled are enabled, follow the motion from where they stand, and are disabled: at the end, after
 a fault, after Ctrl-C; a vertical axis without a brake falls then. Drives that are enabled already stay enabled.
-Ctrl-C slows down first, a second Ctrl-C stops at once. A motion that needs more speed, acceleration or way than
+Ctrl-C slows down first, a second Ctrl-C stops at once; Ctrl-Z and Ctrl-\\ do the same, because a program that is
+paused or killed leaves its drives enabled. A motion that needs more speed, acceleration or way than
 --max-rpm, --max-acceleration and --max-turns allow is refused. A PC keeps time as well as it can: cycles that began
 late or never are counted and reported, and the axes catch up a quarter faster than the motion is.
 

@@ -43,7 +43,7 @@ pub(crate) enum RunError {
     /// Drives have other gear numbers than the motion was made for; every axis in the order of the columns.
     Gear(Vec<GearDifference>),
     /// Ctrl-C cannot be listened to.
-    Interrupt(ctrlc::Error),
+    Interrupt(io::Error),
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
     /// The summary cannot be written.

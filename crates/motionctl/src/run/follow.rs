@@ -8,7 +8,7 @@ use super::summary::{AxisSummary, Outcome, Summary};
 use crate::interrupt;
 use crate::link::LinkFault;
 use crate::output::tell;
-use crate::station::{BringUpError, Station, fault_text, found_on};
+use crate::station::{BringUpError, Station, fault_text, found_on, unconfirmed_warning};
 use crate::trajectory::Plan;
 
 /// Time after the motion for the drives to arrive and to be read once more.
@@ -96,21 +96,37 @@ impl<'link> Follow<'link> {
             tell(text);
         }
         let end = self.station.shut_down();
-        let warning = end.is_err().then(|| self.station.link_warning());
+        let warning = match &end {
+            Ok(end) if end.unconfirmed.is_empty() => None,
+            Ok(end) => Some(unconfirmed_warning(&end.unconfirmed)),
+            Err(fault) => Some(format!(
+                "the link failed: {fault}. {}",
+                self.station.link_warning()
+            )),
+        };
+        if let Some(warning) = &warning {
+            // Where it is seen whatever becomes of the summary.
+            tell(warning);
+        }
         let outcome = match (moved, &end) {
             (Err(outcome), _) => outcome,
             (Ok(()), Err(fault)) => Outcome::LinkFailed(*fault),
             (Ok(()), Ok(_)) => Outcome::Completed,
         };
+        // With what the axes needed to slow down.
+        let at_end = self.snapshots();
         let axes = before_end
             .iter()
+            .zip(&at_end)
             .zip(&self.anchors)
             .zip(plan.last())
             .zip(&self.read_back)
             .enumerate()
-            .map(|(axis, (((snapshot, &anchor), target), &read_back))| {
-                AxisSummary::new(axis, snapshot, anchor, target, read_back)
-            })
+            .map(
+                |(axis, ((((before, sums), &anchor), target), &read_back))| {
+                    AxisSummary::new(axis, before, sums, anchor, target, read_back)
+                },
+            )
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;

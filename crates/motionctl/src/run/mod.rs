@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let mut link = arguments.link.open().map_err(RunError::Open)?;
     admit(arguments, &mut link, &axes)?;
     confirm(&question(arguments, &drives, &plan), arguments.yes).map_err(RunError::NotConfirmed)?;
-    interrupt::listen().map_err(RunError::Interrupt)?;
+    interrupt::listen_in_motion().map_err(RunError::Interrupt)?;
     if !arguments.json {
         tell(format_args!("limits: {}", arguments.limits));
         if arguments.polls().status_us.is_none() {

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::exit;
 use crate::link::LinkFault;
-use crate::station::{End, PaceCounts, left_on, unconfirmed_warning};
+use crate::station::{End, PaceCounts, left_on};
 use crate::table::align_numbers;
 
 /// How a motion ended.
@@ -20,7 +20,7 @@ pub(super) enum Outcome {
     Completed,
     /// Why, which was told already.
     Stopped(String),
-    /// Why no set-point got out, which was told already.
+    /// Why it is not known that set-points got out, which was told already.
     StoodStill(String),
     Interrupted,
     LinkFailed(LinkFault),
@@ -42,7 +42,9 @@ impl fmt::Display for Outcome {
         match self {
             Self::Completed => f.write_str("completed"),
             Self::Stopped(_) => f.write_str("stopped by a fault"),
-            Self::StoodStill(_) => f.write_str("stopped, because no set-point got out"),
+            Self::StoodStill(_) => {
+                f.write_str("stopped, because it is not known that its set-points got out")
+            }
             Self::Interrupted => f.write_str("stopped by the user"),
             Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
         }
@@ -70,26 +72,28 @@ pub(super) struct AxisSummary {
 }
 
 impl AxisSummary {
+    /// State and fault are those before the axes were slowed down and switched off, the sums those of the end.
     pub(super) fn new(
         axis: usize,
-        snapshot: &AxisSnapshot,
+        before_end: &AxisSnapshot,
+        sums: &AxisSnapshot,
         anchor_counts: i32,
         target_counts: i32,
         read_back: ReadBackScale,
     ) -> Self {
-        let position = snapshot.feedback.position;
+        let position = sums.feedback.position;
         let read_counts = position.and_then(|read| read_back.to_command_counts(read.value));
         Self {
             axis,
-            drive: snapshot.drive.get(),
-            state: snapshot.state.to_string(),
-            fault: snapshot.fault.map(|fault| fault.to_string()),
-            set_points: snapshot.counters.set_points,
+            drive: before_end.drive.get(),
+            state: before_end.state.to_string(),
+            fault: before_end.fault.map(|fault| fault.to_string()),
+            set_points: sums.counters.set_points,
             target_counts,
-            sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
+            sent_counts: sums.sent_counts.wrapping_sub(anchor_counts),
             read_counts: read_counts.map(|counts| counts.wrapping_sub(anchor_counts)),
-            merged: snapshot.counters.merged,
-            reply_timeouts: snapshot.counters.timeouts,
+            merged: sums.counters.merged,
+            reply_timeouts: sums.counters.timeouts,
         }
     }
 }
@@ -112,6 +116,9 @@ pub(super) struct Summary {
     left_enabled: Vec<u8>,
     /// What somebody who goes near must know.
     warnings: Vec<String>,
+    /// The drives that were left on, for those who have read the other warnings already.
+    #[serde(skip)]
+    left_on: Option<String>,
     #[serde(skip)]
     exit_code: u8,
 }
@@ -120,7 +127,7 @@ impl Summary {
     pub(super) fn new(
         outcome: Outcome,
         end: End,
-        link_warning: Option<String>,
+        told_warning: Option<String>,
         axes: Vec<AxisSummary>,
         pace: PaceCounts,
         late_hand_overs: u32,
@@ -136,8 +143,8 @@ impl Summary {
             _ if completed => 0,
             _ => exit::BROKEN_PROMISE,
         };
-        let unconfirmed = (!is_off).then(|| unconfirmed_warning(&end.unconfirmed));
-        let warnings = [left_on(&end.left_on), unconfirmed, link_warning];
+        let left_on = left_on(&end.left_on);
+        let warnings = [left_on.clone(), told_warning];
         let ids = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         Self {
             completed,
@@ -150,6 +157,7 @@ impl Summary {
             unconfirmed: ids(&end.unconfirmed),
             left_enabled: ids(&end.left_on),
             warnings: warnings.into_iter().flatten().collect(),
+            left_on,
             exit_code,
         }
     }
@@ -201,8 +209,8 @@ impl fmt::Display for Summary {
             pace.merged,
             self.late_hand_overs
         )?;
-        for warning in &self.warnings {
-            writeln!(f, "{warning}")?;
+        if let Some(text) = &self.left_on {
+            writeln!(f, "{text}")?;
         }
         write!(f, "The motion: {}.", self.outcome)
     }

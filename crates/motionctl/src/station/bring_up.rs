@@ -9,6 +9,7 @@ use super::fault_text::fault_text;
 use super::pc_master::{GROUP, Station};
 use crate::interrupt;
 use crate::link::LinkFault;
+use crate::output::tell;
 
 /// Time for the drives to become ready, and again to be enabled.
 const LIMIT_US: u64 = 10_000_000;
@@ -83,7 +84,13 @@ impl Station<'_> {
         self.master
             .enable(now, GROUP)
             .map_err(|error| self.refusal(error))?;
-        self.wait_until(|state| state == AxisState::Streaming)
+        self.wait_until(|state| state == AxisState::Streaming)?;
+        if self.link.is_silent() {
+            tell(
+                "note: this adapter acknowledges no frame: one that it drops shows only in the position that a drive reports",
+            );
+        }
+        Ok(())
     }
 
     /// The master knows axes, the user knows drives.

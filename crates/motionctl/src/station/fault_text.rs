@@ -18,7 +18,7 @@ fn words(fault: Fault) -> String {
         Fault::AlarmStatus(alarm) => format!("alarm, {}", alarm_cause(alarm)),
         Fault::AlarmFrame => "alarm, and it does not say which".to_owned(),
         Fault::Bus => format!(
-            "no set-point got out for {} ms: the bus or its adapter stands still",
+            "no set-point got out for {} ms, or the adapter did not answer for it: the bus or its adapter stands still",
             STUCK_US / 1_000
         ),
         other => other.to_string(),

@@ -9,7 +9,8 @@ use dyn_can::DriveId;
 
 use super::clock::{Clock, serve_until};
 use super::pace::{Pace, PaceCounts};
-use crate::link::{Link, LinkFault};
+use crate::link::{ANSWER_LIMIT, Link, LinkFault};
+use crate::output::tell;
 
 /// The master of this tool: room for every drive that a bus can carry.
 pub(crate) type PcMaster = ServoMaster<63>;
@@ -46,6 +47,8 @@ pub(crate) struct Station<'link> {
     pub(super) switched_on: Vec<DriveId>,
     /// Drives that were on before.
     pub(super) found_on: Vec<DriveId>,
+    /// Whoever used the station has the warning that the link has failed.
+    pub(super) link_warning_is_given: bool,
 }
 
 impl<'link> Station<'link> {
@@ -76,6 +79,7 @@ impl<'link> Station<'link> {
             axes: axes.to_vec(),
             switched_on: Vec::new(),
             found_on: Vec::new(),
+            link_warning_is_given: false,
         })
     }
 
@@ -134,6 +138,7 @@ impl<'link> Station<'link> {
     ) -> Result<(), LinkFault> {
         serve_until(&mut self.master, self.link, &self.clock, self.pace.due())?;
         let now = self.clock.now();
+        self.note_unknown(now);
         let number = self.pace.begin(now);
         prepare(&mut self.master, number);
         self.master.begin_cycle(now);
@@ -142,6 +147,24 @@ impl<'link> Station<'link> {
             (_, Some(fault)) => Err(fault),
             (Progress::Idle | Progress::Blocked, None) => Ok(()),
         }
+    }
+
+    /// Frames of which nobody knows whether they went out: what was booked may be wrong, so every axis that has or wants power
+    /// stops and anchors anew.
+    fn note_unknown(&mut self, now: Instant) {
+        let frames = self.link.take_unknown();
+        let is_meant = |axis: AxisSnapshot| {
+            axis.facts.goal != can_motion::facts::Goal::Off || axis.facts.moves()
+        };
+        if frames == 0 || !self.snapshots().any(is_meant) {
+            return;
+        }
+        tell(format_args!(
+            "the adapter did not answer for {frames} frames within {} ms: it is not known whether they went out, so every axis stops",
+            ANSWER_LIMIT.as_millis()
+        ));
+        self.master.on_bus_off(now);
+        self.master.on_bus_recovered(now);
     }
 
     /// The oldest event that was not read yet.

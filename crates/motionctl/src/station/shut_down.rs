@@ -58,7 +58,8 @@ impl Station<'_> {
     }
 
     /// The warning when the link has failed: which drives may still be on.
-    pub(crate) fn link_warning(&self) -> String {
+    pub(crate) fn link_warning(&mut self) -> String {
+        self.link_warning_is_given = true;
         link_warning(&self.switched_on, &self.found_on)
     }
 
@@ -120,8 +121,7 @@ impl Drop for Station<'_> {
             return;
         }
         let drives = core::mem::take(&mut self.switched_on);
-        if self.link.fault().is_some() {
-            // Whoever used the station has the fault of the link, and tells it.
+        if self.link_warning_is_given {
             return;
         }
         match self.switch_off(&drives) {

@@ -1,9 +1,11 @@
 //! What becomes of the power of simulated drives, whatever ends a motion.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use can_motion::{Fault, PollPeriods};
+use can_motion::facts::Knowledge;
+use can_motion::{AxisSnapshot, Fault, PollPeriods};
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, Frame, NodeId,
     TxOrder,
@@ -12,7 +14,7 @@ use dyn_can::{Alarm, DriveId, FunctionCode, GearNumber};
 use embedded_can::nb::Can;
 use embedded_can::{Frame as _, Id, StandardId};
 
-use super::{AxisOptions, BringUpError, End, LookError, Station, look, unconfirmed_warning};
+use super::{AxisOptions, BringUpError, End, GROUP, LookError, Station, look, unconfirmed_warning};
 use crate::lawicel;
 use crate::link::Link;
 use crate::link::fake_adapter::{FakeAdapter, set_up_answer};
@@ -128,6 +130,11 @@ fn is_switch(frame: &Frame, drive: i32, byte: u8) -> bool {
     frame.id() == Id::Standard(switch) && frame.data() == [byte]
 }
 
+fn is_set_point(frame: &Frame, drive: i32) -> bool {
+    let set_point = StandardId::new(id(drive).can_id(FunctionCode::GoRelativePosPd)).unwrap();
+    frame.id() == Id::Standard(set_point)
+}
+
 const ENABLE: u8 = 0x00;
 const DISABLE: u8 = 0xFF;
 
@@ -147,17 +154,44 @@ fn what_was_found_on_stays_on_and_what_was_switched_on_goes_off() {
     assert_eq!(rig.is_on(), [false, true]);
 }
 
-#[test]
-fn a_panic_switches_off_what_was_switched_on() {
-    let rig = Rig::new("panic", [false, true], |_, _| Way::OntoTheBus);
-    let mut link = rig.adapter.open();
-    let mut station = station(&mut link);
+/// Everything that a command does: looks, enables, holds for a while, disables.
+fn whole_life(link: &mut Link) {
+    look(link, AxisOptions::default(), &[id(1), id(2)]).unwrap();
+    let mut station = station(link);
     station.bring_up().unwrap();
-    let panicked = catch_unwind(AssertUnwindSafe(move || {
-        let _ = station.cycle(|_, _| panic!("in the middle of a motion"));
-    }));
-    assert!(panicked.is_err());
-    assert_eq!(rig.is_on(), [false, true]);
+    let start = station.now();
+    while station.now().us_since(start) < 300_000 {
+        station.cycle(|_, _| {}).unwrap();
+    }
+    station.shut_down().unwrap();
+}
+
+#[test]
+fn a_panic_at_any_stage_switches_off_what_was_switched_on() {
+    // The frame of the host at which the program panics next: a request, then what enables, moves and disables drive 1.
+    type IsIt = fn(&Frame) -> bool;
+    let stages: [(&str, IsIt); 4] = [
+        ("looks", |_| true),
+        ("enables", |frame| is_switch(frame, 1, ENABLE)),
+        ("streams", |frame| is_set_point(frame, 1)),
+        ("disables", |frame| is_switch(frame, 1, DISABLE)),
+    ];
+    for (stage, is_it) in stages {
+        let panics = Arc::new(AtomicBool::new(false));
+        let (next, mut is_over) = (Arc::clone(&panics), false);
+        let rig = Rig::new(&format!("panic-{stage}"), [false, true], move |_, frame| {
+            if !is_over && is_it(frame) {
+                is_over = true;
+                next.store(true, Ordering::Relaxed);
+            }
+            Way::OntoTheBus
+        });
+        let mut link = rig.adapter.open();
+        link.panics = panics;
+        let panicked = catch_unwind(AssertUnwindSafe(|| whole_life(&mut link)));
+        assert!(panicked.is_err(), "{stage}");
+        assert_eq!(rig.is_on(), [false, true], "{stage}");
+    }
 }
 
 #[test]
@@ -281,4 +315,63 @@ fn an_adapter_that_is_gone_is_said_with_the_drives_that_may_be_on() {
         warning.contains("drives 1, 2 may still be ENABLED"),
         "{warning}"
     );
+}
+
+#[test]
+fn frames_that_nobody_answers_for_let_every_axis_anchor_anew() {
+    let is_mute = Arc::new(Mutex::new(false));
+    let mute = Arc::clone(&is_mute);
+    let rig = Rig::new("mute", [false, true], move |sim, frame| {
+        if *mute.lock().unwrap() {
+            // It goes out, and nobody says so.
+            sim.exchange(frame);
+            return Way::Frozen;
+        }
+        Way::OntoTheBus
+    });
+    let mut link = rig.adapter.open();
+    let mut station = station(&mut link);
+    station.bring_up().unwrap();
+    *is_mute.lock().unwrap() = true;
+    let cycle = |station: &mut Station<'_>| {
+        station
+            .cycle(|master, number| {
+                for axis in 0..2 {
+                    // Refused once the axis has stopped.
+                    let _ = master.set_target(axis, number as i32 / 20);
+                }
+            })
+            .unwrap();
+    };
+    let start = station.now();
+    let is_anchored = |axis: AxisSnapshot| axis.facts.knowledge == Knowledge::Anchored;
+    while station.snapshots().any(is_anchored) {
+        cycle(&mut station);
+        assert!(station.now().us_since(start) < 10_000_000, "no fault");
+    }
+    for axis in station.snapshots() {
+        assert_eq!(axis.fault, Some(Fault::Bus), "{axis:?}");
+        assert!(!axis.facts.moves(), "{axis:?}");
+    }
+    *is_mute.lock().unwrap() = false;
+    // Refused until the drives have said whether they still hold.
+    let clear = |station: &mut Station<'_>| {
+        let now = station.now();
+        station.master().clear(now, GROUP)
+    };
+    while clear(&mut station).is_err() {
+        cycle(&mut station);
+        assert!(station.now().us_since(start) < 20_000_000, "no clear");
+    }
+    while !station.snapshots().all(is_anchored) {
+        cycle(&mut station);
+        assert!(station.now().us_since(start) < 20_000_000, "no anchor");
+    }
+    let sent: Vec<i64> = station
+        .snapshots()
+        .map(|axis| axis.sent_counts.into())
+        .collect();
+    let mut sim = rig.sim.lock().unwrap();
+    let reached = [1, 2].map(|drive| sim.drive(drive).commanded_counts());
+    assert_eq!(sent, reached);
 }

@@ -27,7 +27,7 @@ pub(crate) fn scratch(name: &str) -> PathBuf {
 }
 
 /// Waits until something is the case.
-fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let start = Instant::now();
     while !is_so() {
         assert!(start.elapsed() < PATIENCE, "still waiting until {what}");

@@ -1,7 +1,13 @@
 //! The tool and a bench as two processes that talk over a pseudo-terminal, as users run them.
 
+mod adapter;
+mod adapters;
 mod bench;
 mod commission;
 mod power;
+mod power_matrix;
+mod relay;
 mod run;
 mod serial;
+mod serial_echo;
+mod terminal;

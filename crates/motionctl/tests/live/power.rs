@@ -156,8 +156,8 @@ fn a_frozen_adapter_is_an_error_that_names_the_drives() {
     );
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(
-        text.contains("drive 1 did not confirm that it is DISABLED"),
-        "{text}"
+        errors.contains("drive 1 did not confirm that it is DISABLED"),
+        "{errors}"
     );
     assert!(text.contains("drive 2 was enabled before"), "{text}");
     assert!(!text.contains("completed"), "{text}");

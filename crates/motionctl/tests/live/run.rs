@@ -87,18 +87,29 @@ fn ctrl_c_ramps_down_and_disables() {
         "--max-turns",
         "100",
         "--yes",
+        "--json",
     ];
-    let child = start_and_wait_for(motionctl(&arguments), "the motion starts");
-    std::thread::sleep(Duration::from_millis(300));
+    // As JSON the motion begins without a word, within a second.
+    let child = motionctl(&arguments).spawn().expect("motionctl starts");
+    std::thread::sleep(Duration::from_secs(3));
     interrupt(&child);
     let output = child.wait_with_output().expect("its output");
     assert_eq!(output.status.code(), Some(130), "{output:?}");
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.contains("stopped by the user"), "{text}");
-    assert!(!text.contains("did not confirm"), "{text}");
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(summary["outcome"], "stopped by the user", "{summary}");
+    assert_eq!(summary["disabled"], serde_json::json!([1, 2]), "{summary}");
     let report = bench.stop();
-    for drive in 0..2 {
-        let drive = &report["drives"][drive];
+    for (axis, drive) in report["drives"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .enumerate()
+    {
+        // The steps of the ramp are among them.
+        assert_eq!(
+            summary["axes"][axis]["sent_counts"], drive["received_counts"],
+            "{summary} {report}"
+        );
         assert_eq!(drive["enabled"], false);
         assert_ne!(drive["received_counts"], 0, "it had moved");
         let count = |field: &str| drive[field].as_i64().expect("a count");
@@ -127,12 +138,13 @@ fn an_adapter_that_vanishes_ends_the_motion_with_a_clear_message() {
     bench.kill();
     let output = child.wait_with_output().expect("its output");
     assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let (_, errors) = status_and_errors(&output);
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        text.contains("the link failed: the adapter is gone"),
-        "{text}"
-    );
-    assert!(text.contains("may still be ENABLED"), "{text}");
+    for text in [errors.as_str(), &text] {
+        let said = "the link failed: the adapter is gone";
+        assert!(text.contains(said), "{text}");
+    }
+    assert!(errors.contains("may still be ENABLED"), "{errors}");
 }
 
 /// Finding 1: the motion would have ended while the adapter was frozen.

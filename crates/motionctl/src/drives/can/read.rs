@@ -14,6 +14,8 @@ const EVERYTHING: PollPeriods = PollPeriods {
     speed_us: Some(20_000),
     ..PollPeriods::DEFAULT
 };
+/// How often a parameter group is read at most: a reply may be lost, and a PC may be busy for a while.
+const ATTEMPTS: u32 = 3;
 /// Time for the polls to bring one reading of each kind.
 const POLL_LIMIT_US: u64 = 3_000_000;
 
@@ -32,7 +34,13 @@ pub(super) fn read(
         Procedure::ReadGroup2,
         Procedure::ReadGroup3,
     ] {
-        match perform(&mut station, drive, procedure)? {
+        let mut end = perform(&mut station, drive, procedure)?;
+        for _ in 1..ATTEMPTS {
+            if end == ProcedureEnd::NoReply {
+                end = perform(&mut station, drive, procedure)?;
+            }
+        }
+        match end {
             ProcedureEnd::Read(reply) => parameters.extend(parameters_of(&reply)),
             _ => {
                 return Err(DrivesError::Incomplete {

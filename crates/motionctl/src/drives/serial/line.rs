@@ -9,7 +9,7 @@ use dyn_serial::{Address, Answer, Busy, Client, Dialect, Failure, Poll, Reply, R
 use serialport::SerialPort;
 
 use crate::drives::DrivesError;
-use crate::link::{LinkFault, OpenError};
+use crate::link::{LinkFault, OpenError, PortOptions};
 
 /// The speed of the drives' ports (DYN2 manual A1.8 section 7.1).
 const BAUD: u32 = 38_400;
@@ -17,6 +17,9 @@ const BAUD: u32 = 38_400;
 const PC_DELAY_US: u32 = 20_000;
 /// The longest wait in one call of the port.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
+
+/// Portions that are read before anything else is done.
+const MOST_READS: u32 = 64;
 
 /// A port with the drives behind it.
 pub(crate) struct Line {
@@ -27,17 +30,24 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Opens a port with up to `chain` drives in a chain behind it. Nothing is sent.
+    /// Opens a port with up to `chain` drives in a chain behind it. Nothing is sent. The speed is that of the drives unless the user
+    /// says another, as of a converter with a speed of its own.
     ///
     /// # Errors
     /// [`OpenError`] says what is wrong with the port.
-    pub(crate) fn open(name: &str, chain: NonZeroU8) -> Result<Self, OpenError> {
-        let port = serialport::new(name, BAUD)
+    pub(crate) fn open(
+        name: &str,
+        options: PortOptions,
+        chain: NonZeroU8,
+    ) -> Result<Self, OpenError> {
+        let port = serialport::new(name, options.baud_or(BAUD))
             .timeout(LONGEST_WAIT)
             .open()
             .map_err(|error| OpenError::of_port(name, &error))?;
         let timing = Timing::chain(chain);
         let timing = Timing {
+            quiet_timeout_us: timing.quiet_timeout_us + PC_DELAY_US,
+            echo_us: timing.echo_us + PC_DELAY_US,
             reply_timeout_us: timing.reply_timeout_us + PC_DELAY_US,
             ..timing
         };
@@ -102,9 +112,13 @@ impl Line {
                 Busy::Encode(error) => fault(error.to_string()),
                 other => fault(other.to_string()),
             })?;
+        let echoes_before = self.client.traffic().echoes;
         self.finish()
             .map_err(DrivesError::Link)?
             .map_err(|failure| match failure {
+                Failure::NoReply { .. } if self.client.traffic().echoes > echoes_before => {
+                    DrivesError::OnlyEchoes { drive }
+                }
                 Failure::NoReply { .. } => DrivesError::NoAnswer { drive },
                 other => fault(other.to_string()),
             })
@@ -113,6 +127,11 @@ impl Line {
     /// Serves the port until the request is done.
     fn finish(&mut self) -> Result<Result<Answer, Failure>, LinkFault> {
         loop {
+            // Before anything is sent: what has come meanwhile belongs to what was sent before.
+            if self.take_in().is_err() {
+                self.client.abandon();
+                return Err(LinkFault::Vanished);
+            }
             let now_us = self.now_us();
             let served = match self.client.poll(now_us) {
                 Poll::Done(result) => return Ok(result),
@@ -133,6 +152,17 @@ impl Line {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         self.port.write_all(bytes)?;
         self.port.flush()
+    }
+
+    /// Reads what is there; what a port that never ends brings is no silence, so nothing is sent meanwhile.
+    fn take_in(&mut self) -> std::io::Result<()> {
+        for _ in 0..MOST_READS {
+            if self.port.bytes_to_read()? == 0 {
+                break;
+            }
+            self.hear(Duration::ZERO)?;
+        }
+        Ok(())
     }
 
     /// Reads what comes within `wait`, or a part of it.
