@@ -17,7 +17,7 @@ const FOLDER: &str = "crates/can-motion/src/core";
 /// What the last change is compared with: everything that a merge brought is one change.
 const BEFORE: &str = "HEAD^1";
 /// The time for all of it, the installation of cargo-mutants included; what is left is said.
-const MINUTES: u64 = 10;
+const MINUTES: u64 = 5;
 const INSTALL: &str = "install cargo-mutants --locked --debug";
 
 /// Seeds the mistakes and runs the tests of the package on each.
