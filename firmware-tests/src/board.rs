@@ -152,9 +152,17 @@ impl Board {
     /// # Panics
     /// When there is no such symbol: the test expects another image.
     pub fn poke(&mut self, symbol: &str, value: u8) {
+        self.poke_bytes(symbol, &[value]);
+    }
+
+    /// Sets some bytes of the firmware's memory.
+    ///
+    /// # Panics
+    /// When there is no such symbol: the test expects another image.
+    pub fn poke_bytes(&mut self, symbol: &str, bytes: &[u8]) {
         let address = self.image.symbol(symbol);
         let address = address.unwrap_or_else(|| panic!("the image has no symbol {symbol}"));
-        let written = self.engine.mem_write(u64::from(address), &[value]);
+        let written = self.engine.mem_write(u64::from(address), bytes);
         written.expect("symbols lie in memory");
     }
 

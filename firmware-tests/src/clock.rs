@@ -18,7 +18,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The clocks after power-on, for a board with a crystal of `hse_hz`.
+    /// The clocks after power-on, for a board with a crystal of `hse_hz`; 0 for none.
     #[must_use]
     pub fn new(hse_hz: u64) -> Self {
         Self {
@@ -29,6 +29,17 @@ impl Clock {
             base_ns: 0,
             base_cycles: 0,
         }
+    }
+
+    /// Whether the board has a crystal.
+    #[must_use]
+    pub fn has_crystal(&self) -> bool {
+        self.hse_hz > 0
+    }
+
+    /// The crystal breaks.
+    pub fn lose_crystal(&mut self) {
+        self.hse_hz = 0;
     }
 
     /// The core's frequency.

@@ -68,6 +68,24 @@ impl Rig {
     /// When Unicorn fails.
     #[must_use]
     pub fn with_drives(image: Image, drives: impl IntoIterator<Item = DynDriveConfig>) -> Self {
+        Self::with_crystal(image, drives, HSE_HZ)
+    }
+
+    /// A board that has just got its supply and whose crystal does not run, with the drives 1 and 2.
+    ///
+    /// # Panics
+    /// When Unicorn fails.
+    #[must_use]
+    pub fn without_crystal(image: Image) -> Self {
+        let config = |id| DynDriveConfig::numbered(id).expect("an id is 1 to 63");
+        Self::with_crystal(image, [1, 2].map(config), 0)
+    }
+
+    fn with_crystal(
+        image: Image,
+        drives: impl IntoIterator<Item = DynDriveConfig>,
+        hse_hz: u64,
+    ) -> Self {
         let mut bus = Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new());
         bus.set_log(LogMode::Full);
         let mut wire = Wire::new(bus);
@@ -76,7 +94,7 @@ impl Rig {
             .map(|drive| wire.add_device(DynDrive::new(drive), ControllerConfig::device()))
             .collect();
         let stranger = wire.add_master(ControllerConfig::device());
-        let board = Board::new(image, HSE_HZ, wire).expect("the emulator works");
+        let board = Board::new(image, hse_hz, wire).expect("the emulator works");
         Self {
             board,
             drives,
@@ -133,6 +151,33 @@ impl Rig {
     pub fn run_us(&mut self, us: u64) -> Stop {
         let until_ns = self.board.soc().now_ns() + 1_000 * us;
         self.board.run_until_ns(until_ns)
+    }
+
+    /// Holds the line from the transceiver dominant, or lets it go.
+    pub fn hold_dominant(&mut self, held: bool) {
+        let soc = self.board.soc_mut();
+        soc.can.hold_dominant(&soc.wire, &soc.clock, held);
+        // The processor looks anew at what comes next.
+        soc.process();
+    }
+
+    /// How long the status LED is lit in two seconds, the length of every pattern, in milliseconds.
+    pub fn lit_ms(&mut self) -> usize {
+        (0..2_000)
+            .filter(|_| {
+                self.run_ms(1);
+                self.is_led_lit() == Some(true)
+            })
+            .count()
+    }
+
+    /// Puts mistakes back that the image with failures on command knows, before its first instruction: see `src/misbehaviour`.
+    ///
+    /// # Panics
+    /// When it is another image.
+    pub fn put_back(&mut self, faults: u16) {
+        let [low, high] = faults.to_le_bytes();
+        self.board.poke_bytes("FAULTS", &[low, high, 0x17, 0xFA]);
     }
 
     /// Closes a contact.

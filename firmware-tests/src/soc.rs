@@ -7,7 +7,7 @@ use crate::clock::Clock;
 use crate::gpio::{self, Gpio};
 use crate::hooks::Leave;
 use crate::instructions::Runs;
-use crate::nvic::Nvic;
+use crate::nvic::{NMI, Nvic};
 use crate::storage::Storage;
 use crate::timer::{TIMERS, Timer};
 use crate::watchdog::Watchdog;
@@ -20,10 +20,13 @@ const PWR_CSR: u32 = 0x4000_7004;
 const RCC_CR: u32 = 0x4002_3800;
 const RCC_PLLCFGR: u32 = 0x4002_3804;
 const RCC_CFGR: u32 = 0x4002_3808;
+const RCC_CIR: u32 = 0x4002_380C;
 const RCC_APB1RSTR: u32 = 0x4002_3820;
 const RCC_APB2RSTR: u32 = 0x4002_3824;
 const RCC_BDCR: u32 = 0x4002_3870;
 const RCC_CSR: u32 = 0x4002_3874;
+/// Wait states, caches and prefetch.
+pub const FLASH_ACR: u32 = 0x4002_3C00;
 /// Option bytes, among them the brown-out level; they outlive every reset.
 pub const FLASH_OPTCR: u32 = 0x4002_3C14;
 const FLASH_OPTCR_FACTORY: u32 = 0x0FFF_AAED;
@@ -31,6 +34,17 @@ const SYSTEM_CONTROL: u32 = 0xE000_E000;
 const AIRCR: u32 = 0xE000_ED0C;
 const AIRCR_RESET: u32 = 0x05FA_0004;
 const CYCLE_COUNTER: u32 = 0xE000_1004;
+/// HSEON, HSERDY, CSSON, PLLON and the switch of the clock.
+const CR_HSE: u32 = 1 << 16;
+const CR_CLOCK_SECURITY: u32 = 1 << 19;
+const CR_PLL: u32 = 1 << 24;
+const CFGR_SWITCH: u32 = 3;
+/// CSSF.
+const CIR_CLOCK_LOST: u32 = 1 << 7;
+/// PVDE, and PVDO.
+const PWR_CR: u32 = 0x4000_7000;
+const CR_DETECTOR: u32 = 1 << 4;
+const CSR_SUPPLY_LOW: u32 = 1 << 2;
 const DEVICE_ID: (u32, u32) = (0xE004_2000, 0x1007_6413);
 /// What registers without a model of their own hold after a reset.
 const RESET_VALUES: [(u32, u32); 3] = [(RCC_CR, 0x83), (RCC_PLLCFGR, 0x2400_3010), DEVICE_ID];
@@ -40,6 +54,8 @@ const RESET_VALUES: [(u32, u32); 3] = [(RCC_CR, 0x83), (RCC_PLLCFGR, 0x2400_3010
 pub enum ResetCause {
     /// The supply came.
     PowerOn,
+    /// The reset pin.
+    Pin,
     /// The firmware asked for it.
     Software,
     /// The independent watchdog was not fed.
@@ -51,6 +67,7 @@ impl ResetCause {
     fn flags(self) -> u32 {
         match self {
             Self::PowerOn => 0x0E00_0000,
+            Self::Pin => 1 << 26,
             Self::Software => 1 << 28 | 1 << 26,
             Self::Watchdog => 1 << 29 | 1 << 26,
         }
@@ -93,13 +110,15 @@ pub struct Soc {
     pub reset_request: Option<ResetCause>,
     /// Deepest nesting of handlers so far.
     pub deepest_nesting: usize,
+    /// The supply is below the level of the voltage detector.
+    pub supply_is_low: bool,
     /// Breaks the model on purpose: floating-point registers are not stacked, so that a test can show that it notices.
     pub skip_floating_point: bool,
     timers: Vec<Timer>,
 }
 
 impl Soc {
-    /// A chip that has just got its supply, on a board with a crystal of `hse_hz`, connected to `wire`.
+    /// A chip that has just got its supply, on a board with a crystal of `hse_hz`, 0 for none, connected to `wire`.
     #[must_use]
     pub fn new(hse_hz: u64, mut wire: Wire) -> Self {
         let mut soc = Self {
@@ -120,6 +139,7 @@ impl Soc {
             leave: None,
             reset_request: None,
             deepest_nesting: 0,
+            supply_is_low: false,
             skip_floating_point: false,
             timers: Vec::new(),
         };
@@ -141,6 +161,24 @@ impl Soc {
         self.gpio.reset();
         self.watchdog = Watchdog::default();
         (self.event, self.reset_request) = (false, None);
+    }
+
+    /// The crystal breaks. With the clock security on the chip goes on from its internal oscillator and tells (RM0090, section 7.2.7);
+    /// without it the processor stands still, which is not modelled: the chip goes on as if nothing had happened.
+    pub fn lose_crystal(&mut self) {
+        self.clock.lose_crystal();
+        let control = self.storage.peek(RCC_CR);
+        if control & CR_CLOCK_SECURITY == 0 {
+            return;
+        }
+        self.storage.poke(RCC_CR, control & !(CR_HSE | CR_PLL));
+        let switched = self.storage.peek(RCC_CFGR) & !CFGR_SWITCH;
+        self.storage.poke(RCC_CFGR, switched);
+        let flags = self.storage.peek(RCC_CIR) | CIR_CLOCK_LOST;
+        self.storage.poke(RCC_CIR, flags);
+        self.follow_clock();
+        self.nvic.pend(NMI);
+        self.deadline = 0;
     }
 
     /// The time.
@@ -234,7 +272,18 @@ impl Soc {
             }
             WATCHDOG => self.watchdog.read(address % BLOCK),
             _ if address == CYCLE_COUNTER => self.now as u32,
-            _ => ready_bits(address, self.storage.read(address)),
+            _ => self.read_storage(address),
+        }
+    }
+
+    fn read_storage(&mut self, address: u32) -> u32 {
+        let value = ready_bits(address, self.storage.read(address));
+        match address {
+            RCC_CR if !self.clock.has_crystal() => value & !(CR_HSE << 1),
+            PWR_CSR if self.supply_is_low && self.storage.peek(PWR_CR) & CR_DETECTOR != 0 => {
+                value | CSR_SUPPLY_LOW
+            }
+            _ => value,
         }
     }
 

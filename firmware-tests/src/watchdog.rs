@@ -4,6 +4,9 @@
 const LSI_HZ: u64 = 32_000;
 const NS_PER_S: u64 = 1_000_000_000;
 
+/// The counter after the start, whatever the reload register holds: that is taken over at a feeding.
+const FIRST_TICKS: u64 = 0x1000;
+
 const KEY_RELOAD: u32 = 0xAAAA;
 const KEY_START: u32 = 0xCCCC;
 const KEY_UNLOCK: u32 = 0x5555;
@@ -43,9 +46,9 @@ impl Watchdog {
         self.feeds
     }
 
-    fn period_ns(&self) -> u64 {
+    fn ns(&self, ticks: u64) -> u64 {
         let divider = 4 << self.prescaler.min(6);
-        (self.reload + 1) * divider * NS_PER_S / LSI_HZ
+        ticks * divider * NS_PER_S / LSI_HZ
     }
 
     /// Reads a register; a change of prescaler or reload value is never pending here.
@@ -63,12 +66,12 @@ impl Watchdog {
         match (offset, value) {
             (0x00, KEY_START) => {
                 self.unlocked = false;
-                self.expires_ns = Some(now_ns + self.period_ns());
+                self.expires_ns = Some(now_ns + self.ns(FIRST_TICKS));
             }
             (0x00, KEY_RELOAD) => {
                 self.unlocked = false;
                 self.feeds += 1;
-                self.expires_ns = self.expires_ns.map(|_| now_ns + self.period_ns());
+                self.expires_ns = self.expires_ns.map(|_| now_ns + self.ns(self.reload + 1));
             }
             (0x00, key) => self.unlocked = key == KEY_UNLOCK,
             (0x04, _) if self.unlocked => self.prescaler = value & 7,
@@ -96,6 +99,8 @@ mod tests {
     #[test]
     fn it_expires_unless_it_is_fed() {
         let mut watchdog = started();
+        assert_eq!(watchdog.expires_ns(), Some(512 * MS));
+        watchdog.write(0x00, KEY_RELOAD, 0);
         assert_eq!(watchdog.expires_ns(), Some(20 * MS));
         watchdog.write(0x00, KEY_RELOAD, 15 * MS);
         assert_eq!(watchdog.expires_ns(), Some(35 * MS));

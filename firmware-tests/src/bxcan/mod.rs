@@ -16,7 +16,7 @@ use embedded_can::nb::Can;
 
 use crate::clock::Clock;
 use filter::Filters;
-use mailboxes::Mailboxes;
+use mailboxes::{MAILBOXES, Mailboxes};
 use receive_fifo::ReceiveFifo;
 
 /// The bus with its drives, and faults that a test scripts.
@@ -40,12 +40,15 @@ const MCR_SOFTWARE_RESET: u32 = 1 << 15;
 const BTR_RESET: u32 = 0x0123_0000;
 const BTR_LOOPBACK_OR_SILENT: u32 = 0b11 << 30;
 const MSR_ERROR: u32 = 1 << 2;
-/// The RX pin reads recessive.
+/// The RX pin reads recessive, now and at the last sample point.
 const MSR_RECESSIVE: u32 = 0xC00;
 const IER_TRANSMIT: u32 = 1;
 const IER_ERROR: u32 = 1 << 15;
-/// Recessive bits after which the controller takes part in the bus.
+/// Recessive bits after which the controller takes part in the bus, or is awake.
 const JOIN_BITS: u64 = 11;
+/// From the request to give a frame up that is not on the wire until it has happened: two clocks of the controller. The manual only says
+/// that it is done at once, and not in the same instruction.
+const ABORT_NS: u64 = 50;
 
 const LEC_STUFF: u32 = 1;
 const LEC_ACKNOWLEDGE: u32 = 3;
@@ -55,6 +58,10 @@ const LEC_BIT: u32 = 5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
     Sleep,
+    /// On the way from sleep to initialisation: it leaves sleep only after 11 recessive bits (RM0090, section 32.9.2, SLAK).
+    Waking {
+        until_ns: Option<u64>,
+    },
     Initialisation,
     /// Waiting for recessive bits; `None` while the bit rate is wrong, when they never come.
     Joining {
@@ -80,6 +87,10 @@ pub struct BxCan {
     handed: Option<usize>,
     /// That frame shall not be sent again after a failed attempt.
     giving_up: bool,
+    /// When the request to give up the frame of a mailbox takes effect.
+    aborts_ns: [Option<u64>; MAILBOXES],
+    /// Something holds the RX pin dominant: a transceiver without supply, a short circuit.
+    held_dominant: bool,
     seen: Counters,
     unfiltered: u64,
 }
@@ -107,6 +118,8 @@ impl BxCan {
             fifos: Default::default(),
             handed: None,
             giving_up: false,
+            aborts_ns: [None; MAILBOXES],
+            held_dominant: false,
             seen: Counters::default(),
             unfiltered: 0,
         }
@@ -139,21 +152,58 @@ impl BxCan {
         let seen = port.controller().counters();
         *self = Self {
             seen,
+            held_dominant: self.held_dominant,
             ..Self::asleep(self.node)
         };
     }
 
+    /// Holds the RX pin dominant, or lets it go.
+    ///
+    /// # Panics
+    /// When the controller is on the bus: only the start is modelled.
+    pub fn hold_dominant(&mut self, wire: &Wire, clock: &Clock, held: bool) {
+        assert_ne!(self.mode, Mode::OnBus, "a bus that fails is not modelled so");
+        self.held_dominant = held;
+        match self.mode {
+            Mode::Waking { .. } => self.wake(wire, clock),
+            Mode::Joining { .. } => self.leave_initialisation(wire, clock),
+            _ => {}
+        }
+    }
+
     /// Lets the bus run up to `now_ns`.
     pub fn advance(&mut self, wire: &mut Wire, now_ns: u64) {
-        let joins_ns = match self.mode {
-            Mode::Joining { until_ns } => until_ns.filter(|&until_ns| until_ns <= now_ns),
-            _ => None,
-        };
-        if let Some(joins_ns) = joins_ns {
-            self.run_to(wire, joins_ns);
-            self.join(wire);
+        while let Some(due_ns) = self.next_own_event_ns().filter(|&due_ns| due_ns <= now_ns) {
+            self.run_to(wire, due_ns.max(wire.now_ns()));
+            match self.mode {
+                Mode::Joining { until_ns } if until_ns == Some(due_ns) => self.join(wire),
+                Mode::Waking { until_ns } if until_ns == Some(due_ns) => {
+                    self.mode = Mode::Initialisation;
+                }
+                _ => self.abort_due(wire, due_ns),
+            }
         }
         self.run_to(wire, now_ns);
+    }
+
+    /// The next instant at which the controller does something by itself. In initialisation no frame is given up.
+    fn next_own_event_ns(&self) -> Option<u64> {
+        let mode_ns = match self.mode {
+            Mode::Joining { until_ns } | Mode::Waking { until_ns } => until_ns,
+            _ => None,
+        };
+        let aborts_ns = self.aborts_ns.iter().flatten().copied();
+        let aborts_ns = aborts_ns.filter(|_| self.mode != Mode::Initialisation);
+        mode_ns.into_iter().chain(aborts_ns).min()
+    }
+
+    fn abort_due(&mut self, wire: &mut Wire, due_ns: u64) {
+        for mailbox in 0..MAILBOXES {
+            if self.aborts_ns[mailbox].take_if(|at_ns| *at_ns <= due_ns).is_some() {
+                self.give_up(wire, mailbox);
+            }
+        }
+        self.settle(wire);
     }
 
     fn run_to(&mut self, wire: &mut Wire, limit_ns: u64) {
@@ -176,11 +226,8 @@ impl BxCan {
     /// The next instant at which something changes by itself.
     #[must_use]
     pub fn next_event_ns(&self, wire: &Wire) -> Option<u64> {
-        let joins_ns = match self.mode {
-            Mode::Joining { until_ns } => until_ns,
-            _ => None,
-        };
-        joins_ns.into_iter().chain(wire.next_event_ns()).min()
+        let own_ns = self.next_own_event_ns();
+        own_ns.into_iter().chain(wire.next_event_ns()).min()
     }
 
     fn settle(&mut self, wire: &mut Wire) {
@@ -250,6 +297,9 @@ impl BxCan {
     }
 
     fn give_up(&mut self, wire: &mut Wire, mailbox: usize) {
+        if !self.mailboxes.is_pending(mailbox) {
+            return;
+        }
         if self.handed == Some(mailbox) {
             let mut port = wire.port(self.node);
             port.abort_all();
@@ -286,8 +336,9 @@ impl BxCan {
     pub fn read(&self, wire: &Wire, offset: u32) -> u32 {
         match offset {
             0x00 => self.mcr,
+            0x04 if self.held_dominant => self.mode_bits() | self.interrupt_flags,
             0x04 => self.mode_bits() | self.interrupt_flags | MSR_RECESSIVE,
-            0x08 => self.mailboxes.status(),
+            0x08 => self.mailboxes.status() | self.abort_bits(),
             0x0C => self.fifos[0].status(),
             0x10 => self.fifos[1].status(),
             0x14 => self.interrupt_enable,
@@ -300,9 +351,14 @@ impl BxCan {
         }
     }
 
+    fn abort_bits(&self) -> u32 {
+        let pending = (0..MAILBOXES).filter(|&mailbox| self.aborts_ns[mailbox].is_some());
+        pending.fold(0, |bits, mailbox| bits | 0x80 << (8 * mailbox))
+    }
+
     fn mode_bits(&self) -> u32 {
         match self.mode {
-            Mode::Sleep => 2,
+            Mode::Sleep | Mode::Waking { .. } => 2,
             Mode::Initialisation | Mode::Joining { .. } => 1,
             Mode::OnBus => 0,
         }
@@ -331,8 +387,9 @@ impl BxCan {
             0x00 => self.write_master_control(wire, value, clock),
             0x04 => self.interrupt_flags &= !value,
             0x08 => {
-                let abort = self.mailboxes.write_status(value);
-                abort.for_each(|mailbox| self.give_up(wire, mailbox));
+                for mailbox in self.mailboxes.write_status(value) {
+                    self.aborts_ns[mailbox].get_or_insert(wire.now_ns() + ABORT_NS);
+                }
             }
             0x0C => self.fifos[0].write_status(value),
             0x10 => self.fifos[1].write_status(value),
@@ -361,35 +418,52 @@ impl BxCan {
         );
         self.mcr = value;
         // Sleep wins over initialisation.
-        let wanted = match (value & MCR_SLEEP != 0, value & MCR_INIT != 0) {
-            (true, _) => Some(Mode::Sleep),
-            (false, true) => Some(Mode::Initialisation),
-            (false, false) => None,
-        };
-        match wanted {
-            Some(mode) => {
-                self.mode = mode;
-                wire.bus_mut().set_connected(self.node, false);
+        match (value & MCR_SLEEP != 0, value & MCR_INIT != 0) {
+            (true, _) => self.leave_bus(wire, Mode::Sleep),
+            (false, true) if matches!(self.mode, Mode::Sleep | Mode::Waking { .. }) => {
+                self.wake(wire, clock);
             }
-            None if matches!(self.mode, Mode::Sleep | Mode::Initialisation) => {
-                let bit_ns = wire.bus().bit_rate().bit_ns();
-                let is_right = self.bit_ns(clock) == Some(bit_ns);
-                let until_ns = is_right.then(|| wire.now_ns() + JOIN_BITS * bit_ns);
-                self.mode = Mode::Joining { until_ns };
+            (false, true) => self.leave_bus(wire, Mode::Initialisation),
+            (false, false) if !matches!(self.mode, Mode::Joining { .. } | Mode::OnBus) => {
+                self.leave_initialisation(wire, clock);
             }
-            None => {}
+            (false, false) => {}
         }
+    }
+
+    fn leave_bus(&mut self, wire: &mut Wire, mode: Mode) {
+        self.mode = mode;
+        wire.bus_mut().set_connected(self.node, false);
+    }
+
+    /// At whatever bit rate is set: the bus is taken for idle.
+    fn wake(&mut self, wire: &Wire, clock: &Clock) {
+        let bits_ns = JOIN_BITS * self.ticks_ns().div_ceil(clock.pclk1_hz());
+        let until_ns = (!self.held_dominant).then(|| wire.now_ns() + bits_ns);
+        self.mode = Mode::Waking { until_ns };
+    }
+
+    fn leave_initialisation(&mut self, wire: &Wire, clock: &Clock) {
+        let bit_ns = wire.bus().bit_rate().bit_ns();
+        let joins = !self.held_dominant && self.bit_ns(clock) == Some(bit_ns);
+        let until_ns = joins.then(|| wire.now_ns() + JOIN_BITS * bit_ns);
+        self.mode = Mode::Joining { until_ns };
     }
 
     /// Length of a bit; `None` when it is no whole number of nanoseconds, which no bit rate of the drives is.
     #[must_use]
     pub fn bit_ns(&self, clock: &Clock) -> Option<u64> {
-        let field = |at: u32, bits: u32| u64::from(self.bit_timing >> at & ((1 << bits) - 1));
-        let quanta = 1 + (field(16, 4) + 1) + (field(20, 3) + 1);
-        let ticks_ns = quanta * (field(0, 10) + 1) * 1_000_000_000;
+        let ticks_ns = self.ticks_ns();
         ticks_ns
             .is_multiple_of(clock.pclk1_hz())
             .then(|| ticks_ns / clock.pclk1_hz())
+    }
+
+    /// Clocks of the controller in a bit, times the nanoseconds in a second.
+    fn ticks_ns(&self) -> u64 {
+        let field = |at: u32, bits: u32| u64::from(self.bit_timing >> at & ((1 << bits) - 1));
+        let quanta = 1 + (field(16, 4) + 1) + (field(20, 3) + 1);
+        quanta * (field(0, 10) + 1) * 1_000_000_000
     }
 }
 
