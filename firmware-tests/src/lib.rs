@@ -44,6 +44,20 @@ pub mod storage;
 pub mod timer;
 pub mod watchdog;
 
+/// Mistakes that the image with failures on command can make, for [`Rig::put_back`]: the numbers of `src/misbehaviour`.
+pub mod fault {
+    /// A recovery leaves in the controller what waits there.
+    pub const KEEP_OLD_FRAMES: u16 = 1;
+    /// The start waits for the bus before anything else.
+    pub const WAIT_FOR_THE_BUS: u16 = 2;
+    /// The start waits for the crystal without an end.
+    pub const WAIT_FOR_THE_CRYSTAL: u16 = 4;
+    /// Drives that do not confirm their disable command are not shown.
+    pub const HIDE_UNCONFIRMED: u16 = 8;
+    /// A crystal that stops is not watched.
+    pub const NO_CLOCK_SECURITY: u16 = 16;
+}
+
 pub use board::{Board, Stop};
 pub use image::Image;
 pub use load::Load;

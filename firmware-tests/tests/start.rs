@@ -1,7 +1,7 @@
 //! From power-on to a running motion: nothing moves until somebody says so.
 
 use dyn_can::DriveId;
-use firmware_tests::{Contact, Rig, Stop, rig, soc};
+use firmware_tests::{Contact, ResetCause, Rig, Stop, fault, rig, soc};
 
 fn power_on() -> Rig {
     Rig::with_numbered_drives(rig::image("shipped"), 2)
@@ -138,42 +138,180 @@ fn a_drive_with_another_gear_number_is_not_enabled() {
 }
 
 #[test]
-fn the_brown_out_level_is_set_once_in_the_life_of_the_chip() {
+fn the_option_bytes_are_not_written_unasked() {
     let mut rig = power_on();
-    rig.run_ms(50);
-    let soc = rig.board().soc();
-    assert_eq!(soc.storage.peek(soc::FLASH_OPTCR) & 0b1100, 0);
-    let writes = soc.storage.touched()[&soc::FLASH_OPTCR].writes;
-    rig.board_mut().soc_mut().reset_request = Some(firmware_tests::ResetCause::Software);
-    rig.run_ms(50);
-    assert_eq!(rig.board().resets().len(), 1);
-    assert_eq!(
-        rig.board().soc().storage.touched()[&soc::FLASH_OPTCR].writes,
-        writes
+    rig.run_ms(3_000);
+    assert!(rig.has_logged("set its brown-out level once with `cargo fw --commission`"));
+    let touched = rig.board().soc().storage.touched();
+    assert_eq!(touched[&soc::FLASH_OPTCR].writes, 0);
+}
+
+#[test]
+fn the_image_for_commissioning_writes_them_once_and_only_with_a_steady_supply() {
+    let mut rig = Rig::with_numbered_drives(rig::image("commission"), 2);
+    let level = |rig: &Rig| rig.board().soc().storage.peek(soc::FLASH_OPTCR) >> 2 & 3;
+    let writes = |rig: &Rig| rig.board().soc().storage.touched()[&soc::FLASH_OPTCR].writes;
+    let unset = level(&rig);
+    for _ in 0..5 {
+        rig.run_ms(900);
+        rig.board_mut().soc_mut().supply_is_low = true;
+        rig.run_ms(10);
+        rig.board_mut().soc_mut().supply_is_low = false;
+    }
+    assert_eq!((level(&rig), writes(&rig)), (unset, 0));
+    rig.run_ms(1_100);
+    assert_eq!(level(&rig), 0, "{:#?}", rig.board().log());
+    assert!(rig.has_logged("the brown-out level is set: switch the board off and on"));
+    let written = writes(&rig);
+    rig.board_mut().soc_mut().reset_request = Some(ResetCause::Pin);
+    rig.run_ms(2_000);
+    assert!(rig.has_logged("set already: nothing was written"));
+    assert_eq!(writes(&rig), written);
+    assert_eq!(rig.from_board().count(), 0);
+}
+
+#[test]
+fn caches_and_prefetch_are_on_and_the_prefetch_is_off_in_the_first_revision() {
+    const LATENCY: u32 = 5;
+    const PREFETCH: u32 = 1 << 8;
+    const CACHES: u32 = 0b11 << 9;
+    for (device_id, expected) in [
+        (0x1007_6413, LATENCY | CACHES | PREFETCH),
+        (0x1000_6413, LATENCY | CACHES),
+    ] {
+        let mut rig = power_on();
+        rig.board_mut()
+            .soc_mut()
+            .storage
+            .poke(0xE004_2000, device_id);
+        rig.run_ms(50);
+        assert_eq!(rig.board().soc().storage.peek(soc::FLASH_ACR), expected);
+    }
+}
+
+#[test]
+fn watchdog_and_led_come_before_the_first_thing_that_can_wait() {
+    let mut rig = Rig::without_crystal(rig::image("shipped"));
+    rig.run_ms(1);
+    assert!(rig.board().soc().watchdog.expires_ns().is_some());
+    assert_eq!(rig.is_led_lit(), Some(true));
+}
+
+#[test]
+fn without_a_crystal_it_shows_it_and_leaves_the_bus_alone() {
+    let mut rig = Rig::without_crystal(rig::image("shipped"));
+    for contact in [Contact::Stop, Contact::Enable, Contact::Run] {
+        rig.close(contact);
+    }
+    rig.run_ms(500);
+    assert!(
+        rig.has_logged("the crystal does not run"),
+        "{:#?}",
+        rig.board().log()
     );
+    // Five flashes of an eighth of a second.
+    assert!(rig.lit_ms().abs_diff(625) < 10);
+    for contact in [Contact::Enable, Contact::Run] {
+        rig.open(contact);
+        rig.run_ms(500);
+        rig.close(contact);
+    }
+    rig.run_ms(2_000);
+    assert_eq!(rig.board().resets(), []);
+    assert_eq!(rig.from_board().count(), 0);
+}
+
+#[test]
+fn a_start_that_waits_for_the_crystal_without_an_end_is_noticed() {
+    let mut rig = Rig::without_crystal(rig::image("misbehaving"));
+    rig.put_back(fault::WAIT_FOR_THE_CRYSTAL);
+    rig.run_ms(2_000);
+    assert!(!rig.has_logged("the crystal does not run"));
+    // Only the watchdog gets it out of there, again and again.
+    assert!(rig.board().resets().len() > 1);
+}
+
+#[test]
+fn a_crystal_that_stops_in_motion_ends_it_and_the_board_stays_off() {
+    let mut rig = power_on();
+    rig.bring_up();
+    rig.board_mut().soc_mut().lose_crystal();
+    let lost_ns = rig.board().soc().now_ns();
+    rig.run_ms(500);
+    assert_eq!(rig.board().resets().len(), 1);
+    assert!(rig.has_logged("the crystal stopped in motion"));
+    assert!(rig.has_logged("the crystal does not run"));
+    assert!(rig.lit_ms().abs_diff(625) < 10);
+    // Only what was on the wire.
+    assert!(rig.set_points_since(lost_ns).count() <= 1);
+}
+
+#[test]
+fn a_crystal_that_is_not_watched_is_noticed() {
+    let mut rig = Rig::with_numbered_drives(rig::image("misbehaving"), 2);
+    rig.put_back(fault::NO_CLOCK_SECURITY);
+    rig.bring_up();
+    rig.board_mut().soc_mut().lose_crystal();
+    let lost_ns = rig.board().soc().now_ns();
+    rig.run_ms(500);
+    assert_eq!(rig.board().resets(), []);
+    assert!(rig.set_points_since(lost_ns).count() > 900);
+}
+
+#[test]
+fn a_bus_that_is_dominant_at_power_on_is_shown_and_joined_when_it_is_free() {
+    let mut rig = power_on();
+    rig.hold_dominant(true);
+    for contact in [Contact::Stop, Contact::Enable, Contact::Run] {
+        rig.close(contact);
+    }
+    rig.run_ms(2_500);
+    assert!(
+        rig.has_logged("the bus is never idle"),
+        "{:#?}",
+        rig.board().log()
+    );
+    // Two flashes of an eighth of a second.
+    assert!(rig.lit_ms().abs_diff(250) < 10);
+    assert_eq!(
+        (rig.board().resets(), rig.from_board().count()),
+        (&[][..], 0)
+    );
+    rig.hold_dominant(false);
+    rig.run_ms(2_000);
+    assert!(rig.has_logged("on the bus"));
+    assert!(rig.has_logged("release the enable input"));
+    assert_eq!(rig.set_points_since(0).count(), 0);
+    for contact in [Contact::Enable, Contact::Run] {
+        rig.open(contact);
+    }
+    rig.run_ms(500);
+    rig.enable();
+}
+
+#[test]
+fn a_start_that_waits_for_the_bus_is_noticed() {
+    let mut rig = Rig::with_numbered_drives(rig::image("misbehaving"), 2);
+    rig.put_back(fault::WAIT_FOR_THE_BUS);
+    rig.hold_dominant(true);
+    rig.run_ms(2_500);
+    assert!(!rig.has_logged("the bus is never idle"));
+    assert!(rig.board().resets().len() > 1);
 }
 
 #[test]
 fn the_status_led_shows_the_state() {
     let mut rig = power_on();
-    let lit_ms = |rig: &mut Rig| {
-        (0..2_000)
-            .filter(|_| {
-                rig.run_ms(1);
-                rig.is_led_lit() == Some(true)
-            })
-            .count()
-    };
     rig.run_ms(100);
     // The stop circuit is open: three flashes of an eighth of a second in two seconds.
-    assert!(lit_ms(&mut rig).abs_diff(375) < 5);
+    assert!(rig.lit_ms().abs_diff(375) < 5);
     rig.make_ready();
-    assert!(lit_ms(&mut rig).abs_diff(1_000) < 5);
+    assert!(rig.lit_ms().abs_diff(1_000) < 5);
     rig.enable();
-    assert!(lit_ms(&mut rig).abs_diff(1_750) < 5);
+    assert!(rig.lit_ms().abs_diff(1_750) < 5);
     rig.close(Contact::Run);
     rig.run_ms(100);
-    assert_eq!(lit_ms(&mut rig), 2_000);
+    assert_eq!(rig.lit_ms(), 2_000);
 }
 
 #[test]

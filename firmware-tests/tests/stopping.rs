@@ -3,7 +3,7 @@
 use drive_sim::DeviceId;
 use dyn_can::Alarm;
 use firmware_tests::rig::MS;
-use firmware_tests::{Contact, Rig, rig};
+use firmware_tests::{Contact, Rig, fault, rig};
 
 const AXES: i32 = 8;
 /// What waits in the mailboxes when the order to stop comes is taken back, all but the frame that goes next.
@@ -178,12 +178,7 @@ fn a_disable_command_that_a_drive_does_not_confirm_is_repeated_logged_and_shown(
         rig.board().log()
     );
     // The LED has flashes of three eighths and of one eighth of a second.
-    let lit_ms = (0..2_000)
-        .filter(|_| {
-            rig.run_ms(1);
-            rig.is_led_lit() == Some(true)
-        })
-        .count();
+    let lit_ms = rig.lit_ms();
     assert!(lit_ms.abs_diff(1_000) < 5, "{lit_ms}");
     let repeated = rig.switches_since(from_ns + 1_000 * MS).count();
     assert!((5..=12).contains(&repeated), "{repeated} in two seconds");
@@ -198,6 +193,59 @@ fn a_disable_command_that_a_drive_does_not_confirm_is_repeated_logged_and_shown(
         0,
         "repeated although it was confirmed"
     );
+}
+
+/// Every drive in motion loses the bus, and then enable is released.
+fn nobody_confirms(rig: &mut Rig) {
+    rig.bring_up();
+    for drive in devices(rig) {
+        rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+    }
+    rig.open(Contact::Enable);
+    rig.run_ms(1_000);
+}
+
+#[test]
+fn a_disable_command_that_no_drive_confirms_is_repeated_to_each_logged_and_shown() {
+    let mut rig = Rig::with_numbered_drives(rig::image("axes-8"), AXES);
+    nobody_confirms(&mut rig);
+    let log = rig.board().log().iter();
+    let unconfirmed = log.filter(|line| line.contains("the drive may still have power"));
+    assert!(
+        unconfirmed.count() >= AXES as usize,
+        "{:#?}",
+        rig.board().log()
+    );
+    let from_ns = rig.board().soc().now_ns();
+    let lit_ms = rig.lit_ms();
+    assert!(lit_ms.abs_diff(1_000) < 5, "{lit_ms}");
+    for id in 1..=AXES as u16 {
+        let commands = rig.switches_since(from_ns);
+        let to_it = commands.filter(|record| {
+            record
+                .frame
+                .to_string()
+                .starts_with(&format!("{:03X}#", id << 5))
+        });
+        assert!(to_it.count() >= 3, "drive {id}");
+    }
+    for drive in devices(&rig) {
+        rig.wire_mut().device_mut(drive).faults_mut().wake();
+    }
+    rig.run_ms(1_000);
+    assert!(!rig.are_enabled(), "{:#?}", rig.board().log());
+    let from_ns = rig.board().soc().now_ns();
+    rig.run_ms(1_000);
+    assert_eq!(rig.switches_since(from_ns).count(), 0);
+}
+
+#[test]
+fn a_board_that_does_not_show_it_is_noticed() {
+    let mut rig = Rig::with_numbered_drives(rig::image("misbehaving"), 2);
+    rig.put_back(fault::HIDE_UNCONFIRMED);
+    nobody_confirms(&mut rig);
+    let lit_ms = rig.lit_ms();
+    assert!(lit_ms.abs_diff(1_000) >= 5, "{lit_ms}");
 }
 
 #[test]

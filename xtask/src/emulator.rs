@@ -83,7 +83,12 @@ pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     let emulator = Emulator::prepare()?;
-    for image in [Image::misbehaving(), Image::with_axes(8), Image::shipped()] {
+    for image in [
+        Image::commissioning(),
+        Image::misbehaving(),
+        Image::with_axes(8),
+        Image::shipped(),
+    ] {
         image.build(&builder, &emulator.images)?;
     }
     emulator.cargo(&["clippy", "--all-targets"], &["-D", "warnings"])?;

@@ -8,6 +8,8 @@ use crate::thumb::{Builder, Variant};
 
 /// The package with the firmware.
 pub(crate) const PACKAGE: &str = "motion-board";
+/// Its image that sets the option bytes of a chip, and the feature that it needs.
+pub(crate) const COMMISSION: &str = "commission";
 /// Configuration whose number of axes is in [`AXES`].
 const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";
@@ -45,6 +47,8 @@ impl Board {
 pub(crate) struct Image {
     /// Name of the file.
     pub(crate) name: String,
+    /// Which of the images of the package.
+    binary: &'static str,
     variant: Variant,
 }
 
@@ -53,6 +57,7 @@ impl Image {
     pub(crate) fn shipped() -> Self {
         Self {
             name: "shipped".into(),
+            binary: PACKAGE,
             variant: Variant::default(),
         }
     }
@@ -61,6 +66,7 @@ impl Image {
     pub(crate) fn of_board(board: Board, log: &str) -> Self {
         Self {
             name: format!("{}-{log}", board.feature()),
+            binary: PACKAGE,
             variant: Variant {
                 arguments: board.arguments().to_vec(),
                 environment: vec![("DEFMT_LOG".into(), log.into())],
@@ -73,6 +79,7 @@ impl Image {
         let config = config.map(|path| (CONFIG.into(), path.display().to_string()));
         Self {
             name: "emulated".into(),
+            binary: PACKAGE,
             variant: Variant {
                 environment: config.into_iter().collect(),
                 ..Variant::default()
@@ -84,8 +91,21 @@ impl Image {
     pub(crate) fn misbehaving() -> Self {
         Self {
             name: "misbehaving".into(),
+            binary: PACKAGE,
             variant: Variant {
                 arguments: vec!["--features".into(), "misbehave".into()],
+                ..Variant::default()
+            },
+        }
+    }
+
+    /// The one that sets the option bytes.
+    pub(crate) fn commissioning() -> Self {
+        Self {
+            name: COMMISSION.into(),
+            binary: COMMISSION,
+            variant: Variant {
+                arguments: vec!["--features".into(), COMMISSION.into()],
                 ..Variant::default()
             },
         }
@@ -95,6 +115,7 @@ impl Image {
     pub(crate) fn with_axes(axes: usize) -> Self {
         Self {
             name: format!("axes-{axes}"),
+            binary: PACKAGE,
             variant: Variant {
                 environment: vec![
                     (CONFIG.into(), MANY_AXES.into()),
@@ -113,7 +134,7 @@ impl Image {
         builder.build(PACKAGE, &self.variant)?;
         let place = folder.join(&self.name);
         let copied = fs::create_dir_all(folder)
-            .and_then(|()| fs::copy(builder.images().join(PACKAGE), &place));
+            .and_then(|()| fs::copy(builder.images().join(self.binary), &place));
         copied.map_err(|reason| Error::Image {
             path: place.clone(),
             reason: reason.to_string(),

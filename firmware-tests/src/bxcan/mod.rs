@@ -131,6 +131,15 @@ impl BxCan {
         self.node
     }
 
+    /// The frames that wait in its mailboxes.
+    #[must_use]
+    pub fn waiting(&self) -> Vec<Frame> {
+        let pending = (0..MAILBOXES).filter(|&mailbox| self.mailboxes.is_pending(mailbox));
+        pending
+            .map(|mailbox| self.mailboxes.frame(mailbox))
+            .collect()
+    }
+
     /// Received frames that no filter passed.
     #[must_use]
     pub fn unfiltered(&self) -> u64 {
@@ -162,7 +171,11 @@ impl BxCan {
     /// # Panics
     /// When the controller is on the bus: only the start is modelled.
     pub fn hold_dominant(&mut self, wire: &Wire, clock: &Clock, held: bool) {
-        assert_ne!(self.mode, Mode::OnBus, "a bus that fails is not modelled so");
+        assert_ne!(
+            self.mode,
+            Mode::OnBus,
+            "a bus that fails is not modelled so"
+        );
         self.held_dominant = held;
         match self.mode {
             Mode::Waking { .. } => self.wake(wire, clock),
@@ -199,7 +212,10 @@ impl BxCan {
 
     fn abort_due(&mut self, wire: &mut Wire, due_ns: u64) {
         for mailbox in 0..MAILBOXES {
-            if self.aborts_ns[mailbox].take_if(|at_ns| *at_ns <= due_ns).is_some() {
+            if self.aborts_ns[mailbox]
+                .take_if(|at_ns| *at_ns <= due_ns)
+                .is_some()
+            {
                 self.give_up(wire, mailbox);
             }
         }
