@@ -1,5 +1,6 @@
 //! A board with drives: the wiring of the default board.
 
+use std::collections::BTreeSet;
 use std::env;
 use std::path::PathBuf;
 
@@ -169,6 +170,24 @@ impl Rig {
                 self.is_led_lit() == Some(true)
             })
             .count()
+    }
+
+    /// The different lengths of the flashes of the status LED, in milliseconds and to the next eighth of a second.
+    pub fn flashes_ms(&mut self) -> Vec<usize> {
+        const EIGHTH_MS: usize = 125;
+        let levels: Vec<bool> = (0..4_000)
+            .map(|_| {
+                self.run_ms(1);
+                self.is_led_lit() == Some(true)
+            })
+            .collect();
+        let mut runs: Vec<&[bool]> = levels.chunk_by(|before, after| before == after).collect();
+        // The first and the last are cut off.
+        runs.pop();
+        let lit = runs.into_iter().skip(1).filter(|run| run[0]);
+        let eighths = lit.map(|run| (run.len() + EIGHTH_MS / 2) / EIGHTH_MS);
+        let lengths: BTreeSet<usize> = eighths.map(|eighths| eighths * EIGHTH_MS).collect();
+        lengths.into_iter().collect()
     }
 
     /// Puts mistakes back that the image with failures on command knows, before its first instruction: see `src/misbehaviour`.
