@@ -7,6 +7,7 @@ use crate::clock::Clock;
 use crate::gpio::{self, Gpio};
 use crate::hooks::Leave;
 use crate::instructions::Runs;
+use crate::load::Masked;
 use crate::nvic::{NMI, Nvic};
 use crate::storage::Storage;
 use crate::timer::{TIMERS, Timer};
@@ -102,6 +103,8 @@ pub struct Soc {
     pub storage: Storage,
     /// Straight runs of code met so far.
     pub runs: Runs,
+    /// Stretches with interrupts masked.
+    pub masked: Masked,
     /// The event register of the processor.
     pub event: bool,
     /// Why the processor has stopped.
@@ -135,6 +138,7 @@ impl Soc {
             watchdog: Watchdog::default(),
             storage: Storage::default(),
             runs: Runs::default(),
+            masked: Masked::default(),
             event: false,
             leave: None,
             reset_request: None,
