@@ -176,6 +176,21 @@ fn a_recovery_that_keeps_them_is_noticed() {
 }
 
 #[test]
+fn a_controller_that_does_not_give_them_up_is_reset() {
+    let mut rig = moving("axes-8", 8);
+    rig.board_mut().soc_mut().can.keep_frames(true);
+    goes_off_with_three_set_points(&mut rig);
+    let off_ns = rig.board().soc().now_ns();
+    rig.run_ms(100);
+    assert!(!rig.has_logged("BusRecovered"));
+    rig.run_ms(200);
+    assert!(rig.has_logged("BusRecovered"), "{:#?}", rig.board().log());
+    assert_eq!(rig.set_points_since(off_ns).count(), 0);
+    rig.board_mut().soc_mut().can.keep_frames(false);
+    comes_back_on_command(&mut rig);
+}
+
+#[test]
 fn every_error_on_the_bus_is_counted() {
     let mut rig = moving("axes-8", 8);
     assert!(rig.run_until_logged(" cycles, ", 1_100));

@@ -1,7 +1,8 @@
 //! From power-on to a running motion: nothing moves until somebody says so.
 
 use dyn_can::DriveId;
-use firmware_tests::{Contact, ResetCause, Rig, Stop, fault, rig, soc};
+use firmware_tests::chip::Controller;
+use firmware_tests::{Contact, ResetCause, Rig, Stop, fault, rig};
 
 fn power_on() -> Rig {
     Rig::with_numbered_drives(rig::image("shipped"), 2)
@@ -137,56 +138,78 @@ fn a_drive_with_another_gear_number_is_not_enabled() {
     assert!(!rig.are_enabled(), "the release of enable disables it too");
 }
 
+fn option_byte_writes(rig: &Rig) -> u64 {
+    let (register, ..) = rig.board().soc().chip.option_bytes;
+    let touched = rig.board().soc().storage.touched();
+    touched[&register].writes
+}
+
 #[test]
 fn the_option_bytes_are_not_written_unasked() {
     let mut rig = power_on();
     rig.run_ms(3_000);
     assert!(rig.has_logged("set its brown-out level once with `cargo fw --commission`"));
-    let touched = rig.board().soc().storage.touched();
-    assert_eq!(touched[&soc::FLASH_OPTCR].writes, 0);
+    assert_eq!(option_byte_writes(&rig), 0);
 }
 
 #[test]
 fn the_image_for_commissioning_writes_them_once_and_only_with_a_steady_supply() {
     let mut rig = Rig::with_numbered_drives(rig::image("commission"), 2);
-    let level = |rig: &Rig| rig.board().soc().storage.peek(soc::FLASH_OPTCR) >> 2 & 3;
-    let writes = |rig: &Rig| rig.board().soc().storage.touched()[&soc::FLASH_OPTCR].writes;
-    let unset = level(&rig);
+    let (register, mask, new) = rig.board().soc().chip.option_bytes;
+    let options = |rig: &Rig| rig.board().soc().storage.peek(register);
     for _ in 0..5 {
         rig.run_ms(900);
         rig.board_mut().soc_mut().supply_is_low = true;
         rig.run_ms(10);
         rig.board_mut().soc_mut().supply_is_low = false;
     }
-    assert_eq!((level(&rig), writes(&rig)), (unset, 0));
+    assert_eq!((options(&rig), option_byte_writes(&rig)), (new, 0));
     rig.run_ms(1_100);
-    assert_eq!(level(&rig), 0, "{:#?}", rig.board().log());
+    let level = options(&rig) & mask;
+    let highest = rig.board().soc().chip.highest_brown_out_level;
+    assert_eq!(level, highest, "{:#?}", rig.board().log());
     assert!(rig.has_logged("the brown-out level is set: switch the board off and on"));
-    let written = writes(&rig);
+    let written = option_byte_writes(&rig);
     rig.board_mut().soc_mut().reset_request = Some(ResetCause::Pin);
     rig.run_ms(2_000);
     assert!(rig.has_logged("set already: nothing was written"));
-    assert_eq!(writes(&rig), written);
+    assert_eq!(option_byte_writes(&rig), written);
     assert_eq!(rig.from_board().count(), 0);
 }
 
 #[test]
-fn caches_and_prefetch_are_on_and_the_prefetch_is_off_in_the_first_revision() {
-    const LATENCY: u32 = 5;
-    const PREFETCH: u32 = 1 << 8;
-    const CACHES: u32 = 0b11 << 9;
-    for (device_id, expected) in [
-        (0x1007_6413, LATENCY | CACHES | PREFETCH),
-        (0x1000_6413, LATENCY | CACHES),
-    ] {
-        let mut rig = power_on();
-        rig.board_mut()
-            .soc_mut()
-            .storage
-            .poke(0xE004_2000, device_id);
-        rig.run_ms(50);
-        assert_eq!(rig.board().soc().storage.peek(soc::FLASH_ACR), expected);
+fn caches_and_prefetch_are_on_with_the_wait_states_of_the_clock() {
+    const PREFETCH_AND_CACHES: u32 = 0b111 << 8;
+    let mut rig = power_on();
+    rig.run_ms(50);
+    let chip = rig.board().soc().chip;
+    let access = rig.board().soc().storage.peek(chip.flash_access);
+    assert_eq!(access & PREFETCH_AND_CACHES, PREFETCH_AND_CACHES);
+    // 168 MHz: a wait state for each 30 MHz begun; 160 MHz with the raised supply: one for each 34 MHz.
+    assert_eq!(
+        access & 0xF,
+        if chip.controller == Controller::BxCan {
+            5
+        } else {
+            4
+        }
+    );
+}
+
+#[test]
+fn the_prefetch_of_the_first_revision_of_the_stm32f405_stays_off() {
+    if rig::chip().controller != Controller::BxCan {
+        return;
     }
+    let mut rig = power_on();
+    rig.board_mut()
+        .soc_mut()
+        .storage
+        .poke(0xE004_2000, 0x1000_6413);
+    rig.run_ms(50);
+    let register = rig.board().soc().chip.flash_access;
+    let access = rig.board().soc().storage.peek(register);
+    assert_eq!(access >> 8 & 0b111, 0b110);
 }
 
 #[test]

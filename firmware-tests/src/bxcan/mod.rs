@@ -1,34 +1,23 @@
 //! The CAN controller at register level (RM0090, section 32), as a node of drive-sim's bus.
 //!
-//! The registers, mailboxes, filters and FIFOs are here; arbitration, frame lengths, acknowledge, error counters and bus-off are
-//! drive-sim's. At most one frame at a time is with drive-sim's controller: the one that goes next.
+//! The registers, mailboxes, filters and FIFOs are here; the rest is the [`Connection`]'s.
 
 mod filter;
 mod mailboxes;
 mod receive_fifo;
 mod register_frame;
 
-use drive_sim::{
-    Bench, ControllerConfig, ControllerState, Counters, DynDrive, ErrorState, Frame, NodeId,
-    Outcome, ScriptedFaults,
-};
-use embedded_can::nb::Can;
+use drive_sim::{ControllerState, ErrorState, Frame, NodeId};
 
+use crate::can::{Line, Wire};
 use crate::clock::Clock;
+use crate::connection::{Connection, LEC_STUFF, Seen};
 use filter::Filters;
 use mailboxes::{MAILBOXES, Mailboxes};
 use receive_fifo::ReceiveFifo;
 
-/// The bus with its drives, and faults that a test scripts.
-pub type Wire = Bench<DynDrive, ScriptedFaults>;
-
-/// First address of CAN1.
-pub const BASE: u32 = 0x4000_6400;
 /// Its interrupts: transmit, FIFO 0, FIFO 1, status change.
 const INTERRUPTS: [u16; 4] = [19, 20, 21, 22];
-/// Its bit in the reset register of peripheral bus 1.
-pub const RESET_BIT: u32 = 25;
-
 const MCR_RESET: u32 = 0x0001_0002;
 const MCR_INIT: u32 = 1;
 const MCR_SLEEP: u32 = 1 << 1;
@@ -50,10 +39,6 @@ const JOIN_BITS: u64 = 11;
 /// that it is done at once, and not in the same instruction.
 const ABORT_NS: u64 = 50;
 
-const LEC_STUFF: u32 = 1;
-const LEC_ACKNOWLEDGE: u32 = 3;
-const LEC_BIT: u32 = 5;
-
 /// What the controller does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
@@ -73,7 +58,7 @@ enum Mode {
 /// The controller.
 #[derive(Debug, Clone)]
 pub struct BxCan {
-    node: NodeId,
+    connection: Connection,
     mode: Mode,
     mcr: u32,
     interrupt_flags: u32,
@@ -83,15 +68,11 @@ pub struct BxCan {
     mailboxes: Mailboxes,
     filters: Filters,
     fifos: [ReceiveFifo; 2],
-    /// The mailbox whose frame is with drive-sim's controller.
-    handed: Option<usize>,
-    /// That frame shall not be sent again after a failed attempt.
-    giving_up: bool,
     /// When the request to give up the frame of a mailbox takes effect.
     aborts_ns: [Option<u64>; MAILBOXES],
     /// Something holds the RX pin dominant: a transceiver without supply, a short circuit.
     held_dominant: bool,
-    seen: Counters,
+    keeps_frames: bool,
     unfiltered: u64,
 }
 
@@ -99,14 +80,12 @@ impl BxCan {
     /// Adds the controller to a bus. It sleeps, as after a reset.
     #[must_use]
     pub fn new(wire: &mut Wire) -> Self {
-        let node = wire.add_master(ControllerConfig::device());
-        wire.bus_mut().set_connected(node, false);
-        Self::asleep(node)
+        Self::asleep(Connection::new(wire))
     }
 
-    fn asleep(node: NodeId) -> Self {
+    fn asleep(connection: Connection) -> Self {
         Self {
-            node,
+            connection,
             mode: Mode::Sleep,
             mcr: MCR_RESET,
             interrupt_flags: 0,
@@ -116,11 +95,9 @@ impl BxCan {
             mailboxes: Mailboxes::default(),
             filters: Filters::default(),
             fifos: Default::default(),
-            handed: None,
-            giving_up: false,
             aborts_ns: [None; MAILBOXES],
             held_dominant: false,
-            seen: Counters::default(),
+            keeps_frames: false,
             unfiltered: 0,
         }
     }
@@ -128,7 +105,7 @@ impl BxCan {
     /// Its node.
     #[must_use]
     pub fn node(&self) -> NodeId {
-        self.node
+        self.connection.node()
     }
 
     /// The frames that wait in its mailboxes.
@@ -152,17 +129,18 @@ impl BxCan {
         self.fifos.iter().map(ReceiveFifo::lost).sum()
     }
 
+    /// Breaks the controller on purpose: it never gives a frame up.
+    pub fn keep_frames(&mut self, kept: bool) {
+        self.keeps_frames = kept;
+    }
+
     /// A reset: off the bus, everything forgotten.
     pub fn reset(&mut self, wire: &mut Wire) {
-        wire.bus_mut().set_connected(self.node, false);
-        let mut port = wire.port(self.node);
-        port.power_off();
-        port.power_on();
-        let seen = port.controller().counters();
+        self.connection.reset(wire);
         *self = Self {
-            seen,
             held_dominant: self.held_dominant,
-            ..Self::asleep(self.node)
+            keeps_frames: self.keeps_frames,
+            ..Self::asleep(self.connection.clone())
         };
     }
 
@@ -234,9 +212,8 @@ impl BxCan {
 
     fn join(&mut self, wire: &mut Wire) {
         self.mode = Mode::OnBus;
-        wire.bus_mut().set_connected(self.node, true);
-        // Leaving initialisation is what starts the way back from bus-off; in any other state there is nothing to recover.
-        let _ = wire.port(self.node).request_recovery();
+        // Leaving initialisation is what starts the way back from bus-off.
+        self.connection.join(wire);
     }
 
     /// The next instant at which something changes by itself.
@@ -247,48 +224,44 @@ impl BxCan {
     }
 
     fn settle(&mut self, wire: &mut Wire) {
-        while let Ok(frame) = wire.port(self.node).receive() {
+        while let Some(frame) = self.connection.receive(wire) {
             self.receive(frame);
         }
-        self.note_outcome(wire);
-        if self.mcr & MCR_AUTOMATIC_RECOVERY != 0 {
-            // An error says that there is nothing to recover.
-            let _ = wire.port(self.node).request_recovery();
+        match self.connection.look(wire) {
+            Seen::Nothing => {}
+            Seen::Sent(mailbox) => {
+                self.last_error = 0;
+                if let Some(mailbox) = mailbox {
+                    self.mailboxes.sent(mailbox);
+                }
+            }
+            Seen::Failed {
+                code,
+                place,
+                given_up,
+            } => {
+                self.error(code);
+                match place {
+                    Some(mailbox) if given_up => self.mailboxes.aborted(mailbox),
+                    Some(mailbox) => self.mailboxes.failed(mailbox),
+                    None => {}
+                }
+            }
+            Seen::Received { with_error: true } => self.error(LEC_STUFF),
+            Seen::Received { with_error: false } => self.last_error = 0,
         }
-        self.hand_over(wire);
+        if self.mcr & MCR_AUTOMATIC_RECOVERY != 0 {
+            self.connection.recover_by_itself(wire);
+        }
+        let next = self.mailboxes.next(self.mcr & MCR_FIRST_COME != 0);
+        let next = next.map(|mailbox| (mailbox, self.mailboxes.frame(mailbox)));
+        self.connection.hand_over(wire, next);
     }
 
     fn receive(&mut self, frame: Frame) {
         match self.filters.fifo_for(&frame) {
             Some(fifo) => self.fifos[fifo].push(frame, self.mcr & MCR_FIFO_LOCKED != 0),
             None => self.unfiltered += 1,
-        }
-    }
-
-    fn note_outcome(&mut self, wire: &Wire) {
-        let counters = wire.bus().controller(self.node).counters();
-        let seen = core::mem::replace(&mut self.seen, counters);
-        if counters.tx_frames > seen.tx_frames {
-            self.last_error = 0;
-            if let Some(mailbox) = self.handed.take() {
-                self.mailboxes.sent(mailbox);
-            }
-        } else if counters.tx_errors > seen.tx_errors {
-            self.error(last_outcome(wire));
-            self.attempt_failed();
-        } else if counters.rx_errors > seen.rx_errors {
-            self.error(LEC_STUFF);
-        } else if counters.rx_frames > seen.rx_frames {
-            self.last_error = 0;
-        }
-    }
-
-    fn attempt_failed(&mut self) {
-        let Some(mailbox) = self.handed else { return };
-        self.mailboxes.failed(mailbox);
-        if core::mem::take(&mut self.giving_up) {
-            self.handed = None;
-            self.mailboxes.aborted(mailbox);
         }
     }
 
@@ -300,37 +273,15 @@ impl BxCan {
         }
     }
 
-    /// Gives drive-sim's controller the frame that goes next, in place of another that has not begun.
-    fn hand_over(&mut self, wire: &mut Wire) {
-        let next = self.mailboxes.next(self.mcr & MCR_FIRST_COME != 0);
-        if next == self.handed || wire.bus().controller(self.node).is_transmitting() {
-            return;
-        }
-        let mut port = wire.port(self.node);
-        port.abort_all();
-        // A controller that is bus-off takes none; it is tried again when time moves on.
-        self.handed = next.filter(|&mailbox| port.transmit(&self.mailboxes.frame(mailbox)).is_ok());
-    }
-
     fn give_up(&mut self, wire: &mut Wire, mailbox: usize) {
-        if !self.mailboxes.is_pending(mailbox) {
-            return;
+        if self.mailboxes.is_pending(mailbox) && self.connection.withdraw(wire, mailbox) {
+            self.mailboxes.aborted(mailbox);
         }
-        if self.handed == Some(mailbox) {
-            let mut port = wire.port(self.node);
-            port.abort_all();
-            if port.controller().is_transmitting() {
-                self.giving_up = true;
-                return;
-            }
-            self.handed = None;
-        }
-        self.mailboxes.aborted(mailbox);
     }
 
     /// Numbers and levels of its interrupt lines.
     #[must_use]
-    pub fn lines(&self) -> [(u16, bool); 4] {
+    pub fn lines(&self) -> [Line; 4] {
         let enable = self.interrupt_enable;
         let [transmit, fifo_0, fifo_1, status] = INTERRUPTS;
         [
@@ -381,9 +332,8 @@ impl BxCan {
     }
 
     fn error_status(&self, wire: &Wire) -> u32 {
-        let controller = wire.bus().controller(self.node);
-        let (tec, rec) = (u32::from(controller.tec()), u32::from(controller.rec()));
-        let state = controller.state();
+        let (tec, rec) = self.connection.counters(wire);
+        let state = self.connection.state(wire);
         let bit = |set: bool, at: u32| u32::from(set) << at;
         bit(tec >= 96 || rec >= 96, 0)
             | bit(state != ControllerState::On(ErrorState::Active), 1)
@@ -403,7 +353,8 @@ impl BxCan {
             0x00 => self.write_master_control(wire, value, clock),
             0x04 => self.interrupt_flags &= !value,
             0x08 => {
-                for mailbox in self.mailboxes.write_status(value) {
+                let aborts = self.mailboxes.write_status(value);
+                for mailbox in aborts.filter(|_| !self.keeps_frames) {
                     self.aborts_ns[mailbox].get_or_insert(wire.now_ns() + ABORT_NS);
                 }
             }
@@ -449,7 +400,7 @@ impl BxCan {
 
     fn leave_bus(&mut self, wire: &mut Wire, mode: Mode) {
         self.mode = mode;
-        wire.bus_mut().set_connected(self.node, false);
+        self.connection.leave(wire);
     }
 
     /// At whatever bit rate is set: the bus is taken for idle.
@@ -480,14 +431,6 @@ impl BxCan {
         let field = |at: u32, bits: u32| u64::from(self.bit_timing >> at & ((1 << bits) - 1));
         let quanta = 1 + (field(16, 4) + 1) + (field(20, 3) + 1);
         quanta * (field(0, 10) + 1) * 1_000_000_000
-    }
-}
-
-/// Error code of the latest attempt on the wire.
-fn last_outcome(wire: &Wire) -> u32 {
-    match wire.bus().log().iter().last().map(|record| record.outcome) {
-        Some(Outcome::AckError) => LEC_ACKNOWLEDGE,
-        _ => LEC_BIT,
     }
 }
 

@@ -1,9 +1,14 @@
 //! The controller at its registers: what the driver of the firmware relies on, and that each law can be broken.
 
-use drive_sim::{BitRate, Bus, DynDriveConfig, FrameMatch, LogMode};
+use drive_sim::{
+    BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, FrameMatch, LogMode, ScriptedFaults,
+};
+use embedded_can::nb::Can as _;
 use embedded_can::{Frame as _, StandardId};
 
 use super::*;
+use crate::chip;
+use crate::connection::LEC_ACKNOWLEDGE;
 
 const US: u64 = 1_000;
 const MS: u64 = 1_000_000;
@@ -36,7 +41,7 @@ impl Lone {
         let mut wire = Wire::new(bus);
         let other = wire.add_master(ControllerConfig::device());
         let can = BxCan::new(&mut wire);
-        let clock = Clock::new(8_000_000);
+        let clock = Clock::new(&chip::STM32F405, 8_000_000);
         let mut lone = Self {
             can,
             wire,
