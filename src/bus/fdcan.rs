@@ -20,6 +20,7 @@ use embassy_sync::waitqueue::AtomicWaker;
 
 use super::{BusError, DRIVE_ERROR, FUNCTION_CODE_MASK};
 use crate::frame::Frame;
+use crate::misbehaviour::{self, Fault};
 use crate::recovery::{Cell, FaultState, Recovery};
 use crate::transmit_places::{PLACES, TransmitPlaces};
 
@@ -153,6 +154,10 @@ impl Cell for Controller {
 
     fn set_up_and_join(&mut self) {
         let Self { registers, .. } = *self;
+        if misbehaviour::has(Fault::KeepOldFrames) && !self.is_empty() {
+            registers.cccr().modify(|control| control.set_init(false));
+            return;
+        }
         // Also forgets every request to transmit and what both receive FIFOs hold (RM0440, section 44.4.6, CCE).
         registers.cccr().modify(|control| {
             control.set_cce(true);
