@@ -48,12 +48,14 @@ pub(crate) enum FaultState {
     Stuck,
     /// The transmit error counter went over 255, and the controller has not been brought back since.
     BusOff,
+    /// It waits for recessive bits, to take part for the first time or again.
+    Joining,
 }
 
 impl FaultState {
     /// The controller does not send, and the fate of what it was given is not known.
     pub(crate) const fn is_down(self) -> bool {
-        matches!(self, Self::Stuck | Self::BusOff)
+        matches!(self, Self::Stuck | Self::BusOff | Self::Joining)
     }
 }
 
@@ -144,6 +146,9 @@ impl Recovery {
             Phase::Pausing if !is_bus_off => FaultState::Stuck,
             Phase::OnBus if !is_bus_off && is_passive => FaultState::ErrorPassive,
             Phase::OnBus if !is_bus_off => FaultState::ErrorActive,
+            Phase::Unset | Phase::Initialising | Phase::Joining if !is_bus_off => {
+                FaultState::Joining
+            }
             _ => FaultState::BusOff,
         }
     }
@@ -233,7 +238,7 @@ mod tests {
         let (mut recovery, mut cell) = (Recovery::new(), Scripted::default());
         cell.initialises = true;
         assert!(!steps(&mut recovery, &mut cell, 100_000));
-        assert_eq!(recovery.fault_state(false, false), FaultState::BusOff);
+        assert_eq!(recovery.fault_state(false, false), FaultState::Joining);
         cell.joins = true;
         assert!(steps(&mut recovery, &mut cell, 1));
         assert_eq!(recovery.fault_state(false, false), FaultState::ErrorActive);
@@ -255,8 +260,10 @@ mod tests {
         (cell.is_bus_off, cell.waiting) = (true, true);
         assert!(!steps(&mut recovery, &mut cell, ANSWER_CYCLES));
         assert_eq!(cell.asked, ["discard"]);
+        assert_eq!(recovery.fault_state(true, true), FaultState::BusOff);
         cell.waiting = false;
         assert!(!steps(&mut recovery, &mut cell, 10));
+        assert_eq!(recovery.fault_state(true, true), FaultState::BusOff);
         assert_eq!(cell.asked, ["discard", "initialise", "join"]);
         cell.is_bus_off = false;
         assert!(steps(&mut recovery, &mut cell, 1));

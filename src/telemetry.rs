@@ -71,6 +71,7 @@ fn write(message: &Message) {
         Message::Bus(FaultState::Stuck) => defmt::error!(
             "bus: nothing gets through, nobody acknowledges: check wiring, termination and the drives' supply"
         ),
+        Message::Bus(FaultState::Joining) => defmt::info!("bus: joining"),
         Message::Bus(FaultState::BusOff) => defmt::error!("bus: off"),
         Message::Action(action) => defmt::info!("action: {}", action),
         Message::State(State::Released) => {

@@ -17,9 +17,9 @@ pub type Line = (u16, bool);
 #[derive(Debug, Clone)]
 pub enum Can {
     /// That of the STM32F4.
-    Bx(BxCan),
+    Bx(Box<BxCan>),
     /// That of the STM32G4.
-    Fd(FdCan),
+    Fd(Box<FdCan>),
 }
 
 macro_rules! either {
@@ -36,8 +36,8 @@ impl Can {
     #[must_use]
     pub fn new(chip: &Chip, wire: &mut Wire) -> Self {
         match chip.controller {
-            Controller::BxCan => Self::Bx(BxCan::new(wire)),
-            Controller::FdCan => Self::Fd(FdCan::new(wire)),
+            Controller::BxCan => Self::Bx(Box::new(BxCan::new(wire))),
+            Controller::FdCan => Self::Fd(Box::new(FdCan::new(wire))),
         }
     }
 

@@ -266,8 +266,7 @@ impl Bus {
         if self.places.pass_cycle(self.controller.occupied()) {
             self.recovery.give_up(&mut self.controller);
         }
-        let is_bus_off = self.controller.is_bus_off();
-        self.recovery.fault_state(is_bus_off, status.ep())
+        self.recovery.fault_state(status.bo(), status.ep())
     }
 
     /// How many errors there were on the bus since the last call.

@@ -77,7 +77,7 @@ impl Lone {
         self.write(TXBAR, 1 << place);
     }
 
-    fn from_other(&mut self, frame: &Frame) {
+    fn send_from_other(&mut self, frame: &Frame) {
         let other = self.other;
         self.wire.port(other).transmit(frame).unwrap();
     }
@@ -123,7 +123,7 @@ fn filters_choose_the_fifo_and_keep_extended_and_remote_frames_out() {
     let remote = Frame::new_remote(StandardId::new(0x3A).unwrap(), 0).unwrap();
     let extended = Frame::new(ExtendedId::new(0x3A).unwrap(), &[]).unwrap();
     for frame in [frame(0x3A), frame(0x3D), remote, extended] {
-        lone.from_other(&frame);
+        lone.send_from_other(&frame);
     }
     lone.run_to(2 * MS);
     assert_eq!((lone.read(0x90) & 0xF, lone.read(0x98) & 0xF), (1, 1));
@@ -138,7 +138,7 @@ fn filters_choose_the_fifo_and_keep_extended_and_remote_frames_out() {
 #[test]
 fn four_frames_without_a_read_lose_the_last() {
     let mut lone = Lone::on_bus();
-    (1..=4).for_each(|id| lone.from_other(&frame(id)));
+    (1..=4).for_each(|id| lone.send_from_other(&frame(id)));
     lone.run_to(MS);
     assert_eq!(lone.read(0x90) & 0xF, 3);
     assert_eq!(lone.read(0x50) & 7, IR_NEW | IR_LOST);
