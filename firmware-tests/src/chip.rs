@@ -85,6 +85,8 @@ pub struct Chip {
     pub flash_bytes: u64,
     /// Crystal of the board.
     pub crystal_hz: u64,
+    /// Pins of the board for the controller, receive and transmit, and their alternate function.
+    pub can_pins: ([Pin; 2], u32),
     /// Status LED of the board, and the level that lights it.
     pub led: (Pin, bool),
 }
@@ -184,6 +186,7 @@ pub static STM32F405: Chip = Chip {
     pin_modes: [0xA800_0000, 0x0000_0280, 0],
     flash_bytes: 0x10_0000,
     crystal_hz: 8_000_000,
+    can_pins: ([Pin::new('B', 8), Pin::new('B', 9)], 9),
     led: (Pin::new('C', 12), false),
 };
 
@@ -258,5 +261,6 @@ pub static STM32G474: Chip = Chip {
     pin_modes: [0xABFF_FFFF, 0xFFFF_FEBF, 0xFFFF_FFFF],
     flash_bytes: 0x8_0000,
     crystal_hz: 24_000_000,
+    can_pins: ([Pin::new('A', 11), Pin::new('A', 12)], 9),
     led: (Pin::new('A', 5), true),
 };

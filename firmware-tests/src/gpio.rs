@@ -75,6 +75,15 @@ impl Gpio {
             .then(|| self.output[pin.place()] >> pin.number & 1 != 0)
     }
 
+    /// Alternate function of a pin; `None` when it has another mode.
+    #[must_use]
+    pub fn alternate_function(&self, pin: Pin) -> Option<u32> {
+        let port = pin.place() as u32 * PORT_SIZE;
+        let mode = self.read(port) >> (2 * pin.number) & 3;
+        let functions = self.read(port + 0x20 + 4 * u32::from(pin.number / 8));
+        (mode == 2).then_some(functions >> (4 * (pin.number % 8)) & 0xF)
+    }
+
     /// The pins of a port whose mode is output.
     fn outputs(&self, port: u32) -> Outputs {
         Outputs(

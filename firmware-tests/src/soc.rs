@@ -137,7 +137,7 @@ impl Soc {
         self.timers = TIMERS.map(Timer::new).to_vec();
         self.can.reset(&mut self.wire);
         self.gpio.reset();
-        self.watchdog = Watchdog::default();
+        self.watchdog.reset();
         (self.event, self.reset_request) = (false, None);
     }
 

@@ -1,7 +1,9 @@
 //! The independent watchdog (RM0090, section 21).
 
-/// The oscillator of the watchdog, at its nominal frequency; a real one has 17 to 47 kHz (STM32F405 data sheet, section 5.3.9).
+/// The oscillator of the watchdog, at its nominal frequency.
 const LSI_HZ: u64 = 32_000;
+/// The fastest that a real one may be (STM32F405 data sheet, section 5.3.9: 17 to 47 kHz).
+pub const FASTEST_LSI_HZ: u64 = 47_000;
 const NS_PER_S: u64 = 1_000_000_000;
 
 /// The counter after the start, whatever the reload register holds: that is taken over at a feeding.
@@ -14,6 +16,8 @@ const KEY_UNLOCK: u32 = 0x5555;
 /// The watchdog. Once started it stops only with the power.
 #[derive(Debug, Clone)]
 pub struct Watchdog {
+    /// Frequency of its oscillator.
+    pub oscillator_hz: u64,
     prescaler: u32,
     reload: u64,
     unlocked: bool,
@@ -24,6 +28,7 @@ pub struct Watchdog {
 impl Default for Watchdog {
     fn default() -> Self {
         Self {
+            oscillator_hz: LSI_HZ,
             prescaler: 0,
             reload: 0xFFF,
             unlocked: false,
@@ -34,6 +39,14 @@ impl Default for Watchdog {
 }
 
 impl Watchdog {
+    /// A reset stops it.
+    pub fn reset(&mut self) {
+        *self = Self {
+            oscillator_hz: self.oscillator_hz,
+            ..Self::default()
+        };
+    }
+
     /// When it resets the chip unless it is fed before; `None` while it is not started.
     #[must_use]
     pub fn expires_ns(&self) -> Option<u64> {
@@ -48,7 +61,7 @@ impl Watchdog {
 
     fn ns(&self, ticks: u64) -> u64 {
         let divider = 4 << self.prescaler.min(6);
-        ticks * divider * NS_PER_S / LSI_HZ
+        ticks * divider * NS_PER_S / self.oscillator_hz
     }
 
     /// Reads a register; a change of prescaler or reload value is never pending here.

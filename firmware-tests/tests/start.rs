@@ -2,6 +2,8 @@
 
 use dyn_can::DriveId;
 use firmware_tests::chip::Controller;
+use firmware_tests::gpio::Pin;
+use firmware_tests::watchdog::FASTEST_LSI_HZ;
 use firmware_tests::{Contact, ResetCause, Rig, Stop, fault, rig};
 
 fn power_on() -> Rig {
@@ -213,11 +215,44 @@ fn the_prefetch_of_the_first_revision_of_the_stm32f405_stays_off() {
 }
 
 #[test]
+fn the_controller_is_connected_to_the_pins_of_the_board_and_to_no_others() {
+    let mut rig = power_on();
+    rig.run_ms(50);
+    let (pins, function) = rig.board().soc().chip.can_pins;
+    let gpio = &rig.board().soc().gpio;
+    for (port, number) in ('A'..='C').flat_map(|port| (0..16).map(move |number| (port, number))) {
+        let pin = Pin::new(port, number);
+        let has_it = gpio.alternate_function(pin) == Some(function);
+        assert_eq!(has_it, pins.contains(&pin), "{pin:?}");
+    }
+}
+
+#[test]
 fn watchdog_and_led_come_before_the_first_thing_that_can_wait() {
     let mut rig = Rig::without_crystal(rig::image("shipped"));
     rig.run_ms(1);
     assert!(rig.board().soc().watchdog.expires_ns().is_some());
     assert_eq!(rig.is_led_lit(), Some(true));
+}
+
+#[test]
+fn the_fastest_watchdog_is_fed_in_time_also_by_a_start_that_waits() {
+    for (crystal, image, drives) in [(true, "axes-8", 8), (false, "shipped", 2)] {
+        let mut rig = if crystal {
+            Rig::with_numbered_drives(rig::image(image), drives)
+        } else {
+            Rig::without_crystal(rig::image(image))
+        };
+        rig.board_mut().soc_mut().watchdog.oscillator_hz = FASTEST_LSI_HZ;
+        if crystal {
+            rig.bring_up();
+        }
+        rig.run_ms(1_000);
+        // A start that begins with a failure disables the drives first.
+        rig.board_mut().soc_mut().reset_request = Some(ResetCause::Watchdog);
+        rig.run_ms(1_000);
+        assert_eq!(rig.board().resets().len(), 1, "{:?}", rig.board().resets());
+    }
 }
 
 #[test]

@@ -24,6 +24,8 @@ const MCR_SLEEP: u32 = 1 << 1;
 const MCR_FIRST_COME: u32 = 1 << 2;
 const MCR_FIFO_LOCKED: u32 = 1 << 3;
 const MCR_NO_RETRANSMISSION: u32 = 1 << 4;
+/// Time-triggered communication: must stay clear (ES0182).
+const MCR_TIME_TRIGGERED: u32 = 1 << 7;
 const MCR_AUTOMATIC_RECOVERY: u32 = 1 << 6;
 const MCR_SOFTWARE_RESET: u32 = 1 << 15;
 const BTR_RESET: u32 = 0x0123_0000;
@@ -346,7 +348,7 @@ impl BxCan {
     /// Writes a register.
     ///
     /// # Panics
-    /// When the firmware uses what is not modelled: loopback, silent mode, no retransmission.
+    /// When the firmware uses what is not modelled: loopback, silent mode, no retransmission, the time-triggered mode.
     pub fn write(&mut self, wire: &mut Wire, offset: u32, value: u32, clock: &Clock) {
         match offset {
             0x00 if value & MCR_SOFTWARE_RESET != 0 => return self.reset(wire),
@@ -382,6 +384,11 @@ impl BxCan {
             value & MCR_NO_RETRANSMISSION,
             0,
             "single attempts are not modelled"
+        );
+        assert_eq!(
+            value & MCR_TIME_TRIGGERED,
+            0,
+            "the time-triggered mode must stay off"
         );
         self.mcr = value;
         // Sleep wins over initialisation.
