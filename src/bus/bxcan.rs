@@ -9,22 +9,24 @@
 //! the handler switches them off and wakes the cycle, which switches them on when it waits again. The one of errors may come at any
 //! time: it touches nothing but the marks of errors.
 
+mod controller;
+
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use core::task::Poll;
 
 use can_motion::Progress;
-use embassy_stm32::gpio::Flex;
+use embassy_stm32::pac::can::Can;
 use embassy_stm32::pac::can::vals::Lec;
-use embassy_stm32::pac::can::{Can, regs};
 use embassy_sync::waitqueue::AtomicWaker;
 
-use super::{BusError, DRIVE_ERROR, FUNCTION_CODE_MASK};
+use super::BusError;
 use crate::frame::Frame;
 use crate::recovery::{Cell, FaultState, Recovery};
 use crate::transmit_places::{PLACES, TransmitPlaces};
+pub(crate) use controller::Controller;
+use controller::{RECEIVE_FIFOS, error_enables};
 
-const RECEIVE_FIFOS: usize = 2;
 /// How often [`Bus::take_back`] looks whether the controller has given a frame up.
 const ABORT_LOOKS: usize = 8;
 
@@ -33,146 +35,6 @@ static TRAFFIC: AtomicWaker = AtomicWaker::new();
 /// Errors on the bus since they were taken, and the code of the latest.
 static ERRORS: AtomicU32 = AtomicU32::new(0);
 static LATEST_ERROR: AtomicU8 = AtomicU8::new(Lec::NO_ERROR.to_bits());
-
-/// Length of a bit in time quanta; synchronisation is one more.
-pub(crate) struct BitTiming {
-    /// Clocks of the controller in a quantum.
-    pub(crate) prescaler: u16,
-    /// Propagation and phase segment 1.
-    pub(crate) segment_1: u8,
-    /// Phase segment 2.
-    pub(crate) segment_2: u8,
-    /// Longest resynchronisation.
-    pub(crate) jump_width: u8,
-}
-
-/// The controller, as the board has it.
-pub(crate) struct Controller {
-    /// Its registers.
-    pub(crate) registers: Can,
-    /// Resets it; its clock is on.
-    pub(crate) reset: fn(),
-    /// Its bit timing.
-    pub(crate) timing: BitTiming,
-    /// Its pins, connected to it. Held because a pin that is dropped is disconnected.
-    pub(crate) _pins: [Flex<'static>; 2],
-}
-
-impl Controller {
-    fn occupied(&self) -> [bool; PLACES] {
-        let status = self.registers.tsr().read();
-        core::array::from_fn(|mailbox| !status.tme(mailbox))
-    }
-
-    fn has_received(&self) -> bool {
-        (0..RECEIVE_FIFOS).any(|fifo| self.registers.rfr(fifo).read().fmp() > 0)
-    }
-
-    /// The oldest frame of a FIFO.
-    fn read(&self, fifo: usize) -> Frame {
-        let mailbox = self.registers.rx(fifo);
-        let frame = Frame::from_registers(
-            mailbox.rir().read().stid(),
-            mailbox.rdtr().read().dlc(),
-            [mailbox.rdlr().read().0, mailbox.rdhr().read().0],
-        );
-        // Writing 0 to the marks of this register leaves them.
-        self.registers.rfr(fifo).write(|fifo| fifo.set_rfom(true));
-        frame
-    }
-
-    fn write(&self, mailbox: usize, frame: &Frame) {
-        let mailbox = self.registers.tx(mailbox);
-        let [low, high] = frame.words();
-        mailbox
-            .tdtr()
-            .write(|control| control.set_dlc(frame.length()));
-        mailbox.tdlr().write_value(regs::Tdlr(low));
-        mailbox.tdhr().write_value(regs::Tdhr(high));
-        mailbox.tir().write(|identifier| {
-            identifier.set_stid(frame.standard_id());
-            identifier.set_txrq(true);
-        });
-    }
-
-    /// Nothing passes out of reset; extended and remote frames are not part of the protocol.
-    fn set_filters(&self) {
-        let Self { registers, .. } = self;
-        registers.fmr().modify(|filters| filters.set_finit(true));
-        // Mask mode, the first bank of 32 bits. An alarm passes both: a 32-bit filter goes before a 16-bit one (RM0090, section 32.7.4).
-        registers.fm1r().write(|_| {});
-        registers.fs1r().write(|scale| scale.set_fsc(0, true));
-        // Alarms have a FIFO of their own, so that a burst of replies cannot push one out.
-        registers.ffa1r().write(|fifos| fifos.set_ffa(0, true));
-        for (bank, words) in [alarms(), others()].into_iter().enumerate() {
-            registers.fb(bank).fr1().write_value(regs::Fr1(words[0]));
-            registers.fb(bank).fr2().write_value(regs::Fr2(words[1]));
-        }
-        registers.fa1r().write(|active| {
-            active.set_fact(0, true);
-            active.set_fact(1, true);
-        });
-        registers.fmr().modify(|filters| filters.set_finit(false));
-    }
-}
-
-impl Cell for Controller {
-    fn reset(&mut self) {
-        (self.reset)();
-    }
-
-    fn request_initialisation(&mut self) {
-        self.registers.mcr().modify(|control| {
-            control.set_sleep(false);
-            control.set_inrq(true);
-            // First in, first out: by identifier, a poll of a low drive would overtake the set-points of the higher ones.
-            control.set_txfp(true);
-            // A recovery by itself would send old set-points.
-            control.set_abom(false);
-            // Must stay off: ES0182, "bxCAN time-triggered communication mode not supported".
-            control.set_ttcm(false);
-        });
-    }
-
-    fn is_initialising(&self) -> bool {
-        let status = self.registers.msr().read();
-        status.inak() && !status.slak()
-    }
-
-    fn set_up_and_join(&mut self) {
-        self.registers.btr().write(|timing| {
-            timing.set_brp(self.timing.prescaler - 1);
-            timing.set_ts(0, self.timing.segment_1 - 1);
-            timing.set_ts(1, self.timing.segment_2 - 1);
-            timing.set_sjw(self.timing.jump_width - 1);
-        });
-        self.set_filters();
-        self.registers.ier().write_value(error_enables());
-        self.registers
-            .mcr()
-            .modify(|control| control.set_inrq(false));
-    }
-
-    fn has_joined(&self) -> bool {
-        let status = self.registers.msr().read();
-        !status.inak() && !status.slak() && !self.is_bus_off()
-    }
-
-    fn is_bus_off(&self) -> bool {
-        self.registers.esr().read().boff()
-    }
-
-    fn discard_pending(&mut self) {
-        // Writing 0 to the other bits of this register changes nothing.
-        self.registers.tsr().write(|tsr| {
-            (0..PLACES).for_each(|mailbox| tsr.set_abrq(mailbox, true));
-        });
-    }
-
-    fn is_empty(&self) -> bool {
-        self.occupied() == [false; PLACES]
-    }
-}
 
 /// The bus with its controller.
 pub(crate) struct Bus {
@@ -290,14 +152,6 @@ impl embedded_can::nb::Can for Bus {
     }
 }
 
-/// The interrupts that are never switched off.
-const fn error_enables() -> regs::Ier {
-    /// LECIE and ERRIE.
-    const LAST_ERROR_CODE: u32 = 1 << 11;
-    const ERRORS: u32 = 1 << 15;
-    regs::Ier(LAST_ERROR_CODE | ERRORS)
-}
-
 /// A frame has come in, or a mailbox is free: for the interrupts of the transmitter and of both FIFOs, at the priority of the cycle.
 pub(crate) fn on_traffic(registers: Can) {
     registers.ier().write_value(error_enables());
@@ -317,21 +171,4 @@ pub(crate) fn on_error(registers: Can) {
         ERRORS.fetch_add(1, Ordering::Relaxed);
         LATEST_ERROR.store(code.to_bits(), Ordering::Relaxed);
     }
-}
-
-/// Alarm frames, in a 32-bit filter: identifier, then mask. The identifier has the 11 upper bits; the marks of extended and remote frames
-/// must be clear.
-const fn alarms() -> [u32; 2] {
-    const EXTENDED_AND_REMOTE: u32 = 0b110;
-    [
-        (DRIVE_ERROR as u32) << 21,
-        (FUNCTION_CODE_MASK as u32) << 21 | EXTENDED_AND_REMOTE,
-    ]
-}
-
-/// All standard data frames, in two equal 16-bit filters: masks above identifiers. They look only at the marks of extended and remote
-/// frames.
-const fn others() -> [u32; 2] {
-    const EXTENDED_AND_REMOTE: u32 = 0b11 << 3;
-    [EXTENDED_AND_REMOTE << 16; 2]
 }

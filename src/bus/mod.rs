@@ -24,14 +24,26 @@ use core::fmt;
 use embedded_can::ErrorKind;
 
 #[cfg(feature = "stm32f405")]
-pub(crate) use bxcan::{BitTiming, Bus, Controller, on_error, on_traffic};
+pub(crate) use bxcan::{Bus, Controller, on_error, on_traffic};
 #[cfg(feature = "stm32g474")]
-pub(crate) use fdcan::{BitTiming, Bus, Controller, on_traffic};
+pub(crate) use fdcan::{Bus, Controller, on_traffic};
 
 /// Low bits of an identifier: the function code. CAN specification 1.6A, "CAN ID".
 const FUNCTION_CODE_MASK: u16 = 0x1F;
 /// Function code of the frames a drive sends unasked: alarm and data error. CAN specification 1.6A, `Drive_Error`.
 const DRIVE_ERROR: u16 = 0x1D;
+
+/// Length of a bit in time quanta; synchronisation is one more.
+pub(crate) struct BitTiming {
+    /// Clocks of the controller in a quantum.
+    pub(crate) prescaler: u16,
+    /// Propagation and phase segment 1.
+    pub(crate) segment_1: u8,
+    /// Phase segment 2.
+    pub(crate) segment_2: u8,
+    /// Longest resynchronisation.
+    pub(crate) jump_width: u8,
+}
 
 /// What went wrong on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
