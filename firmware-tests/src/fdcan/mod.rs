@@ -1,8 +1,8 @@
 //! The CAN controller of the STM32G4 at register level, in classic mode (RM0440, section 44), as a node of drive-sim's bus.
 
 mod memory;
-
-use std::collections::VecDeque;
+mod receive;
+mod transmit;
 
 use drive_sim::{ControllerState, ErrorState, Frame, NodeId};
 
@@ -10,11 +10,11 @@ use crate::can::{Line, Wire};
 use crate::clock::Clock;
 use crate::connection::{Connection, LEC_STUFF, Seen};
 use memory::{Memory, Target};
+use receive::ReceiveFifo;
+use transmit::TransmitFifo;
 
 /// Interrupt line 0.
 const INTERRUPT: u16 = 21;
-const PLACES: usize = 3;
-const RECEIVE_DEPTH: usize = 3;
 const RECEIVE_FIFOS: usize = 2;
 
 const CCCR_INIT: u32 = 1;
@@ -33,8 +33,6 @@ const IR_CANCELLED: u32 = 1 << 8;
 const IR_BUS_OFF: u32 = 1 << 19;
 /// Recessive bits after which the controller takes part in the bus.
 const JOIN_BITS: u64 = 11;
-/// As in bxCAN: some clocks.
-const CANCEL_NS: u64 = 50;
 
 const CORE_RELEASE: u32 = 0x3214_1218;
 const ENDIAN_TEST: u32 = 0x8765_4321;
@@ -49,14 +47,6 @@ enum Mode {
         until_ns: Option<u64>,
     },
     OnBus,
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-struct ReceiveFifo {
-    level: usize,
-    get: usize,
-    has_lost: bool,
-    lost: u64,
 }
 
 /// The controller.
@@ -77,12 +67,7 @@ pub struct FdCan {
     logged_errors: u32,
     memory: Memory,
     receive: [ReceiveFifo; RECEIVE_FIFOS],
-    /// Places in the order of request.
-    order: VecDeque<usize>,
-    put: usize,
-    sent: u32,
-    cancelled: u32,
-    cancels_ns: [Option<u64>; PLACES],
+    transmit: TransmitFifo,
     /// The way back from a bus-off is under way.
     is_recovering: bool,
     held_dominant: bool,
@@ -113,11 +98,7 @@ impl FdCan {
             logged_errors: 0,
             memory: Memory::default(),
             receive: Default::default(),
-            order: VecDeque::new(),
-            put: 0,
-            sent: 0,
-            cancelled: 0,
-            cancels_ns: [None; PLACES],
+            transmit: TransmitFifo::default(),
             is_recovering: false,
             held_dominant: false,
             keeps_frames: false,
@@ -134,8 +115,8 @@ impl FdCan {
     /// The frames that wait to be sent.
     #[must_use]
     pub fn waiting(&self) -> Vec<Frame> {
-        let places = self.order.iter();
-        places.map(|&place| self.memory.to_send(place)).collect()
+        let places = self.transmit.waiting();
+        places.map(|place| self.memory.to_send(place)).collect()
     }
 
     /// Received frames that no filter passed.
@@ -147,7 +128,7 @@ impl FdCan {
     /// Frames lost because a receive FIFO was full.
     #[must_use]
     pub fn overruns(&self) -> u64 {
-        self.receive.iter().map(|fifo| fifo.lost).sum()
+        self.receive.iter().map(ReceiveFifo::lost).sum()
     }
 
     /// Breaks the controller on purpose: it never gives a frame up.
@@ -163,13 +144,10 @@ impl FdCan {
     /// A reset: off the bus, everything forgotten but the message memory, which keeps what it has.
     pub fn reset(&mut self, wire: &mut Wire) {
         self.connection.reset(wire);
-        let lost = self.receive.map(|fifo| ReceiveFifo {
-            lost: fifo.lost,
-            ..ReceiveFifo::default()
-        });
+        self.receive.iter_mut().for_each(ReceiveFifo::reset);
         *self = Self {
             memory: self.memory.clone(),
-            receive: lost,
+            receive: self.receive,
             held_dominant: self.held_dominant,
             keeps_frames: self.keeps_frames,
             unfiltered: self.unfiltered,
@@ -217,16 +195,13 @@ impl FdCan {
             Mode::Joining { until_ns } => until_ns,
             _ => None,
         };
-        let cancels_ns = self.cancels_ns.iter().flatten().copied();
-        mode_ns.into_iter().chain(cancels_ns).min()
+        let cancel_ns = self.transmit.next_cancel_ns();
+        mode_ns.into_iter().chain(cancel_ns).min()
     }
 
     fn cancel_due(&mut self, wire: &mut Wire, due_ns: u64) {
-        for place in 0..PLACES {
-            let is_due = self.cancels_ns[place]
-                .take_if(|at_ns| *at_ns <= due_ns)
-                .is_some();
-            if is_due && self.order.contains(&place) && self.connection.withdraw(wire, place) {
+        for place in self.transmit.take_due(due_ns) {
+            if self.connection.withdraw(wire, place) {
                 self.finish_cancelled(place);
             }
         }
@@ -234,8 +209,7 @@ impl FdCan {
     }
 
     fn finish_cancelled(&mut self, place: usize) {
-        self.order.retain(|&other| other != place);
-        self.cancelled |= 1 << place;
+        self.transmit.finish_cancelled(place);
         self.flags |= IR_CANCELLED;
     }
 
@@ -282,7 +256,7 @@ impl FdCan {
             Seen::Received { with_error: false } => self.last_error = 0,
         }
         self.note_bus_off(wire);
-        let next = self.order.front().copied();
+        let next = self.transmit.waiting().next();
         let next = next.filter(|_| self.mode == Mode::OnBus);
         let next = next.map(|place| (place, self.memory.to_send(place)));
         self.connection.hand_over(wire, next);
@@ -301,8 +275,7 @@ impl FdCan {
     }
 
     fn finish_sent(&mut self, place: usize) {
-        self.order.retain(|&other| other != place);
-        self.sent |= 1 << place;
+        self.transmit.finish_sent(place);
         if self.transmit_enables >> place & 1 != 0 {
             self.flags |= IR_SENT;
         }
@@ -321,16 +294,11 @@ impl FdCan {
                 return;
             }
         };
-        let state = &mut self.receive[fifo];
-        if state.level == RECEIVE_DEPTH {
-            // Blocking mode, as after a reset: the new one is lost.
-            (state.lost, state.has_lost) = (state.lost + 1, true);
+        let Some(element) = self.receive[fifo].push() else {
             self.flags |= IR_LOST << (3 * fifo);
             return;
-        }
-        let put = (state.get + state.level) % RECEIVE_DEPTH;
-        state.level += 1;
-        self.memory.store(fifo, put, frame);
+        };
+        self.memory.store(fifo, element, frame);
         self.flags |= IR_NEW << (3 * fifo);
     }
 
@@ -354,13 +322,13 @@ impl FdCan {
             0x54 => self.enables,
             0x5C => self.lines,
             0x80 => self.global_filter,
-            0x90 => self.fifo_status(0),
-            0x98 => self.fifo_status(1),
+            0x90 => self.receive[0].status(),
+            0x98 => self.receive[1].status(),
             0xC0 => self.transmit_config,
-            0xC4 => self.queue_status(),
-            0xC8 => self.pending(),
-            0xD4 => self.sent,
-            0xD8 => self.cancelled,
+            0xC4 => self.transmit.status(),
+            0xC8 => self.transmit.pending(),
+            0xD4 => self.transmit.finished()[0],
+            0xD8 => self.transmit.finished()[1],
             0xDC => self.transmit_enables,
             _ => 0,
         }
@@ -386,27 +354,6 @@ impl FdCan {
             | bit(state == ControllerState::On(ErrorState::BusOff), 7)
     }
 
-    fn fifo_status(&self, fifo: usize) -> u32 {
-        let state = self.receive[fifo];
-        let put = (state.get + state.level) % RECEIVE_DEPTH;
-        state.level as u32
-            | (state.get as u32) << 8
-            | (put as u32) << 16
-            | u32::from(state.level == RECEIVE_DEPTH) << 24
-            | u32::from(state.has_lost) << 25
-    }
-
-    fn pending(&self) -> u32 {
-        self.order.iter().fold(0, |bits, place| bits | 1 << place)
-    }
-
-    fn queue_status(&self) -> u32 {
-        let get = self.order.front().copied().unwrap_or(self.put);
-        let is_full = self.order.contains(&self.put);
-        let free = PLACES - self.order.len();
-        free as u32 | (get as u32) << 8 | (self.put as u32) << 16 | u32::from(is_full) << 21
-    }
-
     /// Writes a register.
     ///
     /// # Panics
@@ -419,14 +366,17 @@ impl FdCan {
             0x54 => self.enables = value,
             0x5C => self.lines = value & 3,
             0x80 if self.may_change() => self.global_filter = value,
-            0x94 => self.acknowledge(0),
-            0x9C => self.acknowledge(1),
+            0x94 => self.receive[0].acknowledge(),
+            0x9C => self.receive[1].acknowledge(),
             0xC0 if self.may_change() => {
                 assert_eq!(value & TXBC_QUEUE, 0, "the transmit queue is not modelled");
                 self.transmit_config = value;
             }
-            0xCC => self.request(value),
-            0xD0 => self.request_cancellation(wire, value),
+            // In initialisation no request is taken.
+            0xCC if self.control & CCCR_INIT == 0 => self.transmit.request(value),
+            0xD0 if !self.keeps_frames => {
+                self.transmit.request_cancellation(value, wire.now_ns());
+            }
             0xDC => self.transmit_enables = value,
             _ => {}
         }
@@ -463,12 +413,8 @@ impl FdCan {
 
     /// What the change enable resets: receive FIFOs, requests to transmit, their ends.
     fn forget_frames(&mut self) {
-        for fifo in &mut self.receive {
-            (fifo.level, fifo.get, fifo.has_lost) = (0, 0, false);
-        }
-        self.order.clear();
-        self.cancels_ns = [None; PLACES];
-        (self.put, self.sent, self.cancelled) = (0, 0, 0);
+        self.receive.iter_mut().for_each(ReceiveFifo::reset);
+        self.transmit = TransmitFifo::default();
     }
 
     fn leave_initialisation(&mut self, wire: &Wire, clock: &Clock) {
@@ -492,37 +438,8 @@ impl FdCan {
     fn write_flags(&mut self, value: u32) {
         self.flags &= !value;
         for (fifo, state) in self.receive.iter_mut().enumerate() {
-            state.has_lost &= value & IR_LOST << (3 * fifo) == 0;
-        }
-    }
-
-    fn acknowledge(&mut self, fifo: usize) {
-        let state = &mut self.receive[fifo];
-        if state.level > 0 {
-            state.level -= 1;
-            state.get = (state.get + 1) % RECEIVE_DEPTH;
-        }
-    }
-
-    fn request(&mut self, value: u32) {
-        // In initialisation no request is taken.
-        if self.control & CCCR_INIT != 0 {
-            return;
-        }
-        for place in (0..PLACES).filter(|place| value >> place & 1 != 0) {
-            if !self.order.contains(&place) {
-                self.order.push_back(place);
-                (self.sent, self.cancelled) =
-                    (self.sent & !(1 << place), self.cancelled & !(1 << place));
-                self.put = (place + 1) % PLACES;
-            }
-        }
-    }
-
-    fn request_cancellation(&mut self, wire: &Wire, value: u32) {
-        for place in (0..PLACES).filter(|place| value >> place & 1 != 0) {
-            if self.order.contains(&place) && !self.keeps_frames {
-                self.cancels_ns[place].get_or_insert(wire.now_ns() + CANCEL_NS);
+            if value & IR_LOST << (3 * fifo) != 0 {
+                state.clear_mark();
             }
         }
     }
