@@ -6,23 +6,25 @@ use can_motion::facts::{Input, Latch, Motion, Power, accepts};
 use can_motion::{ConfigError, EventKind, Instant, Progress, ServoMaster, service_taking_back};
 use dyn_can::{Address, Dialect, Request, ServoSwitch};
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Timer, with_timeout};
+use embassy_time::{Duration, Timer};
 use embedded_can::nb::Can;
 use static_cell::StaticCell;
 
 use crate::board::{InputPins, STACK_BYTES, StatusLed, Watchdog};
-use crate::bus::{Bus, FaultState};
+use crate::bus::Bus;
 use crate::config::{self, AXES, GROUP};
 use crate::cycle_clock::{Beat, beat};
 use crate::debounce::Debounced;
-use crate::led::LedPattern;
+use crate::led::{self, LedPattern};
+use crate::misbehaviour::{self, Fault};
 use crate::playback::Playback;
+use crate::recovery::FaultState;
 use crate::statistics::{Statistics, Stretch};
 use crate::supervisor::{Action, Axes, Inputs, Supervisor};
 use crate::telemetry::{self, Message};
 
-/// How long joining the bus may take before it is reported, and again after each report.
-const JOIN_REPORT: Duration = Duration::from_secs(1);
+/// Cycles for which joining the bus may take before it is reported, and again after each report.
+const JOIN_REPORT_CYCLES: u32 = 1_000_000 / config::CYCLE_US;
 /// How long a disable command after a failure may wait for room, in steps of a frame's length.
 const DISABLE_PATIENCE: u32 = 100;
 /// A drive that has not confirmed a disable command by then is shown: the first repetition was not enough either.
@@ -37,10 +39,20 @@ pub(crate) struct Parts {
     pub(crate) inputs: InputPins,
     /// The status LED.
     pub(crate) status_led: StatusLed,
-    /// The watchdog, not started yet.
+    /// The watchdog, running.
     pub(crate) watchdog: Watchdog,
-    /// The firmware failed before this start.
-    pub(crate) failed: bool,
+    /// The firmware failed since the supply came.
+    pub(crate) is_locked: bool,
+}
+
+/// The configuration cannot work; what is left of the board.
+pub(crate) struct Refused {
+    /// Why.
+    pub(crate) error: ConfigError,
+    /// The status LED.
+    pub(crate) status_led: StatusLed,
+    /// The watchdog, running.
+    pub(crate) watchdog: Watchdog,
 }
 
 /// Runs for ever.
@@ -52,10 +64,16 @@ pub(crate) async fn run(app: &'static mut App) {
 /// The application in the memory that it stays in, or the reason why the configuration cannot work. To be called once: a second call
 /// panics. Not inlined: its stack, on which the application is built, must be free again afterwards.
 #[inline(never)]
-pub(crate) fn place(parts: Parts) -> Result<&'static mut App, ConfigError> {
+pub(crate) fn place(parts: Parts) -> Result<&'static mut App, Refused> {
     static APP: StaticCell<App> = StaticCell::new();
-    let master = ServoMaster::with_plan(&config::PLAN)?;
-    Ok(APP.init(App::new(master, parts)))
+    match ServoMaster::with_plan(&config::PLAN) {
+        Ok(master) => Ok(APP.init(App::new(master, parts))),
+        Err(error) => Err(Refused {
+            error,
+            status_led: parts.status_led,
+            watchdog: parts.watchdog,
+        }),
+    }
 }
 
 /// The application is built on the stack before it goes to its place, and the compiler may copy it on the way.
@@ -84,7 +102,7 @@ impl App {
     const fn new(master: ServoMaster<AXES>, parts: Parts) -> Self {
         Self {
             master,
-            supervisor: Supervisor::new(parts.failed),
+            supervisor: Supervisor::new(parts.is_locked),
             parts,
             bus_state: FaultState::ErrorActive,
             stop_closed: Debounced::new(),
@@ -98,18 +116,12 @@ impl App {
     }
 
     async fn run(&mut self) {
-        while with_timeout(JOIN_REPORT, self.parts.bus.joined())
-            .await
-            .is_err()
-        {
-            defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
-        }
-        defmt::info!("on the bus");
-        if self.parts.failed {
+        self.join().await;
+        telemetry::tell(Message::OnTheBus);
+        if self.parts.is_locked {
             self.disable_all().await;
         }
         let mut progress = Progress::Idle;
-        self.parts.watchdog.start();
         loop {
             // The beat is asked first, so nothing on the bus can hold it up.
             progress = match select(beat(), self.parts.bus.serviceable(progress)).await {
@@ -121,6 +133,28 @@ impl App {
                     progress
                 }
             };
+        }
+    }
+
+    /// Until the controller takes part in the traffic: for ever on a bus that is held dominant or has no transceiver. No drive can be
+    /// reached meanwhile, so the inputs have nothing to say.
+    async fn join(&mut self) {
+        let mut cycles = 0;
+        loop {
+            if misbehaviour::has(Fault::WaitForTheBus) {
+                while self.parts.bus.recover().is_err() {}
+            }
+            self.parts.bus.check();
+            if self.parts.bus.recover().is_ok() {
+                return;
+            }
+            beat().await;
+            cycles += 1;
+            if cycles % JOIN_REPORT_CYCLES == 0 {
+                telemetry::tell(Message::BusNeverIdle);
+            }
+            self.parts.status_led.set(self.led.play(led::OFF_THE_BUS));
+            self.parts.watchdog.feed();
         }
     }
 
@@ -136,6 +170,7 @@ impl App {
                 continue;
             };
             for _ in 0..DISABLE_PATIENCE {
+                self.parts.watchdog.feed();
                 match self.parts.bus.transmit(&frame) {
                     Err(nb::Error::WouldBlock) => Timer::after(FRAME_TIME).await,
                     _ => break,
@@ -153,8 +188,7 @@ impl App {
         self.playback.set_targets(&mut self.master, planned, now);
         self.master.begin_cycle(now);
         let progress = self.service();
-        #[cfg(feature = "misbehave")]
-        crate::misbehaviour::act();
+        misbehaviour::act();
         self.report();
         if let Some(second) = self
             .statistics
@@ -175,6 +209,8 @@ impl App {
     /// cycle; nothing moves afterwards, because nothing clears the faults but the enable input.
     fn watch_bus(&mut self, now: Instant) {
         let state = self.parts.bus.check();
+        self.statistics
+            .note_bus_errors(self.parts.bus.take_error_count());
         if state != self.bus_state {
             self.bus_state = state;
             telemetry::tell(Message::Bus(state));
@@ -235,7 +271,8 @@ impl App {
         } else {
             0
         };
-        axes.unconfirmed = self.disabling_cycles > UNCONFIRMED_CYCLES;
+        axes.unconfirmed = self.disabling_cycles > UNCONFIRMED_CYCLES
+            && !misbehaviour::has(Fault::HideUnconfirmed);
         axes
     }
 
@@ -263,7 +300,7 @@ impl App {
             }
         };
         if let Err(error) = done {
-            defmt::error!("{} is not possible: {}", action, error);
+            telemetry::tell(Message::Refused(action, error));
             self.supervisor.refused();
         }
     }
@@ -275,7 +312,7 @@ impl App {
                 return;
             };
             let is_news = match event.kind {
-                EventKind::BusError(_) => self.statistics.note_bus_error(),
+                EventKind::BusError(_) => self.statistics.is_first_bus_error(),
                 _ => true,
             };
             if is_news {

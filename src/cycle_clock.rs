@@ -6,7 +6,8 @@ use embassy_time::{Duration, Instant, Ticker};
 
 use crate::config::CYCLE_US;
 
-const PERIOD: Duration = Duration::from_micros(CYCLE_US as u64);
+/// Time from one cycle to the next.
+pub(crate) const PERIOD: Duration = Duration::from_micros(CYCLE_US as u64);
 
 static BEAT: Signal<CriticalSectionRawMutex, Beat> = Signal::new();
 

@@ -7,6 +7,12 @@ use crate::supervisor::{Axes, State};
 const BIT_CYCLES: u32 = 125_000 / CYCLE_US;
 
 /// The patterns, first bit lowest. README.md explains them to the user.
+/// The crystal does not run.
+pub(crate) const NO_CRYSTAL: u16 = 0b0000_0001_0101_0101;
+/// The configuration cannot work.
+pub(crate) const REFUSED: u16 = 0b0000_0000_0101_0101;
+/// The controller does not get onto the bus.
+pub(crate) const OFF_THE_BUS: u16 = 0b0000_0000_0000_0101;
 const UNCONFIRMED: u16 = 0b0001_0111_0001_0111;
 const LOCKED: u16 = 0b0101_0101_0101_0101;
 const FAULT: u16 = 0b0011_0011_0011_0011;
@@ -29,14 +35,19 @@ impl LedPattern {
         Self { cycles: 0, bit: 0 }
     }
 
-    /// Whether the LED is lit in this cycle.
+    /// Whether the LED is lit in this cycle, for a state of the machine.
     pub(crate) fn update(&mut self, state: State, axes: Axes) -> bool {
+        self.play(pattern(state, axes))
+    }
+
+    /// Whether the LED is lit in this cycle of a pattern.
+    pub(crate) fn play(&mut self, pattern: u16) -> bool {
         self.cycles += 1;
         if self.cycles >= BIT_CYCLES {
             self.cycles = 0;
             self.bit = (self.bit + 1) % u16::BITS;
         }
-        pattern(state, axes) >> self.bit & 1 != 0
+        pattern >> self.bit & 1 != 0
     }
 }
 
@@ -76,6 +87,7 @@ mod tests {
         let mut patterns = [found_on, faulted, unconfirmed]
             .map(|axes| pattern(State::Off, axes))
             .to_vec();
+        patterns.extend([NO_CRYSTAL, REFUSED, OFF_THE_BUS]);
         for state in [
             State::Locked,
             State::Stopped,

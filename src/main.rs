@@ -8,12 +8,15 @@
 //! |---|---|
 //! | `config` | what a user decides |
 //! | `board` | clocks, pins, bit timing, interrupts of each board |
-//! | `bus` | `embedded_can::nb::Can` over each controller |
+//! | `bus`, `frame` | `embedded_can::nb::Can` over the registers of each controller |
+//! | `recovery` | the controller's way onto the bus, at the start and after a failure |
 //! | `app` | the cycle, in an interrupt executor above the thread |
 //! | `supervisor`, `debounce` | what the inputs mean |
 //! | `playback` | the built-in motion |
 //! | `telemetry`, `statistics`, `led` | what the board says |
+//! | `brown_out` | the option bytes, which only the image for commissioning writes |
 //! | `last_words`, `start` | what happens after a failure |
+//! | `misbehaviour` | failures on command, for the tests |
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(all(any(test, target_os = "none"), not(other_config)))]
@@ -30,7 +33,25 @@ mod config {
 #[cfg(any(test, target_os = "none"))]
 mod debounce;
 #[cfg(any(test, target_os = "none"))]
+#[cfg_attr(
+    not(target_os = "none"),
+    allow(dead_code, reason = "the bus is not built for the host")
+)]
+mod frame;
+#[cfg(any(test, target_os = "none"))]
+#[cfg_attr(
+    not(target_os = "none"),
+    allow(dead_code, reason = "the application is not built for the host")
+)]
 mod led;
+#[cfg(any(test, target_os = "none"))]
+mod misbehaviour;
+#[cfg(any(test, target_os = "none"))]
+#[cfg_attr(
+    not(target_os = "none"),
+    allow(dead_code, reason = "the bus is not built for the host")
+)]
+mod recovery;
 #[cfg(any(test, target_os = "none"))]
 mod supervisor;
 #[cfg(any(test, target_os = "none"))]
@@ -48,13 +69,14 @@ mod app;
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+#[allow(dead_code, reason = "only the image for commissioning writes it")]
+mod brown_out;
+#[cfg(target_os = "none")]
 mod bus;
 #[cfg(target_os = "none")]
 mod cycle_clock;
 #[cfg(target_os = "none")]
 mod last_words;
-#[cfg(all(target_os = "none", feature = "misbehave"))]
-mod misbehaviour;
 #[cfg(target_os = "none")]
 mod playback;
 #[cfg(target_os = "none")]
@@ -71,15 +93,25 @@ use defmt_rtt as _;
 #[cfg(target_os = "none")]
 #[embassy_executor::main]
 async fn main(_thread: embassy_executor::Spawner) {
-    let last_words = last_words::take();
-    let board = board::init();
-    telemetry::write_start(board.cause, last_words.as_ref());
+    let cause = board::take_cause();
+    let history = last_words::take(cause);
+    let start = board::init();
+    telemetry::write_start(cause, &history);
+    if !brown_out::is_set() {
+        defmt::warn!(
+            "the chip may run on a supply that is too low for its clock: set its brown-out level once with `cargo fw --commission`"
+        );
+    }
+    let Some(board) = start.board else {
+        defmt::error!("the crystal does not run: nothing is enabled, and the bus is left alone");
+        return standstill(start.status_led, start.watchdog, led::NO_CRYSTAL).await;
+    };
     let parts = app::Parts {
         bus: board.bus,
         inputs: board.inputs,
-        status_led: board.status_led,
-        watchdog: board.watchdog,
-        failed: last_words.is_some() || board.cause == start::Cause::Watchdog,
+        status_led: start.status_led,
+        watchdog: start.watchdog,
+        is_locked: history.is_locked,
     };
     match app::place(parts) {
         // Each task's pool has one place and this is its only spawn; should it ever be full, a silent board is the safe one.
@@ -92,9 +124,24 @@ async fn main(_thread: embassy_executor::Spawner) {
                 defmt::error!("the cycle did not start: {}", error);
             }
         },
-        Err(error) => defmt::error!("the configuration cannot work: {}", error),
+        Err(refused) => {
+            defmt::error!("the configuration cannot work: {}", refused.error);
+            return standstill(refused.status_led, refused.watchdog, led::REFUSED).await;
+        }
     }
     telemetry::run().await
+}
+
+/// Shows why nothing can be done, for ever.
+#[cfg(target_os = "none")]
+async fn standstill(mut status_led: board::StatusLed, mut watchdog: board::Watchdog, pattern: u16) {
+    let mut led = led::LedPattern::new();
+    let mut cycles = embassy_time::Ticker::every(cycle_clock::PERIOD);
+    loop {
+        watchdog.feed();
+        status_led.set(led.play(pattern));
+        cycles.next().await;
+    }
 }
 
 #[cfg(not(target_os = "none"))]

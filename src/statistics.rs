@@ -18,6 +18,7 @@ pub(crate) struct Statistics {
     counters: CycleCounters,
     cycles: u32,
     bus_errors: u32,
+    has_told_bus_error: bool,
     worst_delay_us: u64,
     /// Core clocks, by the chip's own counter.
     worst_cycle_clocks: u32,
@@ -71,6 +72,7 @@ impl Statistics {
             },
             cycles: 0,
             bus_errors: 0,
+            has_told_bus_error: false,
             worst_delay_us: 0,
             worst_cycle_clocks: 0,
             busy_clocks: 0,
@@ -79,10 +81,14 @@ impl Statistics {
         }
     }
 
-    /// The bus had an error; true for the first one of the second. Without an acknowledging drive there is one in every frame.
-    pub(crate) fn note_bus_error(&mut self) -> bool {
-        self.bus_errors += 1;
-        self.bus_errors == 1
+    /// There were so many errors on the bus.
+    pub(crate) fn note_bus_errors(&mut self, errors: u32) {
+        self.bus_errors = self.bus_errors.saturating_add(errors);
+    }
+
+    /// Whether an error of the bus is the first one of the second that is told: without an acknowledging drive there is one in every frame.
+    pub(crate) fn is_first_bus_error(&mut self) -> bool {
+        !core::mem::replace(&mut self.has_told_bus_error, true)
     }
 
     /// Frames came in between the cycles, or the controller had room again.

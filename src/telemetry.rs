@@ -1,12 +1,12 @@
 //! What the board says: the cycle hands messages over, and the thread, which everything else may interrupt, writes them to the log.
 
-use can_motion::{Event, EventKind, Fault};
+use can_motion::{CommandError, Event, EventKind, Fault};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
-use crate::bus::FaultState;
 use crate::config::AXES;
-use crate::last_words::LastWords;
+use crate::last_words::{History, LastWords};
+use crate::recovery::FaultState;
 use crate::start::Cause;
 use crate::statistics::Statistics;
 use crate::supervisor::{Action, State};
@@ -20,10 +20,16 @@ static CHANNEL: Channel<CriticalSectionRawMutex, Message, MESSAGES> = Channel::n
 pub(crate) enum Message {
     /// An event of the master.
     Event(Event<EventKind>),
+    /// The controller takes part in the traffic for the first time.
+    OnTheBus,
+    /// It has waited for a second to take part.
+    BusNeverIdle,
     /// The controller's state has changed.
     Bus(FaultState),
     /// The supervisor did something.
     Action(Action),
+    /// The master refused what the supervisor wanted.
+    Refused(Action, CommandError<Fault>),
     /// The supervisor is somewhere else.
     State(State),
     /// The motion starts from these command counts.
@@ -55,11 +61,17 @@ pub(crate) async fn run() -> ! {
 fn write(message: &Message) {
     match message {
         Message::Event(event) => write_event(event),
+        Message::OnTheBus => defmt::info!("on the bus"),
+        Message::BusNeverIdle => {
+            defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
+        }
+        Message::Refused(action, error) => defmt::error!("{} is not possible: {}", action, error),
         Message::Bus(FaultState::ErrorActive) => defmt::info!("bus: works"),
         Message::Bus(FaultState::ErrorPassive) => defmt::warn!("bus: error-passive"),
         Message::Bus(FaultState::Stuck) => defmt::error!(
             "bus: nothing gets through, nobody acknowledges: check wiring, termination and the drives' supply"
         ),
+        Message::Bus(FaultState::Joining) => defmt::info!("bus: joining"),
         Message::Bus(FaultState::BusOff) => defmt::error!("bus: off"),
         Message::Action(action) => defmt::info!("action: {}", action),
         Message::State(State::Released) => {
@@ -100,20 +112,23 @@ fn write_event(event: &Event<EventKind>) {
 }
 
 /// Tells why the board started, before anything else.
-pub(crate) fn write_start(cause: Cause, last_words: Option<&LastWords>) {
-    match last_words {
-        Some(LastWords::Panic(place)) => defmt::error!(
-            "the firmware panicked at {=str}:{=u32}; nothing moves until the board is switched off and on",
-            place.file(),
-            place.line
-        ),
-        Some(LastWords::Fault(status)) => defmt::error!(
-            "the processor failed, CFSR {=u32:#010x}; nothing moves until the board is switched off and on",
-            *status
-        ),
-        None if cause == Cause::Watchdog => defmt::error!(
-            "the watchdog reset the board; nothing moves until the board is switched off and on"
-        ),
+pub(crate) fn write_start(cause: Cause, history: &History) {
+    match &history.last_words {
+        Some(LastWords::Panic(place)) => {
+            defmt::error!(
+                "the firmware panicked at {=str}:{=u32}",
+                place.file(),
+                place.line
+            );
+        }
+        Some(LastWords::Fault(status)) => {
+            defmt::error!("the processor failed, CFSR {=u32:#010x}", *status);
+        }
+        Some(LastWords::LostClock) => defmt::error!("the crystal stopped in motion"),
+        None if cause == Cause::Watchdog => defmt::error!("the watchdog reset the board"),
         None => defmt::info!("started: {}", cause),
+    }
+    if history.is_locked {
+        defmt::error!("locked: nothing moves until the board is switched off and on");
     }
 }

@@ -2,7 +2,8 @@
 
 use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
 
-use crate::bxcan::Wire;
+use crate::can::Wire;
+use crate::chip::Chip;
 use crate::cpu::{self, Engine};
 use crate::hooks::{self, Leave};
 use crate::image::Image;
@@ -11,14 +12,14 @@ use crate::log::{Log, Memory};
 use crate::nvic::{HARD_FAULT, SV_CALL};
 use crate::soc::{FLASH, ResetCause, Soc};
 
-const FLASH_SIZE: u64 = 0x10_0000;
 const RAM: u32 = 0x2000_0000;
 const RAM_SIZE: u64 = 0x2_0000;
 const CORE_COUPLED_RAM: u64 = 0x1000_0000;
 const CORE_COUPLED_RAM_SIZE: u64 = 0x1_0000;
 /// Peripherals of the chip and of the processor: first address and size.
-const REGISTERS: [(u32, u64); 3] = [
+const REGISTERS: [(u32, u64); 4] = [
     (0x4000_0000, 0x8_0000),
+    (0x4800_0000, 0x3000),
     (0x5000_0000, 0x6_1000),
     (0xE000_0000, 0x10_0000),
 ];
@@ -60,15 +61,20 @@ pub struct Board {
 }
 
 impl Board {
-    /// A board with a crystal of `hse_hz`, connected to `wire`, that has just got its supply.
+    /// A board with this chip and a crystal of `hse_hz`, connected to `wire`, that has just got its supply.
     ///
     /// # Errors
     /// When Unicorn fails.
-    pub fn new(image: Image, hse_hz: u64, wire: Wire) -> Result<Self, uc_error> {
-        let soc = Soc::new(hse_hz, wire);
+    pub fn new(
+        chip: &'static Chip,
+        image: Image,
+        hse_hz: u64,
+        wire: Wire,
+    ) -> Result<Self, uc_error> {
+        let soc = Soc::new(chip, hse_hz, wire);
         let mut engine = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, soc)?;
         engine.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
-        map_memory(&mut engine)?;
+        map_memory(&mut engine, chip.flash_bytes)?;
         hooks::install(&mut engine, &image)?;
         for piece in image.load() {
             engine.mem_write(u64::from(piece.address), &piece.bytes)?;
@@ -152,9 +158,17 @@ impl Board {
     /// # Panics
     /// When there is no such symbol: the test expects another image.
     pub fn poke(&mut self, symbol: &str, value: u8) {
+        self.poke_bytes(symbol, &[value]);
+    }
+
+    /// Sets some bytes of the firmware's memory.
+    ///
+    /// # Panics
+    /// When there is no such symbol: the test expects another image.
+    pub fn poke_bytes(&mut self, symbol: &str, bytes: &[u8]) {
         let address = self.image.symbol(symbol);
         let address = address.unwrap_or_else(|| panic!("the image has no symbol {symbol}"));
-        let written = self.engine.mem_write(u64::from(address), &[value]);
+        let written = self.engine.mem_write(u64::from(address), bytes);
         written.expect("symbols lie in memory");
     }
 
@@ -328,8 +342,8 @@ impl Board {
     }
 }
 
-fn map_memory(engine: &mut Engine<'_>) -> Result<(), uc_error> {
-    engine.mem_map(u64::from(FLASH), FLASH_SIZE, Prot::READ | Prot::EXEC)?;
+fn map_memory(engine: &mut Engine<'_>, flash_bytes: u64) -> Result<(), uc_error> {
+    engine.mem_map(u64::from(FLASH), flash_bytes, Prot::READ | Prot::EXEC)?;
     engine.mem_map(CORE_COUPLED_RAM, CORE_COUPLED_RAM_SIZE, Prot::ALL)?;
     engine.mem_map(u64::from(RAM), RAM_SIZE, Prot::ALL)?;
     engine.mem_write(u64::from(RAM), &vec![PAINT; RAM_SIZE as usize])?;

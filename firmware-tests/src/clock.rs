@@ -1,4 +1,6 @@
-//! The clock tree of the STM32F405, and the time that its cycles make (RM0090, section 7).
+//! The clock tree of a chip, and the time that its cycles make (RM0090, section 7; RM0440, section 7).
+
+use crate::chip::Chip;
 
 /// The internal oscillator, which runs after a reset.
 const HSI_HZ: u64 = 16_000_000;
@@ -9,6 +11,7 @@ const NS_PER_S: u128 = 1_000_000_000;
 /// Cycles are those of the core since power-on; the relation is moved along at every change, so that neither ever jumps.
 #[derive(Debug, Clone)]
 pub struct Clock {
+    chip: &'static Chip,
     hse_hz: u64,
     hclk_hz: u64,
     pclk1_hz: u64,
@@ -18,10 +21,11 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The clocks after power-on, for a board with a crystal of `hse_hz`.
+    /// The clocks after power-on, for a board with a crystal of `hse_hz`; 0 for none.
     #[must_use]
-    pub fn new(hse_hz: u64) -> Self {
+    pub fn new(chip: &'static Chip, hse_hz: u64) -> Self {
         Self {
+            chip,
             hse_hz,
             hclk_hz: HSI_HZ,
             pclk1_hz: HSI_HZ,
@@ -29,6 +33,17 @@ impl Clock {
             base_ns: 0,
             base_cycles: 0,
         }
+    }
+
+    /// Whether the board has a crystal.
+    #[must_use]
+    pub fn has_crystal(&self) -> bool {
+        self.hse_hz > 0
+    }
+
+    /// The crystal breaks.
+    pub fn lose_crystal(&mut self) {
+        self.hse_hz = 0;
     }
 
     /// The core's frequency.
@@ -65,29 +80,36 @@ impl Clock {
             .saturating_add(u64::try_from(cycles).unwrap_or(u64::MAX))
     }
 
-    /// Follows RCC_CFGR and RCC_PLLCFGR from the cycle `now` on.
+    /// Follows the clock configuration and that of the PLL from the cycle `now` on.
     pub fn follow(&mut self, now: u64, cfgr: u32, pllcfgr: u32) {
         (self.base_ns, self.base_cycles) = (self.ns(now), now);
+        let (pll, crystal) = self.chip.pll.switch;
         let system_hz = match cfgr & 3 {
-            0 => HSI_HZ,
-            1 => self.hse_hz,
-            _ => self.pll_hz(pllcfgr),
+            switch if switch == pll => self.pll_hz(pllcfgr),
+            switch if switch == crystal => self.hse_hz,
+            _ => HSI_HZ,
         };
         self.hclk_hz = system_hz >> ahb_shift(cfgr >> 4 & 0xF);
-        let [(pclk1_hz, timer1_hz), (_, timer2_hz)] =
-            [cfgr >> 10 & 7, cfgr >> 13 & 7].map(|divider| self.peripheral_bus(divider));
+        let [(pclk1_hz, timer1_hz), (_, timer2_hz)] = self
+            .chip
+            .bus_dividers
+            .map(|at| self.peripheral_bus(cfgr >> at & 7));
         self.pclk1_hz = pclk1_hz;
         self.timers_hz = [timer1_hz, timer2_hz];
     }
 
     fn pll_hz(&self, pllcfgr: u32) -> u64 {
-        let field = |at: u32, bits: u32| u64::from(pllcfgr >> at & ((1 << bits) - 1));
-        let source_hz = if field(22, 1) == 1 {
+        let pll = &self.chip.pll;
+        let field = |(at, bits): (u32, u32)| u64::from(pllcfgr >> at & ((1 << bits) - 1));
+        let (at, bits, crystal) = pll.source;
+        let source_hz = if field((at, bits)) == u64::from(crystal) {
             self.hse_hz
         } else {
             HSI_HZ
         };
-        source_hz / field(0, 6).max(1) * field(6, 9) / (2 * (field(16, 2) + 1))
+        let (at, bits, added) = pll.divider;
+        let divider = (field((at, bits)) + added).max(1);
+        source_hz / divider * field(pll.multiplier) / (2 * (field(pll.output) + 1))
     }
 
     /// Frequency of a peripheral bus and of its timers, which run twice as fast as a divided bus.
@@ -112,6 +134,7 @@ fn ahb_shift(code: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip;
 
     /// 8 MHz / 4 x 168 / 2, APB1 a quarter, APB2 half.
     const PLLCFGR: u32 = 1 << 22 | 168 << 6 | 4;
@@ -119,7 +142,7 @@ mod tests {
 
     #[test]
     fn the_tree_of_the_board_is_168_42_and_twice_that_for_its_timers() {
-        let mut clock = Clock::new(8_000_000);
+        let mut clock = Clock::new(&chip::STM32F405, 8_000_000);
         clock.follow(0, CFGR, PLLCFGR);
         assert_eq!(
             (clock.hclk_hz(), clock.pclk1_hz()),
@@ -132,8 +155,21 @@ mod tests {
     }
 
     #[test]
+    fn the_tree_of_the_other_board_is_160_everywhere() {
+        // 24 MHz / 6 x 80 / 2.
+        let mut clock = Clock::new(&chip::STM32G474, 24_000_000);
+        clock.follow(0, 3, 1 << 24 | 80 << 8 | 5 << 4 | 3);
+        let timers = (clock.timer_hz(1), clock.timer_hz(2));
+        assert_eq!(
+            (clock.hclk_hz(), clock.pclk1_hz()),
+            (160_000_000, 160_000_000)
+        );
+        assert_eq!(timers, (160_000_000, 160_000_000));
+    }
+
+    #[test]
     fn time_does_not_jump_when_the_clock_changes() {
-        let mut clock = Clock::new(8_000_000);
+        let mut clock = Clock::new(&chip::STM32F405, 8_000_000);
         assert_eq!(clock.ns(16_000), 1_000_000);
         clock.follow(16_000, CFGR, PLLCFGR);
         assert_eq!(clock.ns(16_000), 1_000_000);
@@ -143,7 +179,7 @@ mod tests {
 
     #[test]
     fn the_cycle_of_a_time_is_never_before_it() {
-        let mut clock = Clock::new(8_000_000);
+        let mut clock = Clock::new(&chip::STM32F405, 8_000_000);
         clock.follow(0, CFGR, PLLCFGR);
         for ns in 0..1_000 {
             assert!(clock.ns(clock.cycles(ns)) >= ns);

@@ -1,17 +1,11 @@
-//! Pins: levels from outside, levels driven by the firmware (RM0090, section 8).
+//! Pins: levels from outside, levels driven by the firmware (RM0090, section 8; RM0440, section 9).
 
 use std::collections::HashMap;
 
-/// First address of port A.
-pub const BASE: u32 = 0x4002_0000;
 /// Bytes from one port to the next.
 pub const PORT_SIZE: u32 = 0x400;
 /// Ports A to I.
 pub const PORTS: u32 = 9;
-
-/// Debug pins come up in alternate function, with their pulls.
-const PORT_A_MODE: u32 = 0xA800_0000;
-const PORT_B_MODE: u32 = 0x0000_0280;
 
 /// A pin of a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,28 +31,32 @@ impl Pin {
 /// All ports.
 #[derive(Debug, Clone)]
 pub struct Gpio {
+    /// Modes of ports A, B and the others after a reset.
+    modes: [u32; 3],
     registers: HashMap<u32, u32>,
     output: [u32; PORTS as usize],
     /// Levels that something outside drives; they outlive a reset.
     outside: [u32; PORTS as usize],
 }
 
-impl Default for Gpio {
-    fn default() -> Self {
+impl Gpio {
+    /// All ports after a reset, with the modes of ports A, B and the others: debug pins come up in alternate function.
+    #[must_use]
+    pub fn new(modes: [u32; 3]) -> Self {
+        let mode = |port: u32| (port * PORT_SIZE, modes[port.min(2) as usize]);
         Self {
-            registers: HashMap::from([(0, PORT_A_MODE), (PORT_SIZE, PORT_B_MODE)]),
+            modes,
+            registers: (0..PORTS).map(mode).collect(),
             output: [0; PORTS as usize],
             outside: [0; PORTS as usize],
         }
     }
-}
 
-impl Gpio {
     /// Back to the state after a reset; what is connected stays.
     pub fn reset(&mut self) {
         *self = Self {
             outside: self.outside,
-            ..Self::default()
+            ..Self::new(self.modes)
         };
     }
 
@@ -75,6 +73,15 @@ impl Gpio {
         self.outputs(pin.place() as u32)
             .has(pin.number)
             .then(|| self.output[pin.place()] >> pin.number & 1 != 0)
+    }
+
+    /// Alternate function of a pin; `None` when it has another mode.
+    #[must_use]
+    pub fn alternate_function(&self, pin: Pin) -> Option<u32> {
+        let port = pin.place() as u32 * PORT_SIZE;
+        let mode = self.read(port) >> (2 * pin.number) & 3;
+        let functions = self.read(port + 0x20 + 4 * u32::from(pin.number / 8));
+        (mode == 2).then_some(functions >> (4 * (pin.number % 8)) & 0xF)
     }
 
     /// The pins of a port whose mode is output.
@@ -139,7 +146,7 @@ mod tests {
 
     #[test]
     fn an_input_shows_the_outside_and_an_output_itself() {
-        let mut gpio = Gpio::default();
+        let mut gpio = Gpio::new([0; 3]);
         let pin = Pin::new('C', 2);
         gpio.drive(pin, true);
         assert_eq!(gpio.read(0x810), 1 << 2);
@@ -153,7 +160,7 @@ mod tests {
 
     #[test]
     fn what_is_connected_outlives_a_reset() {
-        let mut gpio = Gpio::default();
+        let mut gpio = Gpio::new([0; 3]);
         gpio.drive(Pin::new('A', 0), true);
         gpio.write(0x400, 1);
         gpio.reset();

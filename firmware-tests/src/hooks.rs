@@ -1,8 +1,8 @@
 //! What is done before each straight run of code, and at the few instructions that Unicorn does not know.
 
-use unicorn_engine::uc_error;
+use unicorn_engine::{RegisterARM, uc_error};
 
-use crate::cpu::{Engine, takeable};
+use crate::cpu::{self, Engine, takeable};
 use crate::image::Image;
 use crate::instructions;
 
@@ -83,9 +83,12 @@ fn before_run(engine: &mut Engine<'_>, address: u64, bytes: u32) {
     }
     let known = engine.get_data().runs.known(address, bytes);
     let instructions = known.unwrap_or_else(|| count(engine, address, bytes));
+    let is_masked = cpu::get(engine, RegisterARM::PRIMASK) & 1 != 0;
     let soc = engine.get_data_mut();
     soc.instructions += u64::from(instructions);
     soc.now += u64::from(instructions);
+    soc.masked
+        .note(address as u32, u64::from(instructions), is_masked);
 }
 
 fn count(engine: &mut Engine<'_>, address: u64, bytes: u32) -> u32 {

@@ -1,12 +1,12 @@
 //! Runs the real image of the firmware without a board.
 //!
-//! The unmodified ELF file executes instruction by instruction on an emulated Cortex-M4 against register models of the STM32F405, and its
+//! The unmodified ELF file executes instruction by instruction on an emulated Cortex-M4 against register models of the STM32F405 or the STM32G474, and its
 //! CAN controller is a node on drive-sim's bus with simulated drives. README.md says what is modelled, what is approximated and
 //! what is not there.
 //!
 //! # Why a test against this is not circular
 //!
-//! The models are written from the reference manual (RM0090) and the architecture manual (ARMv7-M), and know nothing of the firmware
+//! The models are written from the reference manuals (RM0090, RM0440) and the architecture manual (ARMv7-M), and know nothing of the firmware
 //! but what its ELF file says: segments, symbols for the log. The wire belongs to drive-sim, which never saw the master either.
 //!
 //! # Modules
@@ -19,7 +19,8 @@
 //! | [`cpu`] | exception entry and return |
 //! | [`hooks`], [`instructions`] | what is done before each straight run of code; counting |
 //! | [`nvic`], [`clock`], [`timer`], [`watchdog`], [`gpio`], [`storage`] | register models |
-//! | [`bxcan`] | register model of the CAN controller, on a node of drive-sim |
+//! | [`chip`] | what differs between the chips, as a table |
+//! | [`can`], [`bxcan`], [`fdcan`] | register models of the CAN controllers, on a node of drive-sim |
 //! | [`load`] | how many instructions each handler took |
 //! | [`log`] | the firmware's log |
 //! | [`rig`], [`scenario`] | a board with drives, the wiring of the default board, and how to bring it up |
@@ -28,8 +29,12 @@
 
 pub mod board;
 pub mod bxcan;
+pub mod can;
+pub mod chip;
 pub mod clock;
+mod connection;
 pub mod cpu;
+pub mod fdcan;
 pub mod gpio;
 pub mod hooks;
 pub mod image;
@@ -43,6 +48,20 @@ pub mod soc;
 pub mod storage;
 pub mod timer;
 pub mod watchdog;
+
+/// Mistakes that the image with failures on command can make, for [`Rig::put_back`]: the numbers of `src/misbehaviour`.
+pub mod fault {
+    /// A recovery leaves in the controller what waits there.
+    pub const KEEP_OLD_FRAMES: u16 = 1;
+    /// The start waits for the bus before anything else.
+    pub const WAIT_FOR_THE_BUS: u16 = 2;
+    /// The start waits for the crystal without an end.
+    pub const WAIT_FOR_THE_CRYSTAL: u16 = 4;
+    /// Drives that do not confirm their disable command are not shown.
+    pub const HIDE_UNCONFIRMED: u16 = 8;
+    /// A crystal that stops is not watched.
+    pub const NO_CLOCK_SECURITY: u16 = 16;
+}
 
 pub use board::{Board, Stop};
 pub use image::Image;

@@ -16,6 +16,34 @@ pub struct Load {
     pub longest: u64,
 }
 
+/// The longest stretch with interrupts masked (PRIMASK).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Masked {
+    /// Instructions of the longest stretch.
+    pub longest: u64,
+    /// Where it began.
+    pub begins_at: u32,
+    present: u64,
+    present_at: u32,
+}
+
+impl Masked {
+    /// A straight run of code at `address` is about to be executed.
+    pub fn note(&mut self, address: u32, instructions: u64, is_masked: bool) {
+        if !is_masked {
+            self.present = 0;
+            return;
+        }
+        if self.present == 0 {
+            self.present_at = address;
+        }
+        self.present += instructions;
+        if self.present > self.longest {
+            (self.longest, self.begins_at) = (self.present, self.present_at);
+        }
+    }
+}
+
 /// Accounts by exception number.
 #[derive(Debug, Clone, Default)]
 pub struct Accounts {
@@ -79,6 +107,22 @@ impl Accounts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_longest_masked_stretch_is_kept_with_its_place() {
+        let mut masked = Masked::default();
+        for (address, instructions, is_masked) in [
+            (1, 10, true),
+            (2, 90, false),
+            (3, 5, true),
+            (4, 6, true),
+            (5, 1, false),
+            (6, 10, true),
+        ] {
+            masked.note(address, instructions, is_masked);
+        }
+        assert_eq!((masked.longest, masked.begins_at), (11, 3));
+    }
 
     #[test]
     fn a_handler_is_not_charged_for_the_one_that_interrupts_it() {

@@ -16,7 +16,7 @@ const OPERATOR: [(u64, Contact); 3] = [
     (1_500, Contact::Run),
 ];
 
-/// Runs an image of the firmware on an emulated STM32F405 with simulated drives 1, 2, 3, ... and prints its log.
+/// Runs an image of the firmware on an emulated board, that of the variable FIRMWARE_BOARD, with simulated drives 1, 2, 3, ... and prints its log.
 #[derive(Parser)]
 #[command(
     name = "emulate",

@@ -6,7 +6,8 @@ pub const FIRST_INTERRUPT: u16 = 16;
 pub const HARD_FAULT: u16 = 3;
 /// The supervisor call.
 pub const SV_CALL: u16 = 11;
-const NMI: u16 = 2;
+/// The interrupt that no mask holds up.
+pub const NMI: u16 = 2;
 const PEND_SV: u16 = 14;
 const SYS_TICK: u16 = 15;
 

@@ -1,5 +1,6 @@
-//! A board with drives: the wiring of the default board.
+//! A board with drives.
 
+use std::collections::BTreeSet;
 use std::env;
 use std::path::PathBuf;
 
@@ -10,16 +11,15 @@ use drive_sim::{
 use embedded_can::nb::Can;
 
 use crate::board::{Board, Stop};
-use crate::bxcan::Wire;
+use crate::can::Wire;
+use crate::chip::{Chip, STM32F405};
 use crate::gpio::Pin;
 use crate::image::Image;
 
-/// Crystal of the default board.
-const HSE_HZ: u64 = 8_000_000;
 /// Nanoseconds in a millisecond.
 pub const MS: u64 = 1_000_000;
 
-/// What is connected to the pins of the default board.
+/// What is connected to the pins of the boards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contact {
     /// The stop circuit.
@@ -39,9 +39,6 @@ impl Contact {
         }
     }
 }
-
-/// The status LED of the default board; a low level lights it.
-const STATUS_LED: Pin = Pin::new('C', 12);
 
 /// A board with drives on its bus.
 pub struct Rig {
@@ -68,6 +65,24 @@ impl Rig {
     /// When Unicorn fails.
     #[must_use]
     pub fn with_drives(image: Image, drives: impl IntoIterator<Item = DynDriveConfig>) -> Self {
+        Self::with_crystal(image, drives, chip().crystal_hz)
+    }
+
+    /// A board that has just got its supply and whose crystal does not run, with the drives 1 and 2.
+    ///
+    /// # Panics
+    /// When Unicorn fails.
+    #[must_use]
+    pub fn without_crystal(image: Image) -> Self {
+        let config = |id| DynDriveConfig::numbered(id).expect("an id is 1 to 63");
+        Self::with_crystal(image, [1, 2].map(config), 0)
+    }
+
+    fn with_crystal(
+        image: Image,
+        drives: impl IntoIterator<Item = DynDriveConfig>,
+        hse_hz: u64,
+    ) -> Self {
         let mut bus = Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new());
         bus.set_log(LogMode::Full);
         let mut wire = Wire::new(bus);
@@ -76,7 +91,7 @@ impl Rig {
             .map(|drive| wire.add_device(DynDrive::new(drive), ControllerConfig::device()))
             .collect();
         let stranger = wire.add_master(ControllerConfig::device());
-        let board = Board::new(image, HSE_HZ, wire).expect("the emulator works");
+        let board = Board::new(chip(), image, hse_hz, wire).expect("the emulator works");
         Self {
             board,
             drives,
@@ -135,6 +150,51 @@ impl Rig {
         self.board.run_until_ns(until_ns)
     }
 
+    /// Holds the line from the transceiver dominant, or lets it go.
+    pub fn hold_dominant(&mut self, held: bool) {
+        let soc = self.board.soc_mut();
+        soc.can.hold_dominant(&soc.wire, &soc.clock, held);
+        // The processor looks anew at what comes next.
+        soc.process();
+    }
+
+    /// How long the status LED is lit in two seconds, the length of every pattern, in milliseconds.
+    pub fn lit_ms(&mut self) -> usize {
+        (0..2_000)
+            .filter(|_| {
+                self.run_ms(1);
+                self.is_led_lit() == Some(true)
+            })
+            .count()
+    }
+
+    /// The different lengths of the flashes of the status LED, in milliseconds and to the next eighth of a second.
+    pub fn flashes_ms(&mut self) -> Vec<usize> {
+        const EIGHTH_MS: usize = 125;
+        let levels: Vec<bool> = (0..4_000)
+            .map(|_| {
+                self.run_ms(1);
+                self.is_led_lit() == Some(true)
+            })
+            .collect();
+        let mut runs: Vec<&[bool]> = levels.chunk_by(|before, after| before == after).collect();
+        // The first and the last are cut off.
+        runs.pop();
+        let lit = runs.into_iter().skip(1).filter(|run| run[0]);
+        let eighths = lit.map(|run| (run.len() + EIGHTH_MS / 2) / EIGHTH_MS);
+        let lengths: BTreeSet<usize> = eighths.map(|eighths| eighths * EIGHTH_MS).collect();
+        lengths.into_iter().collect()
+    }
+
+    /// Puts mistakes back that the image with failures on command knows, before its first instruction: see `src/misbehaviour`.
+    ///
+    /// # Panics
+    /// When it is another image.
+    pub fn put_back(&mut self, faults: u16) {
+        let [low, high] = faults.to_le_bytes();
+        self.board.poke_bytes("FAULTS", &[low, high, 0x17, 0xFA]);
+    }
+
     /// Closes a contact.
     pub fn close(&mut self, contact: Contact) {
         self.board.soc_mut().gpio.drive(contact.pin(), true);
@@ -148,7 +208,9 @@ impl Rig {
     /// Whether the status LED is lit; `None` while its pin is no output.
     #[must_use]
     pub fn is_led_lit(&self) -> Option<bool> {
-        self.board.soc().gpio.driven(STATUS_LED).map(|level| !level)
+        let soc = self.board.soc();
+        let (pin, lit) = soc.chip.led;
+        soc.gpio.driven(pin).map(|level| level == lit)
     }
 
     /// Lets time pass until a line of the log contains `text`; false when it does not come within `ms`.
@@ -193,8 +255,22 @@ impl Rig {
     }
 }
 
-/// The folder with the images that `cargo xtask firmware-tests` has built, in the variable `FIRMWARE_IMAGES`.
+/// The folder with the images that `cargo xtask firmware-tests` has built, one folder for each board in it.
 const FOLDER: &str = "FIRMWARE_IMAGES";
+/// The board whose images are tested.
+const BOARD: &str = "FIRMWARE_BOARD";
+
+/// The chip of the board whose images are tested: the default board when the variable `FIRMWARE_BOARD` is not set.
+///
+/// # Panics
+/// When there is no such board.
+#[must_use]
+pub fn chip() -> &'static Chip {
+    let Ok(name) = env::var(BOARD) else {
+        return &STM32F405;
+    };
+    Chip::named(&name).unwrap_or_else(|| panic!("{BOARD}={name} is none of the boards"))
+}
 
 /// One of the images for the tests.
 ///
@@ -205,5 +281,6 @@ pub fn image(name: &str) -> Image {
     let folder = env::var_os(FOLDER).map(PathBuf::from);
     let folder =
         folder.unwrap_or_else(|| panic!("{FOLDER} is not set: run `cargo xtask firmware-tests`"));
-    Image::read(&folder.join(name)).unwrap_or_else(|error| panic!("{error}"))
+    let path = folder.join(chip().name).join(name);
+    Image::read(&path).unwrap_or_else(|error| panic!("{error}"))
 }

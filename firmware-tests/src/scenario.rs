@@ -1,6 +1,6 @@
 //! What the tests do again and again: bring the machine up, and look at the set-points on the wire.
 
-use drive_sim::{DynDrive, Record};
+use drive_sim::{DynDrive, Frame, Record};
 use dyn_can::{Dialect, FunctionCode, Request};
 use embedded_can::{Frame as _, Id};
 
@@ -72,7 +72,7 @@ impl Rig {
     pub fn switches_since(&self, from_ns: u64) -> impl Iterator<Item = &Record> {
         self.from_board()
             .filter(move |record| record.start_ns >= from_ns && record.outcome.is_received())
-            .filter(|record| function(record) == Some(FunctionCode::ServoDisable))
+            .filter(|record| function(&record.frame) == Some(FunctionCode::ServoDisable))
     }
 
     /// Whether every drive is enabled, or none.
@@ -128,11 +128,17 @@ impl Rig {
 /// Whether a record is a streamed set-point.
 #[must_use]
 pub fn is_set_point(record: &Record) -> bool {
-    function(record) == Some(FunctionCode::GoRelativePosPd)
+    is_set_point_frame(&record.frame)
 }
 
-fn function(record: &Record) -> Option<FunctionCode> {
-    match record.frame.id() {
+/// Whether a frame is a streamed set-point.
+#[must_use]
+pub fn is_set_point_frame(frame: &Frame) -> bool {
+    function(frame) == Some(FunctionCode::GoRelativePosPd)
+}
+
+fn function(frame: &Frame) -> Option<FunctionCode> {
+    match frame.id() {
         Id::Standard(id) => Some(FunctionCode::from_can_id(id.as_raw())),
         Id::Extended(_) => None,
     }

@@ -1,13 +1,15 @@
-//! Everything but the processor: time, peripherals and where they are (RM0090, section 2.3).
+//! Everything but the processor: time, peripherals and where they are (RM0090 and RM0440, section 2).
 
 use core::mem::take;
 
-use crate::bxcan::{self, BxCan, Wire};
+use crate::can::{Can, Wire};
+use crate::chip::Chip;
 use crate::clock::Clock;
 use crate::gpio::{self, Gpio};
 use crate::hooks::Leave;
 use crate::instructions::Runs;
-use crate::nvic::Nvic;
+use crate::load::Masked;
+use crate::nvic::{NMI, Nvic};
 use crate::storage::Storage;
 use crate::timer::{TIMERS, Timer};
 use crate::watchdog::Watchdog;
@@ -16,45 +18,29 @@ use crate::watchdog::Watchdog;
 pub const FLASH: u32 = 0x0800_0000;
 const WATCHDOG: u32 = 0x4000_3000;
 const BLOCK: u32 = 0x400;
-const PWR_CSR: u32 = 0x4000_7004;
-const RCC_CR: u32 = 0x4002_3800;
-const RCC_PLLCFGR: u32 = 0x4002_3804;
-const RCC_CFGR: u32 = 0x4002_3808;
-const RCC_APB1RSTR: u32 = 0x4002_3820;
-const RCC_APB2RSTR: u32 = 0x4002_3824;
-const RCC_BDCR: u32 = 0x4002_3870;
-const RCC_CSR: u32 = 0x4002_3874;
-/// Option bytes, among them the brown-out level; they outlive every reset.
-pub const FLASH_OPTCR: u32 = 0x4002_3C14;
-const FLASH_OPTCR_FACTORY: u32 = 0x0FFF_AAED;
+/// First address of the CAN controller, and of its message memory if it has one.
+const CAN: u32 = 0x4000_6400;
+const CAN_MEMORY: u32 = 0x4000_A400;
+/// HSEON, CSSON and PLLON, the same in both chips, and the switch of the clock.
+const CR_HSE: u32 = 1 << 16;
+const CR_CLOCK_SECURITY: u32 = 1 << 19;
+const CR_PLL: u32 = 1 << 24;
+const CFGR_SWITCH: u32 = 3;
 const SYSTEM_CONTROL: u32 = 0xE000_E000;
 const AIRCR: u32 = 0xE000_ED0C;
 const AIRCR_RESET: u32 = 0x05FA_0004;
 const CYCLE_COUNTER: u32 = 0xE000_1004;
-const DEVICE_ID: (u32, u32) = (0xE004_2000, 0x1007_6413);
-/// What registers without a model of their own hold after a reset.
-const RESET_VALUES: [(u32, u32); 3] = [(RCC_CR, 0x83), (RCC_PLLCFGR, 0x2400_3010), DEVICE_ID];
-
 /// Why the chip started, as the flags in RCC_CSR tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResetCause {
     /// The supply came.
     PowerOn,
+    /// The reset pin.
+    Pin,
     /// The firmware asked for it.
     Software,
     /// The independent watchdog was not fed.
     Watchdog,
-}
-
-impl ResetCause {
-    /// RCC_CSR after the reset. Every reset inside the chip also pulls its reset pin.
-    fn flags(self) -> u32 {
-        match self {
-            Self::PowerOn => 0x0E00_0000,
-            Self::Software => 1 << 28 | 1 << 26,
-            Self::Watchdog => 1 << 29 | 1 << 26,
-        }
-    }
 }
 
 /// Everything but the processor. Time counts in core cycles since power-on.
@@ -69,12 +55,14 @@ pub struct Soc {
     pub deadline: u64,
     /// The run ends at this time.
     pub limit_ns: u64,
+    /// Which chip it is.
+    pub chip: &'static Chip,
     /// Clock tree.
     pub clock: Clock,
     /// Interrupt controller.
     pub nvic: Nvic,
     /// CAN controller.
-    pub can: BxCan,
+    pub can: Can,
     /// The bus that it is connected to.
     pub wire: Wire,
     /// Pins.
@@ -85,6 +73,8 @@ pub struct Soc {
     pub storage: Storage,
     /// Straight runs of code met so far.
     pub runs: Runs,
+    /// Stretches with interrupts masked.
+    pub masked: Masked,
     /// The event register of the processor.
     pub event: bool,
     /// Why the processor has stopped.
@@ -93,54 +83,84 @@ pub struct Soc {
     pub reset_request: Option<ResetCause>,
     /// Deepest nesting of handlers so far.
     pub deepest_nesting: usize,
+    /// The supply is below the level of the voltage detector.
+    pub supply_is_low: bool,
     /// Breaks the model on purpose: floating-point registers are not stacked, so that a test can show that it notices.
     pub skip_floating_point: bool,
     timers: Vec<Timer>,
 }
 
 impl Soc {
-    /// A chip that has just got its supply, on a board with a crystal of `hse_hz`, connected to `wire`.
+    /// A chip that has just got its supply, on a board with a crystal of `hse_hz`, 0 for none, connected to `wire`.
     #[must_use]
-    pub fn new(hse_hz: u64, mut wire: Wire) -> Self {
+    pub fn new(chip: &'static Chip, hse_hz: u64, mut wire: Wire) -> Self {
         let mut soc = Self {
             now: 0,
             instructions: 0,
             idle: 0,
             deadline: 0,
             limit_ns: 0,
-            clock: Clock::new(hse_hz),
+            chip,
+            clock: Clock::new(chip, hse_hz),
             nvic: Nvic::new(FLASH),
-            can: BxCan::new(&mut wire),
+            can: Can::new(chip, &mut wire),
             wire,
-            gpio: Gpio::default(),
+            gpio: Gpio::new(chip.pin_modes),
             watchdog: Watchdog::default(),
             storage: Storage::default(),
             runs: Runs::default(),
+            masked: Masked::default(),
             event: false,
             leave: None,
             reset_request: None,
             deepest_nesting: 0,
+            supply_is_low: false,
             skip_floating_point: false,
             timers: Vec::new(),
         };
-        soc.storage.poke(FLASH_OPTCR, FLASH_OPTCR_FACTORY);
+        let (option_bytes, _, new) = chip.option_bytes;
+        soc.storage.poke(option_bytes, new);
         soc.reset(ResetCause::PowerOn);
         soc
     }
 
     /// Back to the state after a reset. Memory, option bytes, bus and pins outside keep what they have.
     pub fn reset(&mut self, cause: ResetCause) {
-        let option_bytes = self.storage.peek(FLASH_OPTCR);
-        self.storage.reset(&RESET_VALUES);
-        self.storage.poke(FLASH_OPTCR, option_bytes);
-        self.storage.poke(RCC_CSR, cause.flags());
+        let (option_bytes, ..) = self.chip.option_bytes;
+        let kept = self.storage.peek(option_bytes);
+        self.storage.reset(self.chip.reset_values);
+        self.storage.poke(option_bytes, kept);
+        self.storage
+            .poke(self.chip.reset_cause, self.chip.cause(cause));
         self.follow_clock();
         self.nvic = Nvic::new(FLASH);
         self.timers = TIMERS.map(Timer::new).to_vec();
         self.can.reset(&mut self.wire);
         self.gpio.reset();
-        self.watchdog = Watchdog::default();
+        self.watchdog.reset();
         (self.event, self.reset_request) = (false, None);
+    }
+
+    /// The crystal breaks. With the clock security on the chip goes on from its internal oscillator and tells (RM0090, section 7.2.7);
+    /// without it the processor stands still, which is not modelled: the chip goes on as if nothing had happened.
+    pub fn lose_crystal(&mut self) {
+        self.clock.lose_crystal();
+        let control = self.storage.peek(self.chip.control());
+        if control & CR_CLOCK_SECURITY == 0 {
+            return;
+        }
+        let (interrupts, lost) = self.chip.clock_lost;
+        for (register, set, clear) in [
+            (self.chip.control(), 0, CR_HSE | CR_PLL),
+            (self.chip.configuration, 0, CFGR_SWITCH),
+            (interrupts, lost, 0),
+        ] {
+            let value = self.storage.peek(register) & !clear | set;
+            self.storage.poke(register, value);
+        }
+        self.follow_clock();
+        self.nvic.pend(NMI);
+        self.deadline = 0;
     }
 
     /// The time.
@@ -196,8 +216,9 @@ impl Soc {
     }
 
     fn follow_clock(&mut self) {
-        let [cfgr, pllcfgr] = [RCC_CFGR, RCC_PLLCFGR].map(|register| self.storage.peek(register));
-        self.clock.follow(self.now, cfgr, pllcfgr);
+        let registers = [self.chip.configuration, self.chip.pll_configuration];
+        let [configuration, pll] = registers.map(|register| self.storage.peek(register));
+        self.clock.follow(self.now, configuration, pll);
     }
 
     /// Reads `size` bytes at `address`.
@@ -223,19 +244,54 @@ impl Soc {
         {
             return timer.read(address % BLOCK, self.now, &self.clock);
         }
-        if let Some(offset) = gpio_offset(address) {
+        if let Some(offset) = self.gpio_offset(address) {
             return self.gpio.read(offset);
         }
+        if let Some(word) = self.message_word(address) {
+            return *word;
+        }
         match address & !(BLOCK - 1) {
-            bxcan::BASE => {
+            CAN => {
                 let now_ns = self.now_ns();
                 self.can.advance(&mut self.wire, now_ns);
                 self.can.read(&self.wire, address % BLOCK)
             }
             WATCHDOG => self.watchdog.read(address % BLOCK),
             _ if address == CYCLE_COUNTER => self.now as u32,
-            _ => ready_bits(address, self.storage.read(address)),
+            _ => self.read_storage(address),
         }
+    }
+
+    fn read_storage(&mut self, address: u32) -> u32 {
+        let value = self.ready_bits(address, self.storage.peek(address));
+        self.storage.note_read(address);
+        let [(switch, on), (status, low)] = self.chip.detector;
+        if address == self.chip.control() && !self.clock.has_crystal() {
+            return value & !(CR_HSE << 1);
+        }
+        if address == status && self.supply_is_low && self.storage.peek(switch) & on != 0 {
+            return value | low;
+        }
+        value
+    }
+
+    /// Oscillators and the PLL are ready as soon as they are asked for.
+    fn ready_bits(&self, address: u32, value: u32) -> u32 {
+        let answers = self.chip.ready.iter();
+        let answers = answers.filter(|answer| answer.register == address);
+        answers.fold(value, |value, answer| {
+            value & !(answer.asked << answer.shift) | (value & answer.asked) << answer.shift
+        })
+    }
+
+    fn message_word(&mut self, address: u32) -> Option<&mut u32> {
+        let word = address.checked_sub(CAN_MEMORY)? / 4;
+        self.can.memory()?.get_mut(word as usize)
+    }
+
+    fn gpio_offset(&self, address: u32) -> Option<u32> {
+        let offset = address.checked_sub(self.chip.gpio)?;
+        (offset < gpio::PORTS * gpio::PORT_SIZE).then_some(offset)
     }
 
     /// Writes `size` bytes at `address`.
@@ -272,12 +328,16 @@ impl Soc {
             timer.write(address % BLOCK, value, self.now, &self.clock);
             return self.process();
         }
-        if let Some(offset) = gpio_offset(address) {
+        if let Some(offset) = self.gpio_offset(address) {
             return self.gpio.write(offset, value);
+        }
+        if let Some(word) = self.message_word(address) {
+            *word = value;
+            return;
         }
         let now_ns = self.now_ns();
         match address & !(BLOCK - 1) {
-            bxcan::BASE => {
+            CAN => {
                 self.can.advance(&mut self.wire, now_ns);
                 self.can
                     .write(&mut self.wire, address % BLOCK, value, &self.clock);
@@ -293,26 +353,27 @@ impl Soc {
 
     fn write_storage(&mut self, address: u32, value: u32) {
         self.storage.write(address, value);
-        match address {
-            RCC_APB1RSTR | RCC_APB2RSTR => self.reset_peripherals(address, value),
-            RCC_CFGR | RCC_PLLCFGR => {
-                self.follow_clock();
-                // Every number of cycles has changed its meaning.
-                self.deadline = 0;
-            }
-            _ => {}
+        if self.chip.resets.contains(&address) {
+            self.reset_peripherals(address, value);
+        }
+        if [self.chip.configuration, self.chip.pll_configuration].contains(&address) {
+            self.follow_clock();
+            // Every number of cycles has changed its meaning.
+            self.deadline = 0;
         }
     }
 
     fn reset_peripherals(&mut self, register: u32, value: u32) {
-        let bus = if register == RCC_APB1RSTR { 1 } else { 2 };
+        let [first, _] = self.chip.resets;
+        let bus = if register == first { 1 } else { 2 };
         for timer in &mut self.timers {
             let wiring = *timer.wiring();
             if wiring.bus == bus && value >> wiring.reset_bit & 1 != 0 {
                 *timer = Timer::new(wiring);
             }
         }
-        if bus == 1 && value >> bxcan::RESET_BIT & 1 != 0 {
+        let (can_reset, bit) = self.chip.can_reset;
+        if register == can_reset && value >> bit & 1 != 0 {
             self.can.reset(&mut self.wire);
         }
     }
@@ -320,25 +381,5 @@ impl Soc {
     /// Takes the reset that was asked for.
     pub fn take_reset(&mut self) -> Option<ResetCause> {
         take(&mut self.reset_request)
-    }
-}
-
-fn gpio_offset(address: u32) -> Option<u32> {
-    let offset = address.checked_sub(gpio::BASE)?;
-    (offset < gpio::PORTS * gpio::PORT_SIZE).then_some(offset)
-}
-
-/// Oscillators, the PLL and the voltage scale are ready as soon as they are asked for.
-fn ready_bits(address: u32, value: u32) -> u32 {
-    let follow = |mask: u32, shift: u32| value & !(mask << shift) | (value & mask) << shift;
-    match address {
-        // HSI, HSE, PLL and PLLI2S.
-        RCC_CR => follow(0x0501_0001, 1),
-        // The clock switch.
-        RCC_CFGR => follow(3, 2),
-        // LSE and LSI.
-        RCC_BDCR | RCC_CSR => follow(1, 1),
-        PWR_CSR => value | 1 << 14,
-        _ => value,
     }
 }

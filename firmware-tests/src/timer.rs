@@ -232,7 +232,10 @@ mod tests {
 
     /// A 16-bit timer with a tick of 16 cycles: 1 us at the 16 MHz after a reset.
     fn microseconds() -> (Timer, Clock) {
-        let (mut timer, clock) = (Timer::new(TIMERS[6]), Clock::new(8_000_000));
+        let (mut timer, clock) = (
+            Timer::new(TIMERS[6]),
+            Clock::new(&crate::chip::STM32F405, 8_000_000),
+        );
         timer.write(0x28, 15, 0, &clock);
         timer.write(0x14, 1, 0, &clock);
         timer.write(0x10, 0, 0, &clock);

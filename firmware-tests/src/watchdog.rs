@@ -1,8 +1,13 @@
 //! The independent watchdog (RM0090, section 21).
 
-/// The oscillator of the watchdog, at its nominal frequency; a real one has 17 to 47 kHz (STM32F405 data sheet, section 5.3.9).
+/// The oscillator of the watchdog, at its nominal frequency.
 const LSI_HZ: u64 = 32_000;
+/// The fastest that a real one may be (STM32F405 data sheet, section 5.3.9: 17 to 47 kHz).
+pub const FASTEST_LSI_HZ: u64 = 47_000;
 const NS_PER_S: u64 = 1_000_000_000;
+
+/// The counter after the start, whatever the reload register holds: that is taken over at a feeding.
+const FIRST_TICKS: u64 = 0x1000;
 
 const KEY_RELOAD: u32 = 0xAAAA;
 const KEY_START: u32 = 0xCCCC;
@@ -11,6 +16,8 @@ const KEY_UNLOCK: u32 = 0x5555;
 /// The watchdog. Once started it stops only with the power.
 #[derive(Debug, Clone)]
 pub struct Watchdog {
+    /// Frequency of its oscillator.
+    pub oscillator_hz: u64,
     prescaler: u32,
     reload: u64,
     unlocked: bool,
@@ -21,6 +28,7 @@ pub struct Watchdog {
 impl Default for Watchdog {
     fn default() -> Self {
         Self {
+            oscillator_hz: LSI_HZ,
             prescaler: 0,
             reload: 0xFFF,
             unlocked: false,
@@ -31,6 +39,14 @@ impl Default for Watchdog {
 }
 
 impl Watchdog {
+    /// A reset stops it.
+    pub fn reset(&mut self) {
+        *self = Self {
+            oscillator_hz: self.oscillator_hz,
+            ..Self::default()
+        };
+    }
+
     /// When it resets the chip unless it is fed before; `None` while it is not started.
     #[must_use]
     pub fn expires_ns(&self) -> Option<u64> {
@@ -43,9 +59,9 @@ impl Watchdog {
         self.feeds
     }
 
-    fn period_ns(&self) -> u64 {
+    fn ns(&self, ticks: u64) -> u64 {
         let divider = 4 << self.prescaler.min(6);
-        (self.reload + 1) * divider * NS_PER_S / LSI_HZ
+        ticks * divider * NS_PER_S / self.oscillator_hz
     }
 
     /// Reads a register; a change of prescaler or reload value is never pending here.
@@ -63,12 +79,12 @@ impl Watchdog {
         match (offset, value) {
             (0x00, KEY_START) => {
                 self.unlocked = false;
-                self.expires_ns = Some(now_ns + self.period_ns());
+                self.expires_ns = Some(now_ns + self.ns(FIRST_TICKS));
             }
             (0x00, KEY_RELOAD) => {
                 self.unlocked = false;
                 self.feeds += 1;
-                self.expires_ns = self.expires_ns.map(|_| now_ns + self.period_ns());
+                self.expires_ns = self.expires_ns.map(|_| now_ns + self.ns(self.reload + 1));
             }
             (0x00, key) => self.unlocked = key == KEY_UNLOCK,
             (0x04, _) if self.unlocked => self.prescaler = value & 7,
@@ -96,6 +112,8 @@ mod tests {
     #[test]
     fn it_expires_unless_it_is_fed() {
         let mut watchdog = started();
+        assert_eq!(watchdog.expires_ns(), Some(512 * MS));
+        watchdog.write(0x00, KEY_RELOAD, 0);
         assert_eq!(watchdog.expires_ns(), Some(20 * MS));
         watchdog.write(0x00, KEY_RELOAD, 15 * MS);
         assert_eq!(watchdog.expires_ns(), Some(35 * MS));

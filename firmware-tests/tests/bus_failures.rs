@@ -1,8 +1,9 @@
 //! The bus fails: nobody acknowledges, bus-off, a receive FIFO overruns.
 
-use drive_sim::{FrameMatch, NodeId};
+use drive_sim::{ControllerState, ErrorState, FrameMatch, NodeId};
 use firmware_tests::rig::MS;
-use firmware_tests::{Contact, Rig, rig};
+use firmware_tests::scenario::is_set_point_frame;
+use firmware_tests::{Contact, Rig, fault, rig};
 
 fn moving(image: &str, axes: i32) -> Rig {
     let mut rig = Rig::with_numbered_drives(rig::image(image), axes);
@@ -124,6 +125,96 @@ fn bus_off_stops_everything_and_comes_back_only_on_command() {
     assert!(rig.has_logged("bus: off"), "{:#?}", rig.board().log());
     assert!(rig.run_until_logged("BusRecovered", 100) || rig.has_logged("BusRecovered"));
     comes_back_on_command(&mut rig);
+}
+
+/// A machine in motion that has just gone bus-off with three set-points in its mailboxes; the error frames end with it. A poll may be
+/// among them instead, so it is tried in one cycle after the other.
+fn off_with_three_set_points(moving: impl Fn() -> Rig) -> Rig {
+    for delay_ms in 0..40 {
+        let mut rig = moving();
+        rig.run_ms(delay_ms);
+        go_off(&mut rig);
+        let waiting = rig.board().soc().can.waiting();
+        if waiting.len() == 3 && waiting.iter().all(is_set_point_frame) {
+            return rig;
+        }
+    }
+    panic!("there was always a poll among them");
+}
+
+fn go_off(rig: &mut Rig) {
+    let node = rig.board().soc().can.node();
+    // Bus-off is the 32nd error, and a cycle has passed by then: its set-points have filled the mailboxes.
+    rig.wire_mut()
+        .bus_mut()
+        .faults_mut()
+        .corrupt_next(FrameMatch::sent_by(node), 32, 20);
+    let off = ControllerState::On(ErrorState::BusOff);
+    for _ in 0..20_000 {
+        if rig.wire().bus().controller(node).state() == off {
+            return;
+        }
+        rig.run_us(1);
+    }
+    panic!("the controller did not go bus-off");
+}
+
+#[test]
+fn three_set_points_that_wait_when_the_bus_goes_off_never_go_out() {
+    for (image, axes) in [("axes-8", 8), ("misbehaving", 2)] {
+        let mut rig = off_with_three_set_points(|| moving(image, axes));
+        let off_ns = rig.board().soc().now_ns();
+        rig.run_ms(100);
+        assert!(rig.has_logged("bus: off"), "{:#?}", rig.board().log());
+        assert!(rig.has_logged("BusRecovered"), "{:#?}", rig.board().log());
+        assert!(rig.has_logged("bus: works"), "{:#?}", rig.board().log());
+        assert_eq!(rig.set_points_since(off_ns).count(), 0, "{image}");
+        comes_back_on_command(&mut rig);
+    }
+}
+
+#[test]
+fn a_recovery_that_keeps_them_is_noticed() {
+    let mut rig = off_with_three_set_points(|| {
+        let mut rig = Rig::with_numbered_drives(rig::image("misbehaving"), 2);
+        rig.put_back(fault::KEEP_OLD_FRAMES);
+        rig.bring_up();
+        rig
+    });
+    let off_ns = rig.board().soc().now_ns();
+    rig.run_ms(100);
+    assert_eq!(rig.set_points_since(off_ns).count(), 3);
+}
+
+#[test]
+fn a_controller_that_does_not_give_them_up_is_reset() {
+    let mut rig = off_with_three_set_points(|| {
+        let mut rig = moving("axes-8", 8);
+        rig.board_mut().soc_mut().can.keep_frames(true);
+        rig
+    });
+    let off_ns = rig.board().soc().now_ns();
+    rig.run_ms(100);
+    assert!(!rig.has_logged("BusRecovered"));
+    rig.run_ms(200);
+    assert!(rig.has_logged("BusRecovered"), "{:#?}", rig.board().log());
+    assert_eq!(rig.set_points_since(off_ns).count(), 0);
+    rig.board_mut().soc_mut().can.keep_frames(false);
+    comes_back_on_command(&mut rig);
+}
+
+#[test]
+fn every_error_on_the_bus_is_counted() {
+    let mut rig = moving("axes-8", 8);
+    assert!(rig.run_until_logged(" cycles, ", 1_100));
+    let node = rig.board().soc().can.node();
+    // Fewer than an error-passive controller has seen; they come one after the other, several in a cycle.
+    rig.wire_mut()
+        .bus_mut()
+        .faults_mut()
+        .corrupt_next(FrameMatch::sent_by(node), 12, 20);
+    assert!(rig.run_until_logged(" cycles, ", 1_100));
+    assert_eq!(rig.statistic("bus errors"), Some(12));
 }
 
 #[test]

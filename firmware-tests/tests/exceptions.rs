@@ -2,7 +2,8 @@
 //! floating-point registers.
 
 use drive_sim::{BitRate, Bus, ScriptedFaults};
-use firmware_tests::bxcan::Wire;
+use firmware_tests::can::Wire;
+use firmware_tests::chip::STM32F405;
 use firmware_tests::image::Piece;
 use firmware_tests::{Board, Image, Stop, cpu};
 use unicorn_engine::RegisterARM;
@@ -56,7 +57,8 @@ fn run(forget_floating_point: bool) -> [u32; 3] {
     let pieces = pieces.map(|(address, bytes)| Piece { address, bytes });
     let bus = Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new());
     let image = Image::of_pieces(pieces.to_vec());
-    let mut board = Board::new(image, 8_000_000, Wire::new(bus)).expect("the emulator works");
+    let mut board =
+        Board::new(&STM32F405, image, 8_000_000, Wire::new(bus)).expect("the emulator works");
     board.soc_mut().skip_floating_point = forget_floating_point;
     assert_eq!(board.run_until_ns(100_000), Stop::Limit);
     assert!(board.faults().is_empty(), "{:x?}", board.faults());

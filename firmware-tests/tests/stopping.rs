@@ -1,13 +1,21 @@
 //! What ends the motion: the stop circuit, a drive in alarm, a drive that is lost.
 
-use drive_sim::DeviceId;
+use drive_sim::{DeviceId, Record};
 use dyn_can::Alarm;
+use embedded_can::{Frame as _, Id};
+use firmware_tests::chip::Controller;
 use firmware_tests::rig::MS;
-use firmware_tests::{Contact, Rig, rig};
+use firmware_tests::{Contact, Rig, fault, rig};
 
 const AXES: i32 = 8;
-/// What waits in the mailboxes when the order to stop comes is taken back, all but the frame that goes next.
-const ON_THEIR_WAY: usize = 1;
+/// Set-points that still go out when the order to stop comes: bxCAN gives back what waits in its mailboxes, all but the frame that goes
+/// next; FDCAN cannot.
+fn on_their_way() -> usize {
+    match rig::chip().controller {
+        Controller::BxCan => 1,
+        Controller::FdCan => 3,
+    }
+}
 
 fn moving() -> Rig {
     let mut rig = Rig::with_numbered_drives(rig::image("axes-8"), AXES);
@@ -70,7 +78,7 @@ fn an_alarm_ends_the_set_points_of_all_axes_in_the_same_cycle() {
         .find(|record| record.start_ns >= raised_ns && record.frame.to_string().starts_with("09D#"))
         .map(|record| record.end_ns)
         .expect("the alarm frame of drive 4 is on the wire");
-    assert!(rig.set_points_since(alarm_ns).count() <= ON_THEIR_WAY);
+    assert!(rig.set_points_since(alarm_ns).count() <= on_their_way());
     assert_eq!(rig.set_points_since(alarm_ns + MS).count(), 0);
     assert!(rig.run_until_logged("AlarmFrame", 20) || rig.has_logged("AlarmFrame"));
     let from_ns = rig.board().soc().now_ns();
@@ -177,16 +185,9 @@ fn a_disable_command_that_a_drive_does_not_confirm_is_repeated_logged_and_shown(
         "{:#?}",
         rig.board().log()
     );
-    // The LED has flashes of three eighths and of one eighth of a second.
-    let lit_ms = (0..2_000)
-        .filter(|_| {
-            rig.run_ms(1);
-            rig.is_led_lit() == Some(true)
-        })
-        .count();
-    assert!(lit_ms.abs_diff(1_000) < 5, "{lit_ms}");
+    assert_eq!(rig.flashes_ms(), UNCONFIRMED_MS);
     let repeated = rig.switches_since(from_ns + 1_000 * MS).count();
-    assert!((5..=12).contains(&repeated), "{repeated} in two seconds");
+    assert!((10..=24).contains(&repeated), "{repeated} in four seconds");
     assert!(rig.wire().device(drive).is_enabled());
     rig.wire_mut().device_mut(drive).faults_mut().wake();
     rig.run_ms(500);
@@ -198,6 +199,63 @@ fn a_disable_command_that_a_drive_does_not_confirm_is_repeated_logged_and_shown(
         0,
         "repeated although it was confirmed"
     );
+}
+
+/// Flashes of the LED: three eighths and one eighth of a second.
+const UNCONFIRMED_MS: [usize; 2] = [125, 375];
+
+/// The drive that a frame is for: the upper bits of its identifier.
+fn drive_of(record: &Record) -> Option<u16> {
+    match record.frame.id() {
+        Id::Standard(id) => Some(id.as_raw() >> 5),
+        Id::Extended(_) => None,
+    }
+}
+
+/// Every drive in motion loses the bus, and then enable is released.
+fn nobody_confirms(rig: &mut Rig) {
+    rig.bring_up();
+    for drive in devices(rig) {
+        rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+    }
+    rig.open(Contact::Enable);
+    rig.run_ms(1_000);
+}
+
+#[test]
+fn a_disable_command_that_no_drive_confirms_is_repeated_to_each_logged_and_shown() {
+    let mut rig = Rig::with_numbered_drives(rig::image("axes-8"), AXES);
+    nobody_confirms(&mut rig);
+    let log = rig.board().log().iter();
+    let unconfirmed = log.filter(|line| line.contains("the drive may still have power"));
+    assert!(
+        unconfirmed.count() >= AXES as usize,
+        "{:#?}",
+        rig.board().log()
+    );
+    let from_ns = rig.board().soc().now_ns();
+    assert_eq!(rig.flashes_ms(), UNCONFIRMED_MS);
+    for id in 1..=AXES as u16 {
+        let commands = rig.switches_since(from_ns);
+        let to_it = commands.filter(|record| drive_of(record) == Some(id));
+        assert!(to_it.count() >= 3, "drive {id}");
+    }
+    for drive in devices(&rig) {
+        rig.wire_mut().device_mut(drive).faults_mut().wake();
+    }
+    rig.run_ms(1_000);
+    assert!(!rig.are_enabled(), "{:#?}", rig.board().log());
+    let from_ns = rig.board().soc().now_ns();
+    rig.run_ms(1_000);
+    assert_eq!(rig.switches_since(from_ns).count(), 0);
+}
+
+#[test]
+fn a_board_that_does_not_show_it_is_noticed() {
+    let mut rig = Rig::with_numbered_drives(rig::image("misbehaving"), 2);
+    rig.put_back(fault::HIDE_UNCONFIRMED);
+    nobody_confirms(&mut rig);
+    assert_ne!(rig.flashes_ms(), UNCONFIRMED_MS);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Ten seconds of motion with eight axes and polls.
 
 use drive_sim::{DynDrive, Record};
+use firmware_tests::load::Masked;
 use firmware_tests::scenario::is_set_point;
 use firmware_tests::{Contact, Rig, rig};
 
@@ -128,4 +129,27 @@ fn polls_keep_status_and_position_fresh() {
     assert!(age("oldest status") <= 40, "{}", age("oldest status"));
     assert!(age(", position") <= 40);
     assert!(rig.wire().devices().all(DynDrive::is_enabled));
+}
+
+#[test]
+fn interrupts_are_never_masked_for_long() {
+    let mut rig = Rig::with_numbered_drives(rig::image("axes-8"), AXES as i32);
+    // The start masks them while the clocks are set up.
+    rig.run_ms(20);
+    rig.board_mut().soc_mut().masked = Masked::default();
+    rig.bring_up();
+    rig.run_ms(2_000);
+    // Many lines of the log: every drive is lost, and none confirms that it is off.
+    let drives = rig.drives().to_vec();
+    for drive in drives {
+        rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+    }
+    rig.run_ms(2_000);
+    let masked = rig.board().soc().masked;
+    assert!(
+        masked.longest <= 350,
+        "{} instructions from {:#x} on",
+        masked.longest,
+        masked.begins_at
+    );
 }

@@ -7,24 +7,29 @@ mod stm32f405;
 #[cfg(feature = "stm32g474")]
 mod stm32g474;
 
+use cortex_m::peripheral::DWT;
 use embassy_executor::SendSpawner;
 use embassy_stm32::gpio::{Input, Output};
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::pac;
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 
 use crate::bus::Bus;
-use crate::start::Cause;
+use crate::misbehaviour::{self, Fault};
 
 #[cfg(feature = "stm32f405")]
-pub(crate) use stm32f405::{CORE_HZ, init};
+use stm32f405 as chosen;
 #[cfg(feature = "stm32g474")]
-pub(crate) use stm32g474::{CORE_HZ, init};
+use stm32g474 as chosen;
+
+pub(crate) use chosen::{CORE_HZ, has_lost_clock, init, take_cause};
 
 /// Bytes of the stack, as in the memory map of every board.
 pub(crate) const STACK_BYTES: usize = 48 * 1024;
 
-/// The watchdog's period at the nominal frequency of its oscillator; a real one makes it 14 to 38 ms.
-const WATCHDOG_US: u32 = 20_000;
+/// Clock of the processor before the board has set its own: the internal oscillator of both chips.
+const START_HZ: u32 = 16_000_000;
+/// A crystal starts within some milliseconds (STM32F405 data sheet, table 40: 2 ms; STM32G474 data sheet, table 43: 2 ms), or not at all.
+const CRYSTAL_CLOCKS: u32 = START_HZ / 10;
 
 /// What a board hands to the application.
 pub(crate) struct Board {
@@ -32,14 +37,19 @@ pub(crate) struct Board {
     pub(crate) bus: Bus,
     /// The inputs.
     pub(crate) inputs: InputPins,
-    /// The status LED, dark.
-    pub(crate) status_led: StatusLed,
-    /// The watchdog, not started.
-    pub(crate) watchdog: Watchdog,
     /// Starts the task that runs the cycle.
     pub(crate) cycle: SendSpawner,
-    /// Why the board started.
-    pub(crate) cause: Cause,
+}
+
+/// What a start leads to.
+pub(crate) struct Start {
+    /// The status LED, dark.
+    pub(crate) status_led: StatusLed,
+    /// The watchdog, running.
+    pub(crate) watchdog: Watchdog,
+    /// The rest; `None` when the crystal does not run. The internal oscillator is too inaccurate for the bus, so nothing is connected to
+    /// it and no drive can be reached.
+    pub(crate) board: Option<Board>,
 }
 
 /// The inputs. Each has a pull-down: a wire that is broken or not connected permits nothing.
@@ -84,17 +94,56 @@ impl StatusLed {
     }
 }
 
-/// The independent watchdog: resets the chip when it is not fed in time. Once started it cannot be stopped.
-pub(crate) struct Watchdog(IndependentWatchdog<'static, IWDG>);
+/// The independent watchdog: resets the chip when it is not fed in time. It cannot be stopped.
+pub(crate) struct Watchdog(());
 
 impl Watchdog {
-    /// Starts it.
-    pub(crate) fn start(&mut self) {
-        self.0.unleash();
+    /// Prescaler and ticks: 20 ms at the nominal 32 kHz of its oscillator; a real one makes it 14 to 38 ms.
+    const PRESCALER: Pr = Pr::DIVIDE_BY4;
+    const TICKS: u16 = 160;
+
+    /// Starts it. Its period is the longest, half a second, until the first feeding: the oscillator takes the settings over only when it
+    /// runs (RM0090, section 21.3.1; RM0440, section 42.3.2).
+    fn start() -> Self {
+        let registers = pac::IWDG;
+        registers.kr().write(|key| key.set_key(Key::START));
+        registers.kr().write(|key| key.set_key(Key::ENABLE));
+        registers.pr().write(|to| to.set_pr(Self::PRESCALER));
+        registers.rlr().write(|to| to.set_rl(Self::TICKS - 1));
+        Self(())
     }
 
     /// Feeds it.
     pub(crate) fn feed(&mut self) {
-        self.0.pet();
+        pac::IWDG.kr().write(|key| key.set_key(Key::RESET));
+    }
+}
+
+/// Starts the crystal, feeding the watchdog meanwhile; false when it does not run in time. `start` and `is_ready` are the board's.
+fn start_crystal(
+    watchdog: &mut Watchdog,
+    start: impl FnOnce(),
+    is_ready: impl Fn() -> bool,
+) -> bool {
+    start();
+    let from = DWT::cycle_count();
+    while !is_ready() {
+        let is_late = DWT::cycle_count().wrapping_sub(from) > CRYSTAL_CLOCKS;
+        if misbehaviour::has(Fault::WaitForTheCrystal) {
+            continue;
+        }
+        if is_late {
+            return false;
+        }
+        watchdog.feed();
+    }
+    true
+}
+
+/// Lets the chip count its clocks; off after a reset.
+fn count_clocks() {
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
     }
 }

@@ -1,23 +1,22 @@
-//! STM32F405RG: 8 MHz crystal, 168 MHz core, CAN1 on PA11 (receive) and PA12 (transmit), status LED on PC12 (low level lights it),
-//! stop circuit on PC0, enable on PC1, run on PC2 (3.3 V is closed, active).
-
-use core::num::{NonZeroU8, NonZeroU16};
+//! Olimex STM32-H405 with a CAN transceiver at its pin header: STM32F405RG, 8 MHz crystal, 168 MHz core.
+//!
+//! | Pin | What |
+//! |---|---|
+//! | PB8, PB9 | CAN1 receive, transmit; PA11 and PA12, its other pins, are those of the USB socket |
+//! | PC12 | status LED of the board, a low level lights it |
+//! | PC0, PC1, PC2 | stop circuit, enable, run: 3.3 V is closed, active |
 
 use embassy_executor::InterruptExecutor;
-use embassy_stm32::can::util::NominalBitTiming;
-use embassy_stm32::can::{
-    Can, Rx0InterruptHandler, Rx1InterruptHandler, SceInterruptHandler, TxInterruptHandler,
-};
-use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::peripherals::CAN1;
+use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::time::Hertz;
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, bind_interrupts, pac, rcc};
+use embassy_stm32::{Config, pac, rcc};
 
-use super::{Board, InputPins, StatusLed, WATCHDOG_US, Watchdog};
-use crate::bus::Bus;
+use super::{Board, InputPins, Start, StatusLed, Watchdog, count_clocks, start_crystal};
+use crate::bus::{BitTiming, Bus, Controller, on_error, on_traffic};
 use crate::config::MASTER;
+use crate::misbehaviour::{self, Fault};
 use crate::start::Cause;
 
 /// Frequency of the core.
@@ -41,18 +40,14 @@ const _: () = assert!(
     "the bit rate is not exact"
 );
 
-const BROWN_OUT_LEVEL_3: u8 = 0;
-/// Unlock the option bytes, in this order (RM0090, section 3.6.2).
-const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
+/// Alternate function of CAN1 on its pins (STM32F405 data sheet, table 9).
+const CAN_FUNCTION: u8 = 9;
+/// The pin of the status LED, on port C.
+const LED_PIN: usize = 12;
+/// Revision A of the chip, in which the prefetch must stay off (ES0182).
+const REVISION_A: u16 = 0x1000;
 
-bind_interrupts!(struct Interrupts {
-    CAN1_TX => TxInterruptHandler<CAN1>;
-    CAN1_RX0 => Rx0InterruptHandler<CAN1>;
-    CAN1_RX1 => Rx1InterruptHandler<CAN1>;
-    CAN1_SCE => SceInterruptHandler<CAN1>;
-});
-
-/// Runs the cycle, above everything in thread mode and below the drivers' own short interrupts (priority 0).
+/// Runs the cycle, above everything in thread mode and below the clock's own short interrupt (priority 0).
 static CYCLE: InterruptExecutor = InterruptExecutor::new();
 const CYCLE_PRIORITY: Priority = Priority::P6;
 
@@ -63,47 +58,138 @@ unsafe fn UART5() {
     unsafe { CYCLE.on_interrupt() }
 }
 
-/// Starts clocks, pins, bus and the executor of the cycle. To be called once: a second call panics.
-pub(crate) fn init() -> Board {
-    let cause = take_cause();
-    let peripherals = embassy_stm32::init(clocks());
-    set_brown_out_level();
+#[embassy_stm32::interrupt]
+fn CAN1_TX() {
+    on_traffic(pac::CAN1);
+}
+
+#[embassy_stm32::interrupt]
+fn CAN1_RX0() {
+    on_traffic(pac::CAN1);
+}
+
+#[embassy_stm32::interrupt]
+fn CAN1_RX1() {
+    on_traffic(pac::CAN1);
+}
+
+#[embassy_stm32::interrupt]
+fn CAN1_SCE() {
+    on_error(pac::CAN1);
+}
+
+/// Starts watchdog, LED, clocks, pins, bus and the executor of the cycle, in this order: what may wait comes after what shows and ends
+/// it. To be called once: a second call panics.
+pub(crate) fn init() -> Start {
+    count_clocks();
+    let mut watchdog = Watchdog::start();
     // A processor that a debug probe has halted must not be reset while somebody looks at it.
     pac::DBGMCU.apb1fzr().modify(|freeze| freeze.set_iwdg(true));
-    if let Some(mut core) = cortex_m::Peripherals::take() {
-        core.DCB.enable_trace();
-        core.DWT.enable_cycle_counter();
-    }
-
-    let mut can = Can::new(
-        peripherals.CAN1,
-        peripherals.PA11,
-        peripherals.PA12,
-        Interrupts,
+    light_led();
+    let has_crystal = start_crystal(
+        &mut watchdog,
+        || pac::RCC.cr().modify(|control| control.set_hseon(true)),
+        || pac::RCC.cr().read().hserdy(),
     );
-    // The guard puts the controller into initialisation, the only state where the bit timing can be written, and ends it when dropped.
-    can.modify_config().set_bit_timing(bit_timing());
-
-    interrupt::UART5.set_priority(CYCLE_PRIORITY);
-    Board {
-        bus: Bus::new(can, pac::CAN1),
-        inputs: InputPins {
-            stop: Input::new(peripherals.PC0, Pull::Down),
-            enable: Input::new(peripherals.PC1, Pull::Down),
-            run: Input::new(peripherals.PC2, Pull::Down),
-        },
+    // From here on a crystal that stops is noticed by the chip, which changes to the internal oscillator: see `has_lost_clock`.
+    if has_crystal && !misbehaviour::has(Fault::NoClockSecurity) {
+        pac::RCC.cr().modify(|control| control.set_csson(true));
+    }
+    let peripherals = embassy_stm32::init(if has_crystal {
+        clocks()
+    } else {
+        Config::default()
+    });
+    watchdog.feed();
+    accelerate_flash();
+    let board = has_crystal.then(|| {
+        interrupt::UART5.set_priority(CYCLE_PRIORITY);
+        Board {
+            bus: Bus::new(controller(
+                Flex::new(peripherals.PB8),
+                Flex::new(peripherals.PB9),
+            )),
+            inputs: InputPins {
+                stop: Input::new(peripherals.PC0, Pull::Down),
+                enable: Input::new(peripherals.PC1, Pull::Down),
+                run: Input::new(peripherals.PC2, Pull::Down),
+            },
+            cycle: CYCLE.start(interrupt::UART5),
+        }
+    });
+    Start {
         status_led: StatusLed {
             pin: Output::new(peripherals.PC12, Level::High, Speed::Low),
             active_low: true,
         },
-        watchdog: Watchdog(IndependentWatchdog::new(peripherals.IWDG, WATCHDOG_US)),
-        cycle: CYCLE.start(interrupt::UART5),
-        cause,
+        watchdog,
+        board,
     }
 }
 
+/// Shows that the board has its supply, before the first thing that can wait: straight in the registers, because the vendor's drivers
+/// come with the clocks.
+fn light_led() {
+    pac::RCC.ahb1enr().modify(|clocks| clocks.set_gpiocen(true));
+    pac::GPIOC.bsrr().write(|pins| pins.set_br(LED_PIN, true));
+    pac::GPIOC
+        .moder()
+        .modify(|pins| pins.set_moder(LED_PIN, Moder::OUTPUT));
+}
+
+/// Caches and prefetch. The vendor's clock set-up writes the whole register for its wait states, 5 of them, and leaves all three off
+/// (RM0090, section 3.5.1).
+fn accelerate_flash() {
+    let is_first_revision = pac::DBGMCU.idcode().read().rev_id() == REVISION_A;
+    pac::FLASH.acr().modify(|access| {
+        access.set_icen(true);
+        access.set_dcen(true);
+        access.set_prften(!is_first_revision);
+    });
+}
+
+fn controller(mut receive: Flex<'static>, mut transmit: Flex<'static>) -> Controller {
+    receive.set_as_af_unchecked(CAN_FUNCTION, AfType::input(Pull::None));
+    transmit.set_as_af_unchecked(
+        CAN_FUNCTION,
+        AfType::output(OutputType::PushPull, Speed::VeryHigh),
+    );
+    pac::RCC.apb1enr().modify(|clocks| clocks.set_can1en(true));
+    interrupt::CAN1_TX.set_priority(CYCLE_PRIORITY);
+    interrupt::CAN1_RX0.set_priority(CYCLE_PRIORITY);
+    interrupt::CAN1_RX1.set_priority(CYCLE_PRIORITY);
+    // SAFETY: no critical section relies on these being off. Their handlers touch the enable register of the controller, which the cycle
+    // writes at the same priority, and atomics.
+    unsafe {
+        interrupt::CAN1_TX.enable();
+        interrupt::CAN1_RX0.enable();
+        interrupt::CAN1_RX1.enable();
+        interrupt::CAN1_SCE.enable();
+    }
+    Controller {
+        registers: pac::CAN1,
+        reset: || {
+            let resets = pac::RCC.apb1rstr();
+            resets.modify(|resets| resets.set_can1rst(true));
+            resets.modify(|resets| resets.set_can1rst(false));
+        },
+        timing: BitTiming {
+            prescaler: PRESCALER,
+            segment_1: SEGMENT_1_QUANTA,
+            segment_2: SEGMENT_2_QUANTA,
+            jump_width: JUMP_WIDTH_QUANTA,
+        },
+        _pins: [receive, transmit],
+    }
+}
+
+/// Whether the clock security found that the crystal has stopped (RM0090, section 7.2.7). The chip then runs from its internal oscillator.
+pub(crate) fn has_lost_clock() -> bool {
+    pac::RCC.cir().read().cssf()
+}
+
 /// Reads why the chip started and forgets it, so that the next start tells its own cause (RM0090, section 7.3.21).
-fn take_cause() -> Cause {
+pub(crate) fn take_cause() -> Cause {
     let flags = pac::RCC.csr().read();
     pac::RCC.csr().modify(|csr| csr.set_rmvf(true));
     // Every reset also sets the flag of the pin, so it is asked last.
@@ -116,27 +202,6 @@ fn take_cause() -> Cause {
     } else {
         Cause::Pin
     }
-}
-
-/// The chip stays in reset while its supply is below 2.7 V, the highest level (RM0090, section 3.6.2): below it the flash and the clock are
-/// not specified for 168 MHz. Written once in the life of the chip, because the option bytes keep it.
-fn set_brown_out_level() {
-    if pac::FLASH.optcr().read().bor_lev() == BROWN_OUT_LEVEL_3 {
-        return;
-    }
-    OPTION_KEYS
-        .into_iter()
-        .for_each(|key| pac::FLASH.optkeyr().write_value(key));
-    pac::FLASH
-        .optcr()
-        .modify(|options| options.set_bor_lev(BROWN_OUT_LEVEL_3));
-    pac::FLASH
-        .optcr()
-        .modify(|options| options.set_optstrt(true));
-    while pac::FLASH.sr().read().bsy() {}
-    pac::FLASH
-        .optcr()
-        .modify(|options| options.set_optlock(true));
 }
 
 /// 8 MHz / 4 x 168 = 336 MHz, halved for the core; APB1 a quarter and APB2 half of it, their limits.
@@ -159,16 +224,4 @@ fn clocks() -> Config {
     config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
     config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
     config
-}
-
-/// The bit timing as the driver wants it.
-const fn bit_timing() -> NominalBitTiming {
-    // Constant evaluation: a zero would stop the build here, not the board.
-    const TIMING: NominalBitTiming = NominalBitTiming {
-        prescaler: NonZeroU16::new(PRESCALER).unwrap(),
-        seg1: NonZeroU8::new(SEGMENT_1_QUANTA).unwrap(),
-        seg2: NonZeroU8::new(SEGMENT_2_QUANTA).unwrap(),
-        sync_jump_width: NonZeroU8::new(JUMP_WIDTH_QUANTA).unwrap(),
-    };
-    TIMING
 }

@@ -1,21 +1,23 @@
-//! STM32G474RE, as on the Nucleo board: 24 MHz crystal, 160 MHz core, FDCAN1 on PA11 (receive) and PA12 (transmit), status LED on PA5
-//! (high level lights it), stop circuit on PC0, enable on PC1, run on PC2 (3.3 V is closed, active).
-
-use core::num::{NonZeroU8, NonZeroU16};
+//! NUCLEO-G474RE with a CAN transceiver at its pin header: STM32G474RE, 24 MHz crystal, 160 MHz core.
+//!
+//! | Pin | What |
+//! |---|---|
+//! | PA11, PA12 | FDCAN1 receive, transmit. PB8, the other pin to receive, is also BOOT0: an idle bus would start the boot loader |
+//! | PA5 | status LED of the board, a high level lights it |
+//! | PC0, PC1, PC2 | stop circuit, enable, run: 3.3 V is closed, active |
 
 use embassy_executor::InterruptExecutor;
-use embassy_stm32::can::config::NominalBitTiming;
-use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
-use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::peripherals::FDCAN1;
+use embassy_stm32::pac::can::regs::Psr;
+use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::time::Hertz;
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, bind_interrupts, pac, rcc};
+use embassy_stm32::{Config, pac, rcc};
 
-use super::{Board, InputPins, StatusLed, WATCHDOG_US, Watchdog};
-use crate::bus::Bus;
+use super::{Board, InputPins, Start, StatusLed, Watchdog, count_clocks, start_crystal};
+use crate::bus::{BitTiming, Bus, Controller, on_traffic};
 use crate::config::MASTER;
+use crate::misbehaviour::{self, Fault};
 use crate::start::Cause;
 
 /// Frequency of the core, and of the controller. The chip could do 170 MHz; 160 MHz makes every bit rate of the drives exactly.
@@ -36,18 +38,12 @@ const _: () = assert!(
     "the bit rate is not exact"
 );
 
-/// 2.8 V, the highest level: the chip stays in reset below it (RM0440, section 6.1.7).
-const BROWN_OUT_LEVEL_4: u8 = 4;
-/// Unlock the flash and then the option bytes, in this order (RM0440, sections 3.3.5 and 3.4.2).
-const FLASH_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
+/// Alternate function of FDCAN1 on its pins (STM32G474 data sheet, table 13).
+const CAN_FUNCTION: u8 = 9;
+/// The pin of the status LED, on port A.
+const LED_PIN: usize = 5;
 
-bind_interrupts!(struct Interrupts {
-    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
-    FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
-});
-
-/// Runs the cycle, above everything in thread mode and below the drivers' own short interrupts (priority 0).
+/// Runs the cycle, above everything in thread mode and below the clock's own short interrupt (priority 0).
 static CYCLE: InterruptExecutor = InterruptExecutor::new();
 const CYCLE_PRIORITY: Priority = Priority::P6;
 
@@ -58,50 +54,122 @@ unsafe fn UART5() {
     unsafe { CYCLE.on_interrupt() }
 }
 
-/// Starts clocks, pins, bus and the executor of the cycle. To be called once: a second call panics.
-pub(crate) fn init() -> Board {
-    let cause = take_cause();
-    let peripherals = embassy_stm32::init(clocks());
-    if cause == Cause::PowerOn {
-        set_brown_out_level();
-    }
+#[embassy_stm32::interrupt]
+fn FDCAN1_IT0() {
+    on_traffic(pac::FDCAN1);
+}
+
+/// Starts watchdog, LED, clocks, pins, bus and the executor of the cycle, in this order: what may wait comes after what shows and ends
+/// it. To be called once: a second call panics.
+pub(crate) fn init() -> Start {
+    count_clocks();
+    let mut watchdog = Watchdog::start();
     // A processor that a debug probe has halted must not be reset while somebody looks at it.
     pac::DBGMCU
         .apb1lfzr()
         .modify(|freeze| freeze.set_iwdg(true));
-    if let Some(mut core) = cortex_m::Peripherals::take() {
-        core.DCB.enable_trace();
-        core.DWT.enable_cycle_counter();
-    }
-
-    let mut can = CanConfigurator::new(
-        peripherals.FDCAN1,
-        peripherals.PA11,
-        peripherals.PA12,
-        Interrupts,
+    light_led();
+    let has_crystal = start_crystal(
+        &mut watchdog,
+        || pac::RCC.cr().modify(|control| control.set_hseon(true)),
+        || pac::RCC.cr().read().hserdy(),
     );
-    can.set_config(can.config().set_nominal_bit_timing(bit_timing()));
-
-    interrupt::UART5.set_priority(CYCLE_PRIORITY);
-    Board {
-        bus: Bus::new(can, pac::FDCAN1),
-        inputs: InputPins {
-            stop: Input::new(peripherals.PC0, Pull::Down),
-            enable: Input::new(peripherals.PC1, Pull::Down),
-            run: Input::new(peripherals.PC2, Pull::Down),
-        },
+    // From here on a crystal that stops is noticed by the chip, which changes to the internal oscillator: see `has_lost_clock`.
+    if has_crystal && !misbehaviour::has(Fault::NoClockSecurity) {
+        pac::RCC.cr().modify(|control| control.set_csson(true));
+    }
+    let peripherals = embassy_stm32::init(if has_crystal {
+        clocks()
+    } else {
+        Config::default()
+    });
+    watchdog.feed();
+    accelerate_flash();
+    let board = has_crystal.then(|| {
+        interrupt::UART5.set_priority(CYCLE_PRIORITY);
+        Board {
+            bus: Bus::new(controller(
+                Flex::new(peripherals.PA11),
+                Flex::new(peripherals.PA12),
+            )),
+            inputs: InputPins {
+                stop: Input::new(peripherals.PC0, Pull::Down),
+                enable: Input::new(peripherals.PC1, Pull::Down),
+                run: Input::new(peripherals.PC2, Pull::Down),
+            },
+            cycle: CYCLE.start(interrupt::UART5),
+        }
+    });
+    Start {
         status_led: StatusLed {
             pin: Output::new(peripherals.PA5, Level::Low, Speed::Low),
             active_low: false,
         },
-        watchdog: Watchdog(IndependentWatchdog::new(peripherals.IWDG, WATCHDOG_US)),
-        cycle: CYCLE.start(interrupt::UART5),
-        cause,
+        watchdog,
+        board,
     }
 }
 
+/// Shows that the board has its supply, before the first thing that can wait: straight in the registers, because the vendor's drivers
+/// come with the clocks.
+fn light_led() {
+    pac::RCC.ahb2enr().modify(|clocks| clocks.set_gpioaen(true));
+    pac::GPIOA.bsrr().write(|pins| pins.set_bs(LED_PIN, true));
+    pac::GPIOA
+        .moder()
+        .modify(|pins| pins.set_moder(LED_PIN, Moder::OUTPUT));
+}
+
+/// Caches, on after a reset, and prefetch, off (RM0440, section 3.7.1). The image lies in one bank, see the memory map: chips of this
+/// family fail to prefetch over the border of banks in rare cases (ES0548 of the STM32G0B1, section 2.2.10).
+fn accelerate_flash() {
+    pac::FLASH.acr().modify(|access| {
+        access.set_icen(true);
+        access.set_dcen(true);
+        access.set_prften(true);
+    });
+}
+
+fn controller(mut receive: Flex<'static>, mut transmit: Flex<'static>) -> Controller {
+    receive.set_as_af_unchecked(CAN_FUNCTION, AfType::input(Pull::None));
+    transmit.set_as_af_unchecked(
+        CAN_FUNCTION,
+        AfType::output(OutputType::PushPull, Speed::VeryHigh),
+    );
+    pac::RCC
+        .apb1enr1()
+        .modify(|clocks| clocks.set_fdcanen(true));
+    interrupt::FDCAN1_IT0.set_priority(CYCLE_PRIORITY);
+    // SAFETY: no critical section relies on it being off. Its handler touches the enable register of the controller, which the cycle writes
+    // at the same priority, and a waker.
+    unsafe { interrupt::FDCAN1_IT0.enable() };
+    Controller {
+        registers: pac::FDCAN1,
+        memory: pac::FDCANRAM1,
+        reset: || {
+            // All three controllers of the chip; this board uses one.
+            let resets = pac::RCC.apb1rstr1();
+            resets.modify(|resets| resets.set_fdcanrst(true));
+            resets.modify(|resets| resets.set_fdcanrst(false));
+        },
+        timing: BitTiming {
+            prescaler: PRESCALER,
+            segment_1: SEGMENT_1_QUANTA,
+            segment_2: SEGMENT_2_QUANTA,
+            jump_width: JUMP_WIDTH_QUANTA,
+        },
+        _pins: [receive, transmit],
+        status: Psr(0),
+    }
+}
+
+/// Whether the clock security found that the crystal has stopped (RM0440, section 7.2.9). The chip then runs from its internal oscillator.
+pub(crate) fn has_lost_clock() -> bool {
+    pac::RCC.cifr().read().cssf()
+}
+
 /// Reads why the chip started and forgets it, so that the next start tells its own cause (RM0440, section 7.4.28).
-fn take_cause() -> Cause {
+pub(crate) fn take_cause() -> Cause {
     let flags = pac::RCC.csr().read();
     pac::RCC.csr().modify(|csr| csr.set_rmvf(true));
     // Every reset also sets the flag of the pin, so it is asked last; power-on is a brown-out to this chip.
@@ -114,28 +182,6 @@ fn take_cause() -> Cause {
     } else {
         Cause::Pin
     }
-}
-
-/// Written once in the life of the chip, because the option bytes keep it; it takes effect at the next power-on.
-fn set_brown_out_level() {
-    if pac::FLASH.optr().read().bor_lev() == BROWN_OUT_LEVEL_4 {
-        return;
-    }
-    FLASH_KEYS
-        .into_iter()
-        .for_each(|key| pac::FLASH.keyr().write_value(key));
-    OPTION_KEYS
-        .into_iter()
-        .for_each(|key| pac::FLASH.optkeyr().write_value(key));
-    pac::FLASH
-        .optr()
-        .modify(|options| options.set_bor_lev(BROWN_OUT_LEVEL_4));
-    pac::FLASH.cr().modify(|control| control.set_optstrt(true));
-    while pac::FLASH.sr().read().bsy() {}
-    pac::FLASH.cr().modify(|control| {
-        control.set_optlock(true);
-        control.set_lock(true);
-    });
 }
 
 /// 24 MHz / 6 x 80 = 320 MHz, halved for the core and both buses.
@@ -158,16 +204,4 @@ fn clocks() -> Config {
     config.rcc.boost = true;
     config.rcc.mux.fdcansel = rcc::mux::Fdcansel::PCLK1;
     config
-}
-
-/// The bit timing as the driver wants it.
-const fn bit_timing() -> NominalBitTiming {
-    // Constant evaluation: a zero would stop the build here, not the board.
-    const TIMING: NominalBitTiming = NominalBitTiming {
-        prescaler: NonZeroU16::new(PRESCALER).unwrap(),
-        seg1: NonZeroU8::new(SEGMENT_1_QUANTA).unwrap(),
-        seg2: NonZeroU8::new(SEGMENT_2_QUANTA).unwrap(),
-        sync_jump_width: NonZeroU8::new(JUMP_WIDTH_QUANTA).unwrap(),
-    };
-    TIMING
 }

@@ -1,212 +1,112 @@
-//! The bus over bxCAN, the controller of the STM32F4.
+//! The bus over bxCAN, the controller of the STM32F4, in its registers (RM0090, section 32.9).
 //!
-//! The vendor driver shows neither bus-off nor receive overruns and would recover from bus-off by itself and send the old frames
-//! afterwards; both are handled here, in the controller's registers (RM0090, section 32.9).
+//! An adapter of its own: the vendor's driver waits in its constructor for recessive bits that never come on a bus that is held dominant,
+//! switches the time-triggered mode on, which must stay off (ES0182), and shows one error where there were many.
+//!
+//! # Interrupts
+//!
+//! Those of frames have the priority of the cycle, so neither interrupts the other, and the enable register has one writer at a time:
+//! the handler switches them off and wakes the cycle, which switches them on when it waits again. The one of errors may come at any
+//! time: it touches nothing but the marks of errors.
 
-use core::convert::Infallible;
+mod controller;
+
+use core::future::poll_fn;
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use core::task::Poll;
 
 use can_motion::Progress;
-use embassy_futures::select::select;
-use embassy_stm32::can::enums::TryReadError;
-use embassy_stm32::can::filter::{Mask16, Mask32};
-use embassy_stm32::can::{Can, CanRx, CanTx, Fifo, Frame, TryWriteError};
-use embassy_stm32::pac;
-use embassy_time::{Duration, Timer};
-use embedded_can::StandardId;
+use embassy_stm32::pac::can::Can;
+use embassy_stm32::pac::can::vals::Lec;
+use embassy_sync::waitqueue::AtomicWaker;
 
-use super::{BusError, DRIVE_ERROR, FUNCTION_CODE_MASK, FaultState, with_valid_length};
-use crate::transmit_places::{PLACES, RETRY_CYCLES, TransmitPlaces};
-
-const ANY: StandardId = StandardId::ZERO;
-
-/// Alarms have a receive FIFO of their own, so that a burst of replies cannot push one out.
-const ALARM_FIFO: Fifo = Fifo::Fifo1;
-const REPLY_FIFO: Fifo = Fifo::Fifo0;
-
-const RECEIVE_FIFOS: usize = 2;
-/// How often [`Bus::joined`] looks; the join itself takes 11 recessive bits.
-const JOIN_POLL: Duration = Duration::from_micros(100);
+use super::BusError;
+use crate::frame::Frame;
+use crate::recovery::{Cell, FaultState, Recovery};
+use crate::transmit_places::{PLACES, TransmitPlaces};
+pub(crate) use controller::Controller;
+use controller::{RECEIVE_FIFOS, error_enables};
 
 /// How often [`Bus::take_back`] looks whether the controller has given a frame up.
 const ABORT_LOOKS: usize = 8;
 
-/// Where the way back from a failure stands.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Recovery {
-    /// Not under way.
-    Idle,
-    /// Mailboxes being emptied because nobody acknowledged; the next attempt comes after this many cycles.
-    Pausing(u32),
-    /// Mailboxes being emptied, initialisation requested.
-    Initialising,
-    /// Waiting for 128 times 11 recessive bits.
-    Rejoining,
-}
+/// Wakes the cycle when a frame has come in or a mailbox is free.
+static TRAFFIC: AtomicWaker = AtomicWaker::new();
+/// Errors on the bus since they were taken, and the code of the latest.
+static ERRORS: AtomicU32 = AtomicU32::new(0);
+static LATEST_ERROR: AtomicU8 = AtomicU8::new(Lec::NO_ERROR.to_bits());
 
 /// The bus with its controller.
 pub(crate) struct Bus {
-    transmitter: CanTx<'static>,
-    receiver: CanRx<'static>,
-    registers: pac::can::Can,
+    controller: Controller,
     recovery: Recovery,
     places: TransmitPlaces<Frame>,
-    /// Held because dropping it resets the controller.
-    _controller: Can<'static>,
 }
 
 impl Bus {
-    /// Takes over a controller whose bit timing is set and which still sleeps, and lets it join the bus; [`Self::joined`] says when it has.
-    /// `registers` must be those of `controller`.
-    pub(crate) fn new(mut controller: Can<'static>, registers: pac::can::Can) -> Self {
-        set_filters(&mut controller);
-        // First in, first out: by identifier, a poll of a low drive would overtake the set-points of the higher ones.
-        controller.set_tx_fifo_scheduling(true);
-        // The driver's own `enable` switches automatic bus-off management on, and old set-points would go out after a recovery.
-        registers.mcr().modify(|mcr| {
-            mcr.set_abom(false);
-            mcr.set_sleep(false);
-            mcr.set_inrq(false);
-        });
-        let (transmitter, receiver) = controller.split();
+    /// A controller that nobody has touched yet: [`Self::recover`] brings it onto the bus.
+    pub(crate) const fn new(controller: Controller) -> Self {
         Self {
-            transmitter,
-            receiver,
-            registers,
-            recovery: Recovery::Idle,
+            controller,
+            recovery: Recovery::new(),
             places: TransmitPlaces::new(),
-            _controller: controller,
-        }
-    }
-
-    /// Waits until the controller takes part in the traffic, that is until it has seen 11 recessive bits.
-    /// Waits for ever on a bus that is held dominant or has no transceiver.
-    pub(crate) async fn joined(&self) {
-        loop {
-            let status = self.registers.msr().read();
-            if !status.slak() && !status.inak() {
-                return;
-            }
-            Timer::after(JOIN_POLL).await;
         }
     }
 
     /// Waits until servicing the bus again has a purpose: until a received frame can be read or, when a frame waits for
     /// room, until a mailbox is free. Cancelling it loses nothing.
     pub(crate) async fn serviceable(&mut self, progress: Progress) {
-        let arrived = self.receiver.wait_not_empty();
-        match progress {
-            Progress::Idle => arrived.await,
-            Progress::Blocked => {
-                select(arrived, self.transmitter.flush_any()).await;
+        let is_blocked = progress == Progress::Blocked;
+        let controller = &self.controller;
+        poll_fn(|context| {
+            TRAFFIC.register(context.waker());
+            let has_room = || controller.occupied() != [true; PLACES];
+            if controller.has_received() || is_blocked && has_room() {
+                return Poll::Ready(());
             }
-        }
+            let mut enables = error_enables();
+            (0..RECEIVE_FIFOS).for_each(|fifo| enables.set_fmpie(fifo, true));
+            enables.set_tmeie(is_blocked);
+            controller.registers.ier().write_value(enables);
+            Poll::Pending
+        })
+        .await;
     }
 
     /// Looks after the frames in the mailboxes, once a cycle, and tells the state of the controller.
     pub(crate) fn check(&mut self) -> FaultState {
-        if self.places.pass_cycle(self.occupied())
-            && self.recovery == Recovery::Idle
-            && !self.is_bus_off()
-        {
-            self.discard_pending();
-            self.recovery = Recovery::Pausing(RETRY_CYCLES);
+        if self.places.pass_cycle(self.controller.occupied()) {
+            self.recovery.give_up(&mut self.controller);
         }
-        self.fault_state()
+        let errors = self.controller.registers.esr().read();
+        self.recovery.fault_state(errors.boff(), errors.epvf())
     }
 
-    fn occupied(&self) -> [bool; PLACES] {
-        let status = self.registers.tsr().read();
-        core::array::from_fn(|mailbox| !status.tme(mailbox))
+    /// How many errors there were on the bus since the last call.
+    pub(crate) fn take_error_count(&mut self) -> u32 {
+        ERRORS.swap(0, Ordering::Relaxed)
     }
 
     /// Takes back the frame that was queued last. The one that goes next stays: it may be on the wire already, and what became of it
     /// could not be told. So at most one frame goes out after the last that comes back.
     pub(crate) fn take_back(&mut self) -> Option<Frame> {
-        // The driver's interrupt would clear the mark that says whether the frame went out.
-        cortex_m::interrupt::free(|_| {
-            let (mailbox, frame) = self.places.last_behind_another(self.occupied())?;
-            // Writing 0 to the other bits of this register changes nothing.
-            self.registers
-                .tsr()
-                .write(|tsr| tsr.set_abrq(mailbox, true));
-            // A frame that waits is given up within a few clocks; one that has come onto the wire in this very moment is not.
-            (0..ABORT_LOOKS)
-                .map(|_| self.registers.tsr().read())
-                .find(|status| status.tme(mailbox))
-                .filter(|status| !status.txok(mailbox))?;
-            Some(frame)
-        })
-    }
-
-    fn is_bus_off(&self) -> bool {
-        self.registers.esr().read().boff()
-    }
-
-    fn fault_state(&self) -> FaultState {
-        let errors = self.registers.esr().read();
-        match self.recovery {
-            Recovery::Pausing(_) if !errors.boff() => FaultState::Stuck,
-            Recovery::Idle if !errors.boff() && errors.epvf() => FaultState::ErrorPassive,
-            Recovery::Idle if !errors.boff() => FaultState::ErrorActive,
-            _ => FaultState::BusOff,
-        }
-    }
-
-    /// One step of the way back from a failure, to be called every cycle until it returns `Ok`; `Ok` at once when there is nothing to do.
-    /// Frames still in the mailboxes are thrown away: nobody knows which of them went out. Out of bus-off it takes 1408 bit times on
-    /// an idle bus.
-    pub(crate) fn recover(&mut self) -> nb::Result<(), Infallible> {
-        match self.recovery {
-            Recovery::Idle if !self.is_bus_off() => return Ok(()),
-            Recovery::Pausing(cycles) if !self.is_bus_off() => {
-                if cycles == 0 && self.transmitter.is_idle() {
-                    self.recovery = Recovery::Idle;
-                    return Ok(());
-                }
-                self.recovery = Recovery::Pausing(cycles.saturating_sub(1));
-            }
-            Recovery::Idle | Recovery::Pausing(_) => {
-                self.discard_pending();
-                self.registers.mcr().modify(|mcr| mcr.set_inrq(true));
-                self.recovery = Recovery::Initialising;
-            }
-            Recovery::Initialising => {
-                if self.transmitter.is_idle() && self.registers.msr().read().inak() {
-                    self.registers.mcr().modify(|mcr| mcr.set_inrq(false));
-                    self.recovery = Recovery::Rejoining;
-                }
-            }
-            Recovery::Rejoining => {
-                if !self.is_bus_off() && !self.registers.msr().read().inak() {
-                    self.recovery = Recovery::Idle;
-                    return Ok(());
-                }
-            }
-        }
-        Err(nb::Error::WouldBlock)
-    }
-
-    /// Asks the controller to give up every frame in the mailboxes.
-    ///
-    /// The driver's `abort` also tells whether the frame went out, but its transmit interrupt clears the flag that it reads; here the
-    /// answer is not used.
-    fn discard_pending(&mut self) {
+        let occupied = self.controller.occupied();
+        let (mailbox, frame) = self.places.last_behind_another(occupied)?;
+        let status = self.controller.registers.tsr();
         // Writing 0 to the other bits of this register changes nothing.
-        self.registers.tsr().write(|tsr| {
-            for mailbox in 0..PLACES {
-                tsr.set_abrq(mailbox, true);
-            }
-        });
+        status.write(|tsr| tsr.set_abrq(mailbox, true));
+        // A frame that waits is given up within a few clocks; one that has come onto the wire in this very moment is not.
+        (0..ABORT_LOOKS)
+            .map(|_| status.read())
+            .find(|status| status.tme(mailbox))
+            .filter(|status| !status.txok(mailbox))?;
+        Some(frame)
     }
 
-    /// Whether a receive FIFO lost a frame since the last call; the mark is cleared.
-    ///
-    /// It must be asked before each read, because the driver clears the mark when it releases a frame; an overrun in the microsecond
-    /// between the two is not seen.
-    fn take_overrun(&mut self) -> Option<usize> {
-        let fifo = (0..RECEIVE_FIFOS).find(|&fifo| self.registers.rfr(fifo).read().fovr())?;
-        self.registers.rfr(fifo).write(|rfr| rfr.set_fovr(true));
-        Some(fifo)
+    /// One step onto the bus, at the start and after a failure, to be called every cycle until it returns `Ok`; `Ok` at once when there
+    /// is nothing to do. Frames still in the mailboxes are thrown away: nobody knows which of them went out.
+    pub(crate) fn recover(&mut self) -> nb::Result<(), core::convert::Infallible> {
+        self.recovery.step(&mut self.controller)
     }
 }
 
@@ -214,46 +114,61 @@ impl embedded_can::nb::Can for Bus {
     type Frame = Frame;
     type Error = BusError;
 
-    /// Queues a frame in a free mailbox, to go out after those already there.
+    /// Queues a frame in a free mailbox, to go out after those already there; none is ever displaced.
     ///
-    /// `WouldBlock`: all mailboxes are taken, nothing was queued. `BusOff`: the controller is down, nothing was queued either. With first in, first out no frame
-    /// is ever displaced; should the controller be set otherwise, the displaced frame comes back.
+    /// `WouldBlock`: all mailboxes are taken, nothing was queued. `BusOff`: the controller is down, nothing was queued either.
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, BusError> {
-        if self.recovery != Recovery::Idle || self.is_bus_off() {
+        if !self.recovery.is_over() || self.controller.is_bus_off() {
             return Err(nb::Error::Other(BusError::BusOff));
         }
-        match self.transmitter.try_write(frame) {
-            Ok(status) => {
-                self.places.note_queued(status.mailbox() as usize, *frame);
-                Ok(status.dequeued_frame().copied())
-            }
-            Err(TryWriteError::Full) => Err(nb::Error::WouldBlock),
-        }
+        let occupied = self.controller.occupied();
+        let free = (0..).zip(occupied).find(|(_, occupied)| !occupied);
+        let Some((mailbox, _)) = free else {
+            return Err(nb::Error::WouldBlock);
+        };
+        self.controller.write(mailbox, frame);
+        self.places.note_queued(mailbox, *frame);
+        Ok(None)
     }
 
     /// The oldest received frame, replies first. Errors come once each and interleaved; read on until `WouldBlock`.
     fn receive(&mut self) -> nb::Result<Frame, BusError> {
-        if let Some(fifo) = self.take_overrun() {
-            return Err(nb::Error::Other(BusError::Overrun(fifo)));
+        for fifo in 0..RECEIVE_FIFOS {
+            let marks = self.controller.registers.rfr(fifo);
+            let status = marks.read();
+            if status.fovr() {
+                marks.write(|fifo| fifo.set_fovr(true));
+                return Err(nb::Error::Other(BusError::Overrun(fifo)));
+            }
+            if status.fmp() > 0 {
+                return Ok(self.controller.read(fifo));
+            }
         }
-        match self.receiver.try_read() {
-            Ok(envelope) => Ok(with_valid_length(envelope.frame)),
-            Err(TryReadError::Empty) => Err(nb::Error::WouldBlock),
-            Err(TryReadError::BusError(error)) => Err(nb::Error::Other(error.into())),
+        let code = LATEST_ERROR.swap(Lec::NO_ERROR.to_bits(), Ordering::Relaxed);
+        match BusError::from_code(code) {
+            Some(error) => Err(nb::Error::Other(error)),
+            None => Err(nb::Error::WouldBlock),
         }
     }
 }
 
-/// Alarm frames to their FIFO, all other standard data frames to the other. Nothing passes out of reset, and extended and remote frames
-/// are not part of the protocol.
-fn set_filters(controller: &mut Can<'static>) {
-    let mut alarms = Mask32::frames_with_std_id(DRIVE_ERROR, FUNCTION_CODE_MASK);
-    alarms.data_frames_only();
-    let mut others = Mask16::frames_with_std_id(ANY, ANY);
-    others.data_frames_only();
-    // An alarm passes both: a 32-bit filter goes before a 16-bit one (RM0090, section 32.7.4), whatever their numbers.
-    controller
-        .modify_filters()
-        .enable_bank(0, ALARM_FIFO, alarms)
-        .enable_bank(1, REPLY_FIFO, [others, others]);
+/// A frame has come in, or a mailbox is free: for the interrupts of the transmitter and of both FIFOs, at the priority of the cycle.
+pub(crate) fn on_traffic(registers: Can) {
+    registers.ier().write_value(error_enables());
+    TRAFFIC.wake();
+}
+
+/// There was an error: for the interrupt of status changes.
+pub(crate) fn on_error(registers: Can) {
+    let code = registers.esr().read().lec();
+    // So that the same error sets it again; the other bits of this register are read-only.
+    registers
+        .esr()
+        .write(|errors| errors.set_lec(Lec::NO_ERROR));
+    // Writing 0 to the other marks of this register leaves them.
+    registers.msr().write(|status| status.set_erri(true));
+    if code != Lec::NO_ERROR {
+        ERRORS.fetch_add(1, Ordering::Relaxed);
+        LATEST_ERROR.store(code.to_bits(), Ordering::Relaxed);
+    }
 }

@@ -1,4 +1,4 @@
-//! The drives' bus: `embedded_can::nb::Can` over the unbuffered driver of the board's controller.
+//! The drives' bus: `embedded_can::nb::Can` over the registers of the board's controller.
 //!
 //! Unbuffered on purpose: the controller's three transmit places are the only queue, so what the master hands over next waits for three
 //! frames at most, and the master always knows what was not sent. Each controller is one file; the board chooses it by its feature.
@@ -21,28 +21,28 @@ mod fdcan;
 
 use core::fmt;
 
-use embassy_stm32::can::enums::BusError as LineError;
-use embassy_stm32::can::frame::{Frame, Header};
-use embedded_can::{ErrorKind, StandardId};
+use embedded_can::ErrorKind;
 
 #[cfg(feature = "stm32f405")]
-pub(crate) use bxcan::Bus;
+pub(crate) use bxcan::{Bus, Controller, on_error, on_traffic};
 #[cfg(feature = "stm32g474")]
-pub(crate) use fdcan::Bus;
+pub(crate) use fdcan::{Bus, Controller, on_traffic};
 
 /// Low bits of an identifier: the function code. CAN specification 1.6A, "CAN ID".
-const FUNCTION_CODE_MASK: StandardId = standard_id(0x1F);
+const FUNCTION_CODE_MASK: u16 = 0x1F;
 /// Function code of the frames a drive sends unasked: alarm and data error. CAN specification 1.6A, `Drive_Error`.
-const DRIVE_ERROR: StandardId = standard_id(0x1D);
-/// Most data bytes of a frame; a data length code of 9..15 on the wire also means 8.
-const MAX_DATA_BYTES: u8 = 8;
+const DRIVE_ERROR: u16 = 0x1D;
 
-/// An identifier known when the firmware is built; one that does not fit 11 bits stops the build when used in a constant.
-const fn standard_id(raw: u16) -> StandardId {
-    match StandardId::new(raw) {
-        Some(id) => id,
-        None => panic!("a standard identifier has 11 bits"),
-    }
+/// Length of a bit in time quanta; synchronisation is one more.
+pub(crate) struct BitTiming {
+    /// Clocks of the controller in a quantum.
+    pub(crate) prescaler: u16,
+    /// Propagation and phase segment 1.
+    pub(crate) segment_1: u8,
+    /// Phase segment 2.
+    pub(crate) segment_2: u8,
+    /// Longest resynchronisation.
+    pub(crate) jump_width: u8,
 }
 
 /// What went wrong on the bus.
@@ -63,8 +63,20 @@ pub(crate) enum BusError {
     Overrun(usize),
     /// The controller is off the bus: nothing was queued. [`Bus::recover`] brings it back.
     BusOff,
-    /// The controller gave an error code without a meaning.
-    Unspecified,
+}
+
+impl BusError {
+    /// The last error code of either controller (RM0090, section 32.9.2, ESR; RM0440, section 44.4.12, PSR); `None` when there was no error.
+    const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            1 => Some(Self::Stuff),
+            2 => Some(Self::Form),
+            3 => Some(Self::Acknowledge),
+            4 | 5 => Some(Self::Bit),
+            6 => Some(Self::Crc),
+            _ => None,
+        }
+    }
 }
 
 impl fmt::Display for BusError {
@@ -79,7 +91,6 @@ impl fmt::Display for BusError {
             Self::Crc => f.write_str("checksum error on the bus"),
             Self::Overrun(fifo) => write!(f, "receive FIFO {fifo} overrun: a frame was lost"),
             Self::BusOff => f.write_str("the controller is bus-off: recover it before sending"),
-            Self::Unspecified => f.write_str("unspecified bus error"),
         }
     }
 }
@@ -95,51 +106,7 @@ impl embedded_can::Error for BusError {
             Self::Bit => ErrorKind::Bit,
             Self::Crc => ErrorKind::Crc,
             Self::Overrun(_) => ErrorKind::Overrun,
-            Self::BusOff | Self::Unspecified => ErrorKind::Other,
+            Self::BusOff => ErrorKind::Other,
         }
     }
-}
-
-impl From<LineError> for BusError {
-    fn from(error: LineError) -> Self {
-        match error {
-            LineError::Stuff => Self::Stuff,
-            LineError::Form => Self::Form,
-            LineError::Acknowledge => Self::Acknowledge,
-            LineError::BitRecessive | LineError::BitDominant => Self::Bit,
-            LineError::Crc => Self::Crc,
-            LineError::Software => Self::Unspecified,
-        }
-    }
-}
-
-/// Fault confinement state of the controller (ISO 11898-1), and whether it gets its frames through at all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-pub(crate) enum FaultState {
-    /// Normal: both error counters below 128.
-    ErrorActive,
-    /// One error counter at 128 or above: the controller takes part but can no longer enforce its errors.
-    ErrorPassive,
-    /// A frame waited too long: nobody acknowledges, or the bus is never free. What waited was thrown away.
-    Stuck,
-    /// The transmit error counter went over 255, and the controller has not been brought back since.
-    BusOff,
-}
-
-impl FaultState {
-    /// The controller does not send, and the fate of what it was given is not known.
-    pub(crate) const fn is_down(self) -> bool {
-        matches!(self, Self::Stuck | Self::BusOff)
-    }
-}
-
-/// The frame with a length of at most 8: the driver passes a data length code of 9..15 on, and reading the data of such a frame panics.
-fn with_valid_length(frame: Frame) -> Frame {
-    let header = frame.header();
-    if header.len() <= MAX_DATA_BYTES {
-        return frame;
-    }
-    let header = Header::new(*header.id(), MAX_DATA_BYTES, header.rtr());
-    // The raw buffer has exactly 8 bytes, the only length `new` checks.
-    Frame::new(header, frame.raw_data()).unwrap_or(frame)
 }

@@ -8,7 +8,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::error::Error;
-use crate::images::Image;
+use crate::images::{Board, Image};
 use crate::thumb::Builder;
 use crate::toolchain::Preference;
 use crate::workspace::{Workspace, cargo};
@@ -18,13 +18,16 @@ const FOLDER: &str = "firmware-tests";
 /// The variable that tells the tests where the images are, and their folder among the build products.
 const IMAGES: &str = "FIRMWARE_IMAGES";
 const IMAGES_FOLDER: &str = "firmware-images";
+/// The variable that says whose images they are.
+const BOARD: &str = "FIRMWARE_BOARD";
 /// What Unicorn's build needs and a plain machine lacks; both are on PyPI.
 const BUILD_TOOLS: [&str; 2] = ["cmake", "libclang"];
 
-/// Builds the image for the STM32F405 and runs the tests that execute it, instruction by instruction, against simulated drives.
+/// Builds the images for both boards and runs the tests that execute them, instruction by instruction, against simulated drives.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     cargo xtask firmware-tests                   build, lint, test\n  \
+    cargo xtask firmware-tests --board stm32g474 only one board\n  \
     cargo xtask firmware-tests -- boot           only tests with `boot` in their name\n  \
     cargo xtask firmware-tests -- --nocapture    show what the tests print\n\n\
     The emulator builds Unicorn, which takes some minutes once and needs cmake and libclang: those of PyPI are installed\n\
@@ -34,9 +37,19 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value = "auto")]
     toolchain: Preference,
 
+    /// Only this board
+    #[arg(long, value_enum)]
+    board: Option<Board>,
+
     /// Further arguments for the tests
     #[arg(last = true, value_name = "TEST ARGUMENTS")]
     tests: Vec<String>,
+}
+
+impl Arguments {
+    fn boards(&self) -> Vec<Board> {
+        self.board.map_or(Board::ALL.to_vec(), |board| vec![board])
+    }
 }
 
 /// Builds an image with your configuration and runs it on the emulated board, with simulated drives and an operator who closes the
@@ -51,6 +64,10 @@ pub(crate) struct EmulateArguments {
     /// Where the target's core library comes from
     #[arg(long, value_enum, default_value = "auto")]
     toolchain: Preference,
+
+    /// The board
+    #[arg(long, value_enum, default_value = "stm32f405")]
+    board: Board,
 
     /// Configuration to compile in the place of src/config.rs
     #[arg(long, value_name = "FILE")]
@@ -68,12 +85,14 @@ pub(crate) struct EmulateArguments {
 pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     let emulator = Emulator::prepare()?;
-    let image =
-        Image::with_config(arguments.config.as_deref()).build(&builder, &emulator.images)?;
-    let image = image.display().to_string();
-    let mut behind_dashes = vec![image.as_str()];
-    behind_dashes.extend(arguments.emulator.iter().map(String::as_str));
-    emulator.cargo(&["run", "--quiet", "--bin", "emulate"], &behind_dashes)
+    let image = Image::with_config(arguments.board, arguments.config.as_deref());
+    let image = image.build(&builder, &emulator.images)?;
+    let mut command = emulator.command(&["run", "--quiet", "--bin", "emulate", "--"])?;
+    command
+        .arg(image)
+        .args(&arguments.emulator)
+        .env(BOARD, arguments.board.feature());
+    succeed("the emulator's program `emulate`", &mut command)
 }
 
 /// Runs the task.
@@ -83,12 +102,25 @@ pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     let emulator = Emulator::prepare()?;
-    for image in [Image::misbehaving(), Image::with_axes(8), Image::shipped()] {
+    for image in arguments
+        .boards()
+        .iter()
+        .flat_map(|board| Image::for_tests(*board))
+    {
         image.build(&builder, &emulator.images)?;
     }
     emulator.cargo(&["clippy", "--all-targets"], &["-D", "warnings"])?;
     let tests: Vec<&str> = arguments.tests.iter().map(String::as_str).collect();
-    emulator.cargo(&["test", "--no-fail-fast"], &tests)
+    // All boards are tested, also when one has failed.
+    let results: Vec<_> = arguments
+        .boards()
+        .iter()
+        .map(|board| {
+            eprintln!("the image for {}", board.feature());
+            emulator.test(*board, &tests)
+        })
+        .collect();
+    results.into_iter().collect()
 }
 
 /// The emulator's workspace with the tools to build it.
@@ -184,6 +216,16 @@ impl Emulator {
         command.arg("--").args(behind_dashes);
         succeed(
             &format!("cargo {} in {FOLDER}", arguments.join(" ")),
+            &mut command,
+        )
+    }
+
+    /// Runs the tests with the images of a board.
+    fn test(&self, board: Board, tests: &[&str]) -> Result<(), Error> {
+        let mut command = self.command(&["test", "--no-fail-fast", "--"])?;
+        command.args(tests).env(BOARD, board.feature());
+        succeed(
+            &format!("cargo test in {FOLDER}, {}", board.feature()),
             &mut command,
         )
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
-use crate::images::{Board, CONFIG, PACKAGE};
+use crate::images::{Board, COMMISSION, CONFIG, PACKAGE};
 use crate::size::Size;
 use crate::thumb::{Builder, Variant};
 use crate::toolchain::Preference;
@@ -14,6 +14,7 @@ use crate::toolchain::Preference;
     cargo fw                      build and print the size\n  \
     cargo fw --board stm32g474    the other board\n  \
     cargo fw --toolchain source   build core from source, as on a machine without rustup's server\n  \
+    cargo fw --commission         the image that sets the option bytes of a new chip, in the place of the firmware\n  \
     cargo fw --config press.rs    compile this file in the place of src/config.rs\n  \
     cargo fw -- --locked          hand further arguments to cargo build\n\n\
     Log lines: the variable DEFMT_LOG (error, warn, info, debug, trace) chooses at build time which are in the image.")]
@@ -25,6 +26,10 @@ pub(crate) struct Arguments {
     /// Where the target's core library comes from
     #[arg(long, value_enum, default_value = "auto")]
     toolchain: Preference,
+
+    /// The image that sets the brown-out level of a chip, once in its life, instead of the firmware
+    #[arg(long, conflicts_with = "config")]
+    commission: bool,
 
     /// Configuration to compile in the place of src/config.rs; it starts with `//` comments, not with `//!`
     #[arg(long, value_name = "FILE")]
@@ -48,8 +53,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             .environment
             .push((CONFIG.into(), config.display().to_string()));
     }
+    let name = if arguments.commission {
+        let arguments = ["--features", COMMISSION, "--bin", COMMISSION];
+        variant.arguments.extend(arguments.map(String::from));
+        COMMISSION
+    } else {
+        PACKAGE
+    };
     builder.build(PACKAGE, &variant)?;
-    let image = builder.images().join(PACKAGE);
+    let image = builder.images().join(name);
     let size = Size::of_image(&image)?;
     println!("{size}\nimage  {}", image.display());
     Ok(())

@@ -8,6 +8,8 @@ use crate::thumb::{Builder, Variant};
 
 /// The package with the firmware.
 pub(crate) const PACKAGE: &str = "motion-board";
+/// Its image that sets the option bytes of a chip, and the feature that it needs.
+pub(crate) const COMMISSION: &str = "commission";
 /// Configuration whose number of axes is in [`AXES`].
 const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";
@@ -45,15 +47,43 @@ impl Board {
 pub(crate) struct Image {
     /// Name of the file.
     pub(crate) name: String,
+    /// Which of the images of the package.
+    binary: &'static str,
     variant: Variant,
 }
 
 impl Image {
-    /// The image as it is shipped.
-    pub(crate) fn shipped() -> Self {
+    /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
+    /// command, one with eight axes, and the one that sets the option bytes.
+    pub(crate) fn for_tests(board: Board) -> [Self; 4] {
+        let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
+        [
+            Self::for_test(board, "commission", COMMISSION, &[COMMISSION], Vec::new()),
+            Self::for_test(board, "misbehaving", PACKAGE, &["misbehave"], Vec::new()),
+            Self::for_test(board, "axes-8", PACKAGE, &[], many),
+            Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
+        ]
+    }
+
+    fn for_test(
+        board: Board,
+        name: &str,
+        binary: &'static str,
+        features: &[&str],
+        environment: Vec<(String, String)>,
+    ) -> Self {
+        let mut arguments = board.arguments().to_vec();
+        for feature in features {
+            arguments.extend(["--features".to_owned(), (*feature).to_owned()]);
+        }
+        arguments.extend(["--bin".to_owned(), binary.to_owned()]);
         Self {
-            name: "shipped".into(),
-            variant: Variant::default(),
+            name: format!("{}/{name}", board.feature()),
+            binary,
+            variant: Variant {
+                arguments,
+                environment,
+            },
         }
     }
 
@@ -61,6 +91,7 @@ impl Image {
     pub(crate) fn of_board(board: Board, log: &str) -> Self {
         Self {
             name: format!("{}-{log}", board.feature()),
+            binary: PACKAGE,
             variant: Variant {
                 arguments: board.arguments().to_vec(),
                 environment: vec![("DEFMT_LOG".into(), log.into())],
@@ -69,24 +100,14 @@ impl Image {
     }
 
     /// One with the user's configuration; `None` for `src/config.rs`.
-    pub(crate) fn with_config(config: Option<&Path>) -> Self {
+    pub(crate) fn with_config(board: Board, config: Option<&Path>) -> Self {
         let config = config.map(|path| (CONFIG.into(), path.display().to_string()));
         Self {
             name: "emulated".into(),
+            binary: PACKAGE,
             variant: Variant {
+                arguments: board.arguments().to_vec(),
                 environment: config.into_iter().collect(),
-                ..Variant::default()
-            },
-        }
-    }
-
-    /// One that fails on command.
-    pub(crate) fn misbehaving() -> Self {
-        Self {
-            name: "misbehaving".into(),
-            variant: Variant {
-                arguments: vec!["--features".into(), "misbehave".into()],
-                ..Variant::default()
             },
         }
     }
@@ -95,6 +116,7 @@ impl Image {
     pub(crate) fn with_axes(axes: usize) -> Self {
         Self {
             name: format!("axes-{axes}"),
+            binary: PACKAGE,
             variant: Variant {
                 environment: vec![
                     (CONFIG.into(), MANY_AXES.into()),
@@ -112,8 +134,8 @@ impl Image {
     pub(crate) fn build(&self, builder: &Builder, folder: &Path) -> Result<PathBuf, Error> {
         builder.build(PACKAGE, &self.variant)?;
         let place = folder.join(&self.name);
-        let copied = fs::create_dir_all(folder)
-            .and_then(|()| fs::copy(builder.images().join(PACKAGE), &place));
+        let copied = fs::create_dir_all(place.parent().unwrap_or(folder))
+            .and_then(|()| fs::copy(builder.images().join(self.binary), &place));
         copied.map_err(|reason| Error::Image {
             path: place.clone(),
             reason: reason.to_string(),

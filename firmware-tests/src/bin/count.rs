@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use drive_sim::{BitRate, Bus, ScriptedFaults};
-use firmware_tests::bxcan::Wire;
+use firmware_tests::can::Wire;
+use firmware_tests::chip::STM32F405;
 use firmware_tests::{Board, Image};
 
 /// Crystal of the board; an image that does not switch clocks runs at the 16 MHz of the internal oscillator.
@@ -38,8 +39,8 @@ fn main() -> ExitCode {
 fn count(path: &std::path::Path) -> Result<u64, String> {
     let image = Image::read(path).map_err(|error| error.to_string())?;
     let wire = Wire::new(Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new()));
-    let mut board =
-        Board::new(image, HSE_HZ, wire).map_err(|error| format!("emulator: {error:?}"))?;
+    let mut board = Board::new(&STM32F405, image, HSE_HZ, wire)
+        .map_err(|error| format!("emulator: {error:?}"))?;
     let mut count_until = |ns| {
         board.run_until_ns(ns);
         board.soc().instructions

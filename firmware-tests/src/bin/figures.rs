@@ -6,7 +6,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use drive_sim::{BitRate, Bus, ScriptedFaults};
-use firmware_tests::bxcan::Wire;
+use firmware_tests::can::Wire;
+use firmware_tests::chip::STM32F405;
 use firmware_tests::{Board, Image};
 use serde_json::{Map, Value, json};
 
@@ -41,8 +42,8 @@ fn main() -> ExitCode {
 fn figures(path: &Path) -> Result<Value, String> {
     let image = Image::read(path).map_err(|error| error.to_string())?;
     let wire = Wire::new(Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new()));
-    let mut board =
-        Board::new(image, HSE_HZ, wire).map_err(|error| format!("emulator: {error:?}"))?;
+    let mut board = Board::new(&STM32F405, image, HSE_HZ, wire)
+        .map_err(|error| format!("emulator: {error:?}"))?;
     run_until_asleep(&mut board).ok_or_else(|| format!("{} does not sleep", path.display()))?;
     let mut figures = Map::new();
     for (symbol, address) in board.image().symbols_with(MARK) {

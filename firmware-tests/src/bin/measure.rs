@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
+use firmware_tests::load::Masked;
 use firmware_tests::nvic::FIRST_INTERRUPT;
 use firmware_tests::{Image, Rig, load};
 use serde_json::{Value, json};
@@ -54,6 +55,7 @@ fn measure(image: Image, axes: i32) -> Value {
         .repaint_stack()
         .expect("the emulator can write to its memory");
     rig.board_mut().clear_accounts();
+    rig.board_mut().soc_mut().masked = Masked::default();
     let start = rig.board().soc().instructions;
     let (mut before, mut worst) = (start, 0);
     for _ in 0..CYCLES {
@@ -70,6 +72,8 @@ fn measure(image: Image, axes: i32) -> Value {
         "thread": per_cycle(rig.board().load_of(load::THREAD).instructions),
         "stack_at_start": stack_at_start,
         "stack_in_motion": rig.board().stack_high_water(),
+        "masked": rig.board().soc().masked.longest,
+        "masked_at": rig.board().soc().masked.begins_at,
         "late": rig.statistic("late"),
     });
     for (name, interrupt) in HANDLERS {

@@ -28,7 +28,9 @@ pub(super) struct Mailboxes {
 }
 
 impl Mailboxes {
-    fn is_pending(&self, mailbox: usize) -> bool {
+    /// Whether a frame waits in a mailbox.
+    #[must_use]
+    pub(super) fn is_pending(&self, mailbox: usize) -> bool {
         self.registers[mailbox][0] & REQUEST != 0
     }
 

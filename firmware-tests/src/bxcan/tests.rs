@@ -1,14 +1,21 @@
 //! The controller at its registers: what the driver of the firmware relies on, and that each law can be broken.
 
-use drive_sim::{BitRate, Bus, DynDriveConfig, FrameMatch, LogMode};
+use drive_sim::{
+    BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, FrameMatch, LogMode, ScriptedFaults,
+};
+use embedded_can::nb::Can as _;
 use embedded_can::{Frame as _, StandardId};
 
 use super::*;
+use crate::chip;
+use crate::connection::LEC_ACKNOWLEDGE;
 
 const US: u64 = 1_000;
 const MS: u64 = 1_000_000;
 /// 14 quanta of a third of 42 MHz would be 1 Mbit/s; after a reset the bus has 16 MHz: 16 quanta, prescaler 1.
 const BTR_1_MBIT: u32 = 1 << 20 | 12 << 16;
+/// Awake 11 bits after the request, at the bit timing out of reset: 8 clocks of 16 MHz.
+const AWAKE_NS: u64 = 11 * 500;
 const MAILBOX_0: u32 = 0x180;
 const TSR: u32 = 0x08;
 const ESR: u32 = 0x18;
@@ -34,7 +41,7 @@ impl Lone {
         let mut wire = Wire::new(bus);
         let other = wire.add_master(ControllerConfig::device());
         let can = BxCan::new(&mut wire);
-        let clock = Clock::new(8_000_000);
+        let clock = Clock::new(&chip::STM32F405, 8_000_000);
         let mut lone = Self {
             can,
             wire,
@@ -42,6 +49,7 @@ impl Lone {
             other,
         };
         lone.write(0x00, MCR_INIT | MCR_FIRST_COME);
+        lone.run_to(AWAKE_NS);
         lone.write(0x1C, bit_timing);
         lone.write(0x20C, 1);
         lone.write(0x21C, 1);
@@ -79,9 +87,9 @@ fn frame(id: u16) -> Frame {
 #[test]
 fn it_joins_after_eleven_recessive_bits() {
     let mut lone = Lone::asleep(BTR_1_MBIT);
-    lone.run_to(10 * US);
+    lone.run_to(AWAKE_NS + 10 * US);
     assert_eq!(lone.read(0x04) & 3, 1);
-    lone.run_to(11 * US);
+    lone.run_to(AWAKE_NS + 11 * US);
     assert_eq!(lone.read(0x04) & 3, 0);
 }
 
@@ -148,12 +156,46 @@ fn bus_off_lasts_until_initialisation_is_left_and_128_sequences_have_passed() {
     lone.run_to(100 * MS);
     assert_eq!(lone.read(ESR) & 0b100, 0b100);
     lone.write(TSR, 1 << 7);
+    lone.run_to(100 * MS + ABORT_NS);
     lone.write(0x00, MCR_FIRST_COME | MCR_INIT);
     lone.write(0x00, MCR_FIRST_COME);
     lone.run_to(100 * MS + 1_400 * US);
     assert_eq!(lone.read(ESR) & 0b100, 0b100);
     lone.run_to(102 * MS);
     assert_eq!(lone.read(ESR) & 0b111, 0);
+}
+
+#[test]
+fn in_initialisation_no_frame_is_given_up() {
+    let mut lone = Lone::on_bus();
+    let other = lone.other;
+    lone.wire.bus_mut().set_connected(other, false);
+    lone.request(0, 0x300);
+    lone.request(1, 0x301);
+    lone.run_to(MS);
+    lone.write(TSR, 1 << 15 | 1 << 7);
+    lone.write(0x00, MCR_FIRST_COME | MCR_INIT);
+    lone.run_to(10 * MS);
+    assert_eq!(lone.read(TSR) >> 26, 0b100);
+    lone.write(0x00, MCR_FIRST_COME);
+    lone.run_to(11 * MS);
+    assert_eq!(lone.read(TSR) >> 26, 0b111);
+}
+
+#[test]
+fn on_a_dominant_bus_it_neither_wakes_nor_joins() {
+    let mut lone = Lone::asleep(BTR_1_MBIT);
+    let hold = |lone: &mut Lone, held| lone.can.hold_dominant(&lone.wire, &lone.clock, held);
+    hold(&mut lone, true);
+    lone.run_to(100 * MS);
+    assert_eq!(lone.read(0x04) & 0x803, 1);
+    lone.write(0x00, MCR_SOFTWARE_RESET);
+    lone.write(0x00, MCR_INIT);
+    lone.run_to(200 * MS);
+    assert_eq!(lone.read(0x04) & 3, 2);
+    hold(&mut lone, false);
+    lone.run_to(200 * MS + AWAKE_NS);
+    assert_eq!(lone.read(0x04) & 0x803, 0x801);
 }
 
 #[test]

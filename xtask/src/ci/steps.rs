@@ -78,8 +78,13 @@ pub(super) const STEPS: &[Step] = &[
     ),
     Step::for_boards(
         "firmware",
-        "the image of each board builds",
-        &["fw --board stm32f405", "fw --board stm32g474"],
+        "the images of each board build: firmware and commissioning",
+        &[
+            "fw --board stm32f405",
+            "fw --board stm32g474",
+            "fw --board stm32f405 --commission",
+            "fw --board stm32g474 --commission",
+        ],
     )
     .needs(&[&TARGET]),
     // The host's clippy does not see the code of the board, and only the toolchain of the target can lint it.
@@ -89,7 +94,8 @@ pub(super) const STEPS: &[Step] = &[
         &[
             "clippy --release -p motion-board -p proofs --target thumbv7em-none-eabihf -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474 -- -D warnings",
-            "clippy --release -p motion-board --target thumbv7em-none-eabihf --features misbehave -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,misbehave,commission -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --features misbehave,commission -- -D warnings",
         ],
     )
     .needs(&[&TARGET_INSTALLED]),
@@ -101,7 +107,7 @@ pub(super) const STEPS: &[Step] = &[
     .needs(&[&TARGET]),
     Step::for_boards(
         "firmware-tests",
-        "the real image on an emulated board; the first time this builds the emulator",
+        "the real images on emulated boards; the first time this builds the emulator",
         &["firmware-tests"],
     )
     .needs(&[&TARGET, &PYTHON]),

@@ -1,7 +1,25 @@
-//! Failures on command, for the tests on the emulated board. Not part of any image that moves a machine.
+//! Failures on command, for the tests on the emulated board.
 
 use core::hint::black_box;
-use core::sync::atomic::{AtomicU8, Ordering};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
+use super::Fault;
+
+/// Mistakes that are made, a bit each, when the upper half says that a test wrote it: memory after power-on is anything. The start-up
+/// code leaves it alone, so it can be written before the first instruction.
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".uninit.FAULTS")]
+static FAULTS: AtomicU32 = AtomicU32::new(0);
+const MARK: u32 = 0xFA17_0000;
+const MARK_BITS: u32 = 0xFFFF_0000;
+
+/// Whether a mistake is made.
+pub(crate) fn has(fault: Fault) -> bool {
+    let faults = FAULTS.load(Ordering::Relaxed);
+    // A write, so that the compiler cannot take the value for a constant.
+    FAULTS.store(black_box(faults), Ordering::Relaxed);
+    faults & MARK_BITS == MARK && faults & fault as u32 != 0
+}
 
 /// What the next cycle shall do; a debug probe writes it.
 #[unsafe(no_mangle)]

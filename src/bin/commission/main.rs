@@ -1,0 +1,63 @@
+//! Sets the option bytes of a chip, once in the life of a board, in the place of the firmware: `cargo fw --commission`.
+//!
+//! It touches neither the bus nor the crystal, and has no watchdog: nothing may interrupt the writing. Flash the firmware afterwards.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+#[path = "../../brown_out.rs"]
+mod brown_out;
+
+#[cfg(target_os = "none")]
+use defmt_rtt as _;
+
+/// For so long the supply must have been above 2.9 V without a break before anything is written.
+#[cfg(target_os = "none")]
+const STEADY_MS: u32 = 1_000;
+
+#[cfg(target_os = "none")]
+#[embassy_executor::main]
+async fn main(_thread: embassy_executor::Spawner) {
+    let _peripherals = embassy_stm32::init(embassy_stm32::Config::default());
+    if brown_out::is_set() {
+        defmt::info!("the brown-out level is set already: nothing was written");
+        return;
+    }
+    brown_out::watch_supply();
+    wait_for_steady_supply().await;
+    brown_out::set();
+    if brown_out::is_set() {
+        defmt::info!(
+            "the brown-out level is set: switch the board off and on, then flash the firmware"
+        );
+    } else {
+        defmt::error!("the option bytes did not take the brown-out level: they may be protected");
+    }
+}
+
+#[cfg(target_os = "none")]
+async fn wait_for_steady_supply() {
+    let mut steady_ms = 0;
+    while steady_ms < STEADY_MS {
+        embassy_time::Timer::after_millis(1).await;
+        steady_ms = if brown_out::is_supply_high() {
+            steady_ms + 1
+        } else {
+            0
+        };
+    }
+}
+
+/// Nothing here panics; should it, the chip stands still.
+#[cfg(target_os = "none")]
+#[panic_handler]
+fn panic(_info: &core::panic::PanicInfo<'_>) -> ! {
+    cortex_m::interrupt::disable();
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("this is an image for the board: cargo fw --commission");
+}
