@@ -8,7 +8,7 @@ use independent::optimum::is_beyond_range;
 use independent::random::Random;
 use proptest::prelude::*;
 use trajectory::{
-    Coast, Limits, PlanError, Position, Profile, Quantity, State, Stretch, Time, TimeScale, Tracker,
+    Limits, PlanError, Position, Profile, Quantity, State, Stretch, Time, TimeScale, Tracker,
 };
 
 fn counts(position: Position) -> f64 {
@@ -394,5 +394,4 @@ fn values_are_small() {
     assert_eq!(size_of::<Profile>(), 352);
     assert_eq!(size_of::<Result<Profile, PlanError>>(), 360);
     assert_eq!(size_of::<TimeScale>(), 24);
-    assert_eq!(size_of::<Coast>(), 8);
 }
