@@ -265,14 +265,14 @@ mod tests {
         let mut state = 1_u32;
         let mut scale = running(37);
         let change = 1.0 / 37.0 + 1e-6;
-        for _ in 0..100_000 {
+        for cycle in 0..100_000 {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             match state >> 24 {
                 0..4 => scale.pause(),
                 4..8 => scale.resume(),
-                8..12 => scale
-                    .set_override((state >> 8 & 0xFF) as u16 % 201)
-                    .unwrap(),
+                8..12 => scale.set_override((state >> 8) as u16 % 201).unwrap(),
+                // Another one in every cycle.
+                _ if cycle > 50_000 => scale.set_override((state >> 8) as u16 % 201).unwrap(),
                 _ => {}
             }
             let (time, rate) = (scale.time(), scale.rate());

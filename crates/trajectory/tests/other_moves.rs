@@ -198,6 +198,49 @@ proptest! {
         }
     }
 
+    /// A target whose velocity is another one in every cycle, up to twice the limit: the axis keeps its limits from cycle to cycle.
+    #[test]
+    fn a_target_that_swings_is_followed_within_the_limits(seed in any::<u64>().no_shrink()) {
+        let mut random = Random(seed);
+        let limits = Case::of_class(Class::AnyState, &mut random).limits;
+        let mut tracker = Tracker::at_rest(0, limits);
+        let mut target = Position::ZERO;
+        let mut before = tracker.state();
+        let [v, a, j] = [limits.velocity(), limits.acceleration(), limits.jerk()].map(f64::from);
+        for cycle in 0..2_000 {
+            let velocity = (random.between(-2.0, 2.0) * v) as f32;
+            match random.below(40) {
+                0 => prop_assert!(tracker.next(target).is_ok()),
+                _ => prop_assert!(tracker.follow(target, velocity).is_ok()),
+            }
+            target = target.moved_by(Position::at_velocity(velocity, Time::from_cycles(1)));
+            let now = tracker.state();
+            // In the frame of the target rounding is that of the sum of both velocities.
+            prop_assert!(f64::from(now.velocity).abs() <= v * 1.000_01, "{} at {}", now.velocity, cycle);
+            prop_assert!(f64::from(now.velocity - before.velocity).abs() <= a + 2e-5 * v);
+            prop_assert!(f64::from(now.acceleration - before.acceleration).abs() <= j + 1e-5 * a);
+            before = now;
+        }
+    }
+
+    /// Planned anew for the same target in every cycle, the move takes no longer and ends the same.
+    #[test]
+    fn a_move_that_is_planned_anew_in_every_cycle_stays_in_time(seed in any::<u64>().no_shrink()) {
+        let mut random = Random(seed);
+        let case = Case::of_class(Class::AnyState, &mut random);
+        let first = Profile::to_rest(&case.start, case.target, &case.limits).unwrap();
+        prop_assume!(first.duration() < Time::from_cycles(3_000));
+        let cycle = Time::from_cycles(1);
+        let most = (1.01 * f64::from(first.duration().whole_cycles())) as u32 + 3;
+        let (mut state, mut cycles) = (case.start, 0);
+        while state != (State { position: case.target, ..State::default() }) {
+            let profile = Profile::to_rest(&state, case.target, &case.limits).unwrap();
+            state = profile.state(cycle);
+            cycles += 1;
+            prop_assert!(cycles <= most, "{} at {:?}", first.duration(), state);
+        }
+    }
+
     /// A target at constant velocity is caught up with and then followed without lag.
     #[test]
     fn a_target_that_moves_is_followed_without_lag(seed in any::<u64>().no_shrink(), share in -0.9..0.9_f32) {
