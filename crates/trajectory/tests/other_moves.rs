@@ -223,21 +223,21 @@ proptest! {
         }
     }
 
-    /// Planned anew for the same target in every cycle, the move takes no longer and ends the same.
+    /// Planned anew for the same target in every cycle, from what a state can hold, the move takes no longer and stays there.
     #[test]
     fn a_move_that_is_planned_anew_in_every_cycle_stays_in_time(seed in any::<u64>().no_shrink()) {
         let mut random = Random(seed);
         let case = Case::of_class(Class::AnyState, &mut random);
+        prop_assume!(!is_beyond_range(&case));
         let first = Profile::to_rest(&case.start, case.target, &case.limits).unwrap();
         prop_assume!(first.duration() < Time::from_cycles(3_000));
         let cycle = Time::from_cycles(1);
         let most = (1.01 * f64::from(first.duration().whole_cycles())) as u32 + 3;
-        let (mut state, mut cycles) = (case.start, 0);
-        while state != (State { position: case.target, ..State::default() }) {
-            let profile = Profile::to_rest(&state, case.target, &case.limits).unwrap();
-            state = profile.state(cycle);
-            cycles += 1;
-            prop_assert!(cycles <= most, "{} at {:?}", first.duration(), state);
+        let mut state = case.start;
+        for cycles in 0..most + 50 {
+            let off = counts(state.position.distance_from(case.target));
+            prop_assert!(cycles < most || off.abs() <= 1.0 / 16_384.0, "{} off at cycle {} of {}", off, cycles, most);
+            state = Profile::to_rest(&state, case.target, &case.limits).unwrap().state(cycle);
         }
     }
 
