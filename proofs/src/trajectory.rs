@@ -2,7 +2,8 @@
 
 use trajectory::curve::{Chord, Keyframe, KeyframeMotion, Piece, Share};
 use trajectory::units::{Ratio, Units};
-use trajectory::{Coast, Limits, Position, Profile, State, Time, TimeScale, Tracker};
+use trajectory::whole_counts::{Lag, RampDown, StepLimits};
+use trajectory::{Limits, Position, Profile, State, Time, TimeScale, Tracker};
 
 use crate::opaque::{bits, consume, flag, number, word};
 
@@ -11,6 +12,7 @@ pub fn exercise() {
     one_axis();
     tracking();
     time_scale();
+    whole_counts();
     units();
     curves();
 }
@@ -62,13 +64,30 @@ fn time_scale() {
     scale.resume();
     consume(scale.advance());
     consume((scale.rate(), scale.is_standing(), scale.time_if_paused()));
-    let coast = Coast {
-        start_counts: number(),
-        velocity_counts: number(),
-    };
-    consume(coast.set_point(scale.time()));
-    consume(Coast::cycles_to_stop(number(), word()));
     consume(Time::from_units(bits(), word()).whole_cycles());
+}
+
+fn whole_counts() {
+    let mut ramp = RampDown::new(number(), number(), word());
+    while flag() {
+        ramp.advance();
+    }
+    consume((
+        ramp.set_point(),
+        ramp.velocity(),
+        ramp.end(),
+        ramp.is_done(),
+    ));
+    consume(RampDown::cycles_to_stop(number(), word()));
+    let lag = Lag {
+        owed_counts: number(),
+        left_over_counts: number(),
+        velocity_256ths: number(),
+    };
+    consume(lag.step(&StepLimits {
+        most_counts: word() as u16,
+        change_256ths: word(),
+    }));
 }
 
 fn units() {

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::fixed;
-use crate::limits::{RangeError, State};
+use crate::limits::{Limits, RangeError, State};
 use crate::profile::Profile;
 use crate::quantity::Position;
 use crate::segment::Segment;
@@ -47,6 +47,8 @@ const LONGEST: f32 = Profile::LONGEST_CYCLES as f32;
 const LONGEST_TICKS: u64 = (Profile::LONGEST_CYCLES as u64) << fixed::TIME_BITS;
 /// A remainder of so many position units, 2^-18 counts, is rounding of the sum, and is not spread.
 const ROUNDING: u64 = 64;
+/// A velocity of at most this share of its limit stays below the limit whatever is spread.
+const ROOM: f32 = 1.0 - 1.0 / 524_288.0;
 /// Times that the length of the cruise is refined, or what is left over is spread; each gains about 20 bits.
 const REFINEMENTS: u32 = 2;
 
@@ -55,15 +57,18 @@ pub(crate) struct Builder {
     profile: Profile,
     /// The place of the segment at constant velocity whose length is free.
     cruise: Option<usize>,
+    /// Below this velocity there is room for what is spread.
+    room: f32,
 }
 
 impl Builder {
     /// Nothing yet, for a start that is in range.
-    pub(crate) fn starting(start: &State) -> Result<Self, PlanError> {
+    pub(crate) fn starting(start: &State, limits: &Limits) -> Result<Self, PlanError> {
         start.check()?;
         Ok(Self {
             profile: Profile::starting(start.position),
             cruise: None,
+            room: limits.velocity() * ROOM,
         })
     }
 
@@ -173,35 +178,52 @@ impl Builder {
         Ok(())
     }
 
-    /// Gives every segment its share of what rounding has left over, as a velocity, in proportion to the way that it goes.
+    /// Gives the segments their shares of what rounding has left over, as a velocity, in proportion to the way that each goes. Those that
+    /// are at the limit already, because the start was, get none that would lead beyond it, where there are others.
     #[inline(never)]
     fn spread(&mut self, remainder: i64) {
         if remainder.unsigned_abs() <= ROUNDING {
             return;
         }
-        let mut start = 0;
-        let mut length = 0.0;
-        for segment in self.profile.used() {
-            let duration = segment.end - start;
-            length += fixed::counts(segment.way(duration, duration)).abs();
-            start = segment.end;
-        }
+        let counts = fixed::counts(remainder);
+        let (roomy, all) = self.lengths(counts);
+        let (length, room) = if roomy > 0.125 * all {
+            (roomy, self.room)
+        } else {
+            (all, f32::INFINITY)
+        };
         // No way at all, to the last digit.
         if length == 0.0 {
             return;
         }
-        let share = fixed::counts(remainder) / length;
-        start = 0;
+        let share = counts / length;
+        let mut start = 0;
         for segment in self.profile.used_mut() {
             let duration = segment.end - start;
             // A cruise may have become nothing.
-            if duration > 0 {
+            if duration > 0 && segment.velocity_towards(counts, duration) <= room {
                 let way = fixed::counts(segment.way(duration, duration)).abs();
                 segment.correction += share * way / fixed::cycles(duration);
             }
             start = segment.end;
         }
         self.recompute(0);
+    }
+
+    /// The way of the segments that have room for a velocity in this direction, and of all.
+    fn lengths(&self, direction: f32) -> (f32, f32) {
+        let (mut roomy, mut all) = (0.0, 0.0);
+        let mut start = 0;
+        for segment in self.profile.used() {
+            let duration = segment.end - start;
+            let way = fixed::counts(segment.way(duration, duration)).abs();
+            all += way;
+            if segment.velocity_towards(direction, duration) <= self.room {
+                roomy += way;
+            }
+            start = segment.end;
+        }
+        (roomy, all)
     }
 
     /// Start positions behind a segment, and the end.

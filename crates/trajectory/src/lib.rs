@@ -19,10 +19,11 @@ mod time_scale;
 mod tracker;
 mod trapezoid;
 pub mod units;
+pub mod whole_counts;
 
 pub use builder::PlanError;
 pub use limits::{Limits, Quantity, RangeError, State};
 pub use profile::{Profile, Stretch};
 pub use quantity::{Position, Time};
-pub use time_scale::{Coast, TimeScale, TimeScaleError};
+pub use time_scale::{TimeScale, TimeScaleError};
 pub use tracker::Tracker;

@@ -17,7 +17,7 @@ impl Profile {
     /// [`PlanError`] when the start is out of range, or the move is longer than 2^30 cycles or 2^34 counts.
     #[inline(never)]
     pub fn to_rest(start: &State, target: Position, limits: &Limits) -> Result<Self, PlanError> {
-        let mut builder = Builder::starting(start)?;
+        let mut builder = Builder::starting(start, limits)?;
         if limits.has_jerk() {
             jerk::to_rest(&mut builder, start, target, limits)?;
         } else {
@@ -35,7 +35,7 @@ impl Profile {
     pub fn to_velocity(start: &State, velocity: f32, limits: &Limits) -> Result<Self, PlanError> {
         let most = limits.velocity();
         check(Quantity::Velocity, velocity, (-most, most))?;
-        let mut builder = Builder::starting(start)?;
+        let mut builder = Builder::starting(start, limits)?;
         if limits.has_jerk() {
             jerk::to_velocity(&mut builder, start, velocity, limits)?;
         } else {

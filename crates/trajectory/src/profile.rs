@@ -200,7 +200,8 @@ impl Profile {
 
 /// The times at which the velocity is zero, in cycles from the start of the segment; what is no number does not occur.
 fn turning_points(segment: &Segment) -> [f32; 2] {
-    let (v, a, j) = (segment.velocity, segment.acceleration, segment.jerk);
+    let v = segment.velocity + segment.correction;
+    let (a, j) = (segment.acceleration, segment.jerk);
     let root = libm::sqrtf(a * a - 2.0 * v * j);
     // The root that does not cancel first, the other one from the product of both.
     let sum = if a < 0.0 { root - a } else { -root - a };

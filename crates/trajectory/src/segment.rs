@@ -65,6 +65,19 @@ impl Segment {
         )
     }
 
+    /// Its highest velocity in a direction, to 22 bits.
+    pub(crate) fn velocity_towards(&self, direction: f32, duration: u64) -> f32 {
+        let (end, last) = self.motion_at(duration);
+        let sign = 1_f32.copysign(direction);
+        let most = (sign * self.velocity).max(sign * end);
+        // It rises first and falls then.
+        if sign * self.acceleration > 0.0 && sign * last < 0.0 {
+            let gain = 0.5 * self.acceleration * self.acceleration / self.jerk.abs();
+            return most.max(sign * self.velocity + gain);
+        }
+        most
+    }
+
     /// Whether its coefficients, scaled for its duration, are small enough to be summed up.
     pub(crate) fn fits(&self, duration: u64) -> bool {
         // Twice the duration is not below the power of two by which it is scaled.

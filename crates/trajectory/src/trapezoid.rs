@@ -1,7 +1,7 @@
 //! The solver without a limit of the jerk: closed forms with one square root.
 
 use crate::builder::{Builder, PlanError};
-use crate::jerk::inside;
+use crate::jerk::{VELOCITY_MARGIN, inside};
 use crate::limits::{Limits, State};
 use crate::quantity::Position;
 
@@ -20,7 +20,7 @@ pub(crate) fn to_rest(
     // Way to the highest velocity and from there to rest, as a velocity squared.
     let square = acceleration * distance + 0.5 * velocity * velocity;
     let highest = libm::sqrtf(square.max(0.0));
-    let peak = highest.min(inside(limits.velocity(), velocity));
+    let peak = highest.min(inside(limits.velocity(), velocity, VELOCITY_MARGIN));
     push_change(velocity, peak, sign, acceleration, builder)?;
     if peak < highest {
         let way = sign * builder.distance_to(target) - 0.5 * peak * peak / acceleration;

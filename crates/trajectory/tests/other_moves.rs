@@ -8,7 +8,7 @@ use independent::optimum::is_beyond_range;
 use independent::random::Random;
 use proptest::prelude::*;
 use trajectory::{
-    Coast, Limits, PlanError, Position, Profile, Quantity, State, Stretch, Time, TimeScale, Tracker,
+    Limits, PlanError, Position, Profile, Quantity, State, Stretch, Time, TimeScale, Tracker,
 };
 
 fn counts(position: Position) -> f64 {
@@ -195,6 +195,49 @@ proptest! {
         if limits.acceleration() / limits.jerk() < 1_000.0 && limits.velocity() > 1.0 {
             prop_assert!(tracker.is_there());
             prop_assert_eq!(tracker.state(), State::at_rest(target));
+        }
+    }
+
+    /// A target whose velocity is another one in every cycle, up to twice the limit: the axis keeps its limits from cycle to cycle.
+    #[test]
+    fn a_target_that_swings_is_followed_within_the_limits(seed in any::<u64>().no_shrink()) {
+        let mut random = Random(seed);
+        let limits = Case::of_class(Class::AnyState, &mut random).limits;
+        let mut tracker = Tracker::at_rest(0, limits);
+        let mut target = Position::ZERO;
+        let mut before = tracker.state();
+        let [v, a, j] = [limits.velocity(), limits.acceleration(), limits.jerk()].map(f64::from);
+        for cycle in 0..2_000 {
+            let velocity = (random.between(-2.0, 2.0) * v) as f32;
+            match random.below(40) {
+                0 => prop_assert!(tracker.next(target).is_ok()),
+                _ => prop_assert!(tracker.follow(target, velocity).is_ok()),
+            }
+            target = target.moved_by(Position::at_velocity(velocity, Time::from_cycles(1)));
+            let now = tracker.state();
+            // In the frame of the target rounding is that of the sum of both velocities.
+            prop_assert!(f64::from(now.velocity).abs() <= v * 1.000_01, "{} at {}", now.velocity, cycle);
+            prop_assert!(f64::from(now.velocity - before.velocity).abs() <= a + 2e-5 * v);
+            prop_assert!(f64::from(now.acceleration - before.acceleration).abs() <= j + 1e-5 * a);
+            before = now;
+        }
+    }
+
+    /// Planned anew for the same target in every cycle, from what a state can hold, the move takes no longer and stays there.
+    #[test]
+    fn a_move_that_is_planned_anew_in_every_cycle_stays_in_time(seed in any::<u64>().no_shrink()) {
+        let mut random = Random(seed);
+        let case = Case::of_class(Class::AnyState, &mut random);
+        prop_assume!(!is_beyond_range(&case));
+        let first = Profile::to_rest(&case.start, case.target, &case.limits).unwrap();
+        prop_assume!(first.duration() < Time::from_cycles(3_000));
+        let cycle = Time::from_cycles(1);
+        let most = (1.01 * f64::from(first.duration().whole_cycles())) as u32 + 3;
+        let mut state = case.start;
+        for cycles in 0..most + 50 {
+            let off = counts(state.position.distance_from(case.target));
+            prop_assert!(cycles < most || off.abs() <= 1.0 / 16_384.0, "{} off at cycle {} of {}", off, cycles, most);
+            state = Profile::to_rest(&state, case.target, &case.limits).unwrap().state(cycle);
         }
     }
 
@@ -394,5 +437,4 @@ fn values_are_small() {
     assert_eq!(size_of::<Profile>(), 352);
     assert_eq!(size_of::<Result<Profile, PlanError>>(), 360);
     assert_eq!(size_of::<TimeScale>(), 24);
-    assert_eq!(size_of::<Coast>(), 8);
 }

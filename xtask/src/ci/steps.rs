@@ -61,7 +61,7 @@ pub(super) const STEPS: &[Step] = &[
     ),
     Step::cargo(
         "examples",
-        "every example of the master runs to its end",
+        "every example of the libraries runs to its end, and the pictures of the profiles are those that would be drawn",
         &[
             "run -q -p can-motion --example servo",
             "run -q -p can-motion --example group_stop",
@@ -69,6 +69,10 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p can-motion --example third_family",
             "run -q -p can-motion --example async_front_end",
             "run -q -p can-motion --features zlac --example wheels",
+            "run -q -p trajectory --example move_and_stop",
+            "run -q -p trajectory --example override_and_pause",
+            "run -q -p trajectory --example follow",
+            "run -q -p trajectory --example pictures -- --check",
         ],
     ),
     Step::cargo(

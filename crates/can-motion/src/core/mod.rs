@@ -10,7 +10,6 @@ pub(crate) mod group;
 pub(crate) mod master;
 pub(crate) mod placement;
 pub(crate) mod procedure;
-pub(crate) mod ramp;
 mod schedule;
 pub(crate) mod service;
 pub(crate) mod sink;

@@ -1,6 +1,6 @@
 //! The ledger of a drive that takes absolute values: its target, the value of the latest frame, and the way down to a stop.
 
-use crate::core::ramp::{Ramp, cycles_to_stop};
+use trajectory::whole_counts::RampDown;
 
 /// What the values mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -54,7 +54,7 @@ pub struct AbsoluteLedger {
     last_step: i32,
     /// The value of the frame that is being offered.
     offered: i32,
-    ramp: Option<ValueRamp>,
+    ramp: Option<RampDown>,
 }
 
 impl AbsoluteLedger {
@@ -145,24 +145,26 @@ impl AbsoluteLedger {
     /// Slows down from the present value in so many cycles.
     pub fn begin_ramp(&mut self, cycles: u32) {
         let ramp = match self.kind {
-            ValueKind::Speed => ValueRamp::Speed {
-                start: self.sent,
-                cycles,
-                elapsed: 0,
-            },
-            ValueKind::Position => {
-                ValueRamp::Position(Ramp::new(self.sent, self.last_step, cycles))
-            }
+            ValueKind::Speed => RampDown::new(0, self.sent, cycles),
+            ValueKind::Position => self.ramp_in(cycles),
         };
         self.target = self.sent;
         self.rests = false;
         self.ramp = Some(ramp);
     }
 
+    const fn ramp_in(&self, cycles: u32) -> RampDown {
+        RampDown::new(self.sent, self.last_step, cycles)
+    }
+
     /// A cycle begins: a ramp goes on.
     pub fn begin_cycle(&mut self) {
         if let Some(ramp) = &mut self.ramp {
-            self.target = ramp.next_target();
+            ramp.advance();
+            self.target = match self.kind {
+                ValueKind::Speed => ramp.velocity(),
+                ValueKind::Position => ramp.set_point(),
+            };
         }
     }
 
@@ -170,8 +172,8 @@ impl AbsoluteLedger {
     #[must_use]
     pub fn cycles_to_stop(&self, limits: &ValueLimits) -> u32 {
         match self.kind {
-            ValueKind::Speed => cycles_to_stop(self.sent, limits.max_step),
-            ValueKind::Position => cycles_to_stop(self.last_step, limits.max_step_change),
+            ValueKind::Speed => RampDown::cycles_to_stop(self.sent, limits.max_step),
+            ValueKind::Position => RampDown::cycles_to_stop(self.last_step, limits.max_step_change),
         }
     }
 
@@ -181,7 +183,7 @@ impl AbsoluteLedger {
         match self.kind {
             ValueKind::Speed => true,
             ValueKind::Position => {
-                let end = Ramp::new(self.sent, self.last_step, cycles).end();
+                let end = self.ramp_in(cycles).end();
                 end >= limits.min && end <= limits.max
             }
         }
@@ -191,48 +193,6 @@ impl AbsoluteLedger {
     #[must_use]
     pub fn has_stopped(&self) -> bool {
         self.ramp.is_none_or(|ramp| ramp.is_done()) && self.target == self.sent
-    }
-}
-
-/// An axis on its way to a stop, in step with its group.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum ValueRamp {
-    /// A speed that falls to 0.
-    Speed {
-        start: i32,
-        cycles: u32,
-        elapsed: u32,
-    },
-    /// A position whose velocity falls to 0.
-    Position(Ramp),
-}
-
-impl ValueRamp {
-    fn next_target(&mut self) -> i32 {
-        match self {
-            Self::Position(ramp) => ramp.next_target(),
-            Self::Speed {
-                start,
-                cycles,
-                elapsed,
-            } => {
-                *elapsed = elapsed.saturating_add(1).min(*cycles);
-                let left = i64::from(cycles.saturating_sub(*elapsed));
-                // At most the start in size; no cycles are no speed.
-                (i64::from(*start) * left)
-                    .checked_div(i64::from(*cycles))
-                    .unwrap_or(0) as i32
-            }
-        }
-    }
-
-    const fn is_done(&self) -> bool {
-        match self {
-            Self::Position(ramp) => ramp.is_done(),
-            Self::Speed {
-                cycles, elapsed, ..
-            } => *elapsed >= *cycles,
-        }
     }
 }
 

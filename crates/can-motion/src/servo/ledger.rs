@@ -8,12 +8,9 @@
 //! Set-points of an application that keeps the limits are not changed.
 
 use dyn_can::PdStep;
+use trajectory::whole_counts::{FRACTION, Lag, RampDown, StepLimits};
 
-use crate::core::ramp::{Ramp, cycles_to_stop};
 use crate::servo::config::Limits;
-
-/// Fraction of a count in which velocities are kept while something is caught up.
-const FRACTION: i64 = 256;
 
 /// Target and sent position of one axis, in command counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -26,7 +23,7 @@ pub(crate) struct Ledger {
     last_step: i16,
     /// Velocity while something is caught up, in 1/256 counts per cycle.
     catch_up_velocity: Option<i32>,
-    ramp: Option<Ramp>,
+    ramp: Option<RampDown>,
     /// What the frame that is being offered carries.
     offered: Offered,
 }
@@ -86,36 +83,21 @@ impl Ledger {
 
     /// Towards the moving target as fast as the limits allow, so that it is met without going past it.
     fn catch_up(&self, limits: &Limits) -> Offered {
-        let change = i64::from(limits.max_step_change.per_256_cycles());
-        let owed = i64::from(self.backlog_counts());
-        let left_over = i64::from(self.due_counts.wrapping_sub(self.sent_counts));
-        let target_velocity = (owed - left_over) * FRACTION;
-        // Extra velocity from which the left-over counts are enough to slow down again: r (r + a) = 2 a left.
-        let left = left_over.unsigned_abs() * FRACTION as u64;
-        let radicand = (change * change) as u64 + 8 * change as u64 * left;
-        let extra = (radicand.isqrt() as i64 - change) / 2;
-        // At least a count in a cycle, and never more than is left.
-        let extra = extra.max(FRACTION).min(left as i64);
-        let wanted = target_velocity + extra * left_over.signum();
-        let before = match self.catch_up_velocity {
-            Some(velocity) => i64::from(velocity),
-            None => i64::from(self.last_step) * FRACTION,
+        let lag = Lag {
+            owed_counts: self.backlog_counts(),
+            left_over_counts: self.due_counts.wrapping_sub(self.sent_counts),
+            velocity_256ths: self
+                .catch_up_velocity
+                .unwrap_or(i32::from(self.last_step) * FRACTION),
         };
-        let most = i64::from(limits.max_step.get()) * FRACTION;
-        // In place of `clamp`, which panics where its bounds could be the wrong way round.
-        let velocity = wanted.max(before - change).min(before + change);
-        let velocity = velocity.max(-most).min(most);
-        let step = (velocity / FRACTION).max(owed.min(0)).min(owed.max(0));
-        let is_met = step == owed && step * FRACTION == target_velocity;
-        let kept = if step == velocity / FRACTION {
-            velocity
-        } else {
-            step * FRACTION
-        };
+        let step = lag.step(&StepLimits {
+            most_counts: limits.max_step.get(),
+            change_256ths: limits.max_step_change.per_256_cycles(),
+        });
         Offered {
-            // At most `max_step` and at most 2^22 in size.
-            step: step as i16,
-            catch_up_velocity: (!is_met).then_some(kept as i32),
+            // At most `max_step` in size.
+            step: step.counts as i16,
+            catch_up_velocity: (!step.is_met).then_some(step.velocity_256ths),
         }
     }
 
@@ -151,21 +133,22 @@ impl Ledger {
         self.ramp = Some(ramp);
     }
 
-    const fn ramp_in(&self, cycles: u32) -> Ramp {
-        Ramp::new(self.sent_counts, self.last_step as i32, cycles)
+    const fn ramp_in(&self, cycles: u32) -> RampDown {
+        RampDown::new(self.sent_counts, self.last_step as i32, cycles)
     }
 
     /// A cycle begins: a ramp goes on.
     pub(crate) fn begin_cycle(&mut self) {
         if let Some(ramp) = &mut self.ramp {
-            self.target_counts = ramp.next_target();
+            ramp.advance();
+            self.target_counts = ramp.set_point();
         }
     }
 
     /// Cycles in which the axis can stop within its acceleration.
     pub(crate) fn cycles_to_stop(&self, limits: &Limits) -> u32 {
         let change = limits.max_step_change.per_256_cycles();
-        cycles_to_stop(i32::from(self.last_step) * FRACTION as i32, change)
+        RampDown::cycles_to_stop(i32::from(self.last_step) * FRACTION, change)
     }
 
     /// Where the axis stands when it stops in so many cycles.

@@ -3,6 +3,7 @@
 use crate::bisection::last_not_beyond;
 use crate::builder::{Builder, PlanError};
 
+use super::SAME_PLACE;
 use super::bounds::Bounds;
 use super::motion::{Base, Motion};
 
@@ -18,8 +19,11 @@ impl Motion {
         let base = Base::of(self, bounds);
         let released = self.released(bounds);
         let brakes = self.acceleration < 0.0 && released > 0.0;
-        if brakes && distance < base.way_over(released, 0.0, bounds) {
-            return self.brake_later(distance, sign, bounds, builder);
+        if brakes {
+            let latest = base.way_over(released, 0.0, bounds);
+            if distance - latest <= SAME_PLACE * latest.abs() {
+                return self.brake_later(distance, sign, bounds, builder);
+            }
         }
         let lowest = released.max(0.0).min(bounds.velocity);
         // Exact where a small gain needs it: zero for a start that brakes or does not accelerate.

@@ -2,6 +2,7 @@
 
 use trajectory::{Limits, Position, Profile, State, Time};
 
+use super::fastest_stop;
 use super::random::Random;
 
 /// What a case is about.
@@ -18,11 +19,12 @@ pub(crate) enum Class {
     LimitsChanged,
     TargetMoved,
     NearTheStop,
+    AtTheFastestStop,
     AnyState,
 }
 
 impl Class {
-    pub(crate) const ALL: [Self; 12] = [
+    pub(crate) const ALL: [Self; 13] = [
         Self::AtTheTarget,
         Self::OneCountAway,
         Self::Dust,
@@ -34,6 +36,7 @@ impl Class {
         Self::LimitsChanged,
         Self::TargetMoved,
         Self::NearTheStop,
+        Self::AtTheFastestStop,
         Self::AnyState,
     ];
 }
@@ -154,6 +157,15 @@ impl Case {
                     class,
                     start,
                     target: Position::from_units(whole * Position::UNITS),
+                    limits,
+                }
+            }
+            Class::AtTheFastestStop => {
+                let (start, target) = fastest_stop::start_and_target(random, &limits);
+                Self {
+                    class,
+                    start,
+                    target,
                     limits,
                 }
             }

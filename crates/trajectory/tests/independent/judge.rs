@@ -15,6 +15,8 @@ const JUMP_SHARE: f64 = 1.0 / (1_u64 << 43) as f64;
 const JUMP: f64 = 1.0 / 131_072.0;
 /// A start below this share of the limits leaves room for rounding.
 const ROOM: f64 = 1.0 - 1.0 / 131_072.0;
+/// What rounding may add to a limit, as a share of the largest value, where the start leaves no room.
+const NO_ROOM: f64 = 1.0 / 524_288.0;
 /// Velocity and acceleration below this share of their limits count as so much.
 const LEAST: f64 = 1.0 / 4_096.0;
 const TICK: f64 = 1.0 / 4_294_967_296.0;
@@ -177,7 +179,7 @@ fn within(
         if has_room {
             0.0
         } else {
-            JUMP * most.max(limit)
+            NO_ROOM * most.max(limit)
         }
     };
     let dust = largest(begin.v, v_max, |state| state.velocity);

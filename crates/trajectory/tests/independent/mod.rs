@@ -5,6 +5,7 @@
 )]
 
 pub(crate) mod cases;
+pub(crate) mod fastest_stop;
 pub(crate) mod judge;
 pub(crate) mod optimum;
 pub(crate) mod random;
