@@ -22,6 +22,8 @@ pub(crate) enum DrivesError {
     Open(OpenError),
     /// The link failed on the way; nothing was enabled.
     Link(LinkFault),
+    /// Nothing that a scan sent got out.
+    NothingGetsOut,
     /// The link failed while drives were enabled, which the warning names.
     LinkWhileEnabled { fault: LinkFault, warning: String },
     /// What the drives say of themselves is not known.
@@ -112,6 +114,7 @@ impl Coded for DrivesError {
         match self {
             Self::Open(_)
             | Self::Link(_)
+            | Self::NothingGetsOut
             | Self::LinkWhileEnabled { .. }
             | Self::Look(LookError::Link(_))
             | Self::BringUp(
@@ -154,6 +157,9 @@ impl fmt::Display for DrivesError {
         match self {
             Self::Open(source) => source.fmt(f),
             Self::Link(source) => write!(f, "the link failed: {source}"),
+            Self::NothingGetsOut => f.write_str(
+                "no frame gets out to the bus: check --bit-rate, wiring and termination, and that at least one drive has power",
+            ),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::NotConfirmed(source) => source.fmt(f),
             Self::CanopenOnSerial => f.write_str(

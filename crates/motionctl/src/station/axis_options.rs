@@ -17,8 +17,11 @@ enum ReadBack {
     /// Command counts: 4 times the gear number a turn.
     #[default]
     Command,
-    /// Encoder counts: 65536 a turn, whatever the gear number.
-    Encoder,
+    /// Movement positions: 65536 a turn, whatever the gear number.
+    #[value(alias = "encoder")]
+    Movement,
+    /// Motor steps: 16384 a turn, whatever the gear number.
+    Motor,
 }
 
 /// The smallest limits, of an axis that is not moved.
@@ -32,7 +35,8 @@ impl AxisOptions {
     pub(crate) const fn scale(&self, gear: GearNumber) -> ReadBackScale {
         match self.read_back {
             ReadBack::Command => ReadBackScale::COMMAND_COUNTS,
-            ReadBack::Encoder => ReadBackScale::movement_positions(gear),
+            ReadBack::Movement => ReadBackScale::movement_positions(gear),
+            ReadBack::Motor => ReadBackScale::motor_steps(gear),
         }
     }
 

@@ -14,6 +14,7 @@ mod motion_limits;
 mod pace;
 mod pc_master;
 mod shut_down;
+mod stall;
 #[cfg(test)]
 mod tests;
 
@@ -26,3 +27,4 @@ pub(crate) use motion_limits::{LimitError, MotionLimits, Needs};
 pub(crate) use pace::PaceCounts;
 pub(crate) use pc_master::{GROUP, Station};
 pub(crate) use shut_down::{End, found_on, left_on, unconfirmed_warning};
+pub(crate) use stall::StallWatch;

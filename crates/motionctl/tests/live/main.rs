@@ -2,6 +2,7 @@
 
 mod bench;
 mod commission;
+mod documents;
 mod power;
 mod run;
 mod serial;
