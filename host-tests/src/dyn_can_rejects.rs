@@ -166,6 +166,7 @@ fn check_vector(vector: Vector) -> Result<(), Mismatch> {
 }
 
 fn dialect_of(options: Options, revision: RevisionField) -> Dialect {
+    let options = options.with_printed_group3_order();
     options.dialect(Revision::from(revision), ZeroAddress::DisableAndSpeedZero)
 }
 

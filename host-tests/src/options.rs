@@ -86,6 +86,15 @@ pub struct Options {
 }
 
 impl Options {
+    /// The same, with the printed order of the 6-byte Read_Param_Group3 reply where none is given: the order in which the vectors of
+    /// refusals were made, before it was recognised by default (D20).
+    pub fn with_printed_group3_order(self) -> Self {
+        Self {
+            group3_reply_order_16a: self.group3_reply_order_16a.or(Some(ReplyOrder::Little)),
+            ..self
+        }
+    }
+
     /// The preset of the revision with these readings in place.
     ///
     /// `allow_broadcast` is one switch in the vectors and has two steps in [`ZeroAddress`]; it becomes `broadcast`.
@@ -153,6 +162,7 @@ fn torque_full_scale<'de, D: Deserializer<'de>>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dyn_can::Rotation;
 
     fn dialect(json: &str) -> Result<Dialect, serde_json::Error> {
         let options: Options = serde_json::from_str(json)?;
@@ -177,6 +187,7 @@ mod tests {
             group3_reply_order_1_6a: Group3ReplyOrder::Recognise,
             set_origin: SetOriginData::Magic(0xFF),
             torque_full_scale: TorqueFullScale::Raw700,
+            positive_torque: Rotation::Clockwise,
             read_dummy: Some(7),
             accept_beyond_28_bit: true,
             strict_minimal: true,
