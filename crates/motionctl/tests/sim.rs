@@ -199,7 +199,7 @@ fn the_report_has_every_frame_and_the_table_every_cycle() {
         .expect("the log")
         .lines()
         .count();
-    assert!(page.contains(&format!("All {frames} frames of the run.")));
+    assert!(page.contains(&format!("The whole run, {frames} frames.")));
     assert_eq!(page.matches("<figcaption>Axis ").count(), 2);
     let rows: Vec<csv::StringRecord> = csv::Reader::from_path(&table.0)
         .expect("the table")
@@ -207,7 +207,7 @@ fn the_report_has_every_frame_and_the_table_every_cycle() {
         .collect::<Result<_, _>>()
         .expect("rows");
     let last = rows.last().expect("a row");
-    // Behind time, load and late: target, sent and drive of axis 0, seven columns for each axis.
+    // Behind time, load and late: target, sent and drive of drive 1, seven columns for each drive.
     let column = |number: usize| last[number].parse::<i64>().expect("a number");
     assert_eq!([column(3), column(4), column(5)], [16_384; 3]);
     assert_eq!([column(10), column(11), column(12)], [-8_192; 3]);
@@ -227,7 +227,13 @@ fn a_fault_script_shows_what_the_master_does() {
         "[[alarm]]\nat_s = 0.1\ndrive = 2\nalarm = \"over-current\"\n",
     );
     assert_eq!(status, 1, "{json}");
-    assert_eq!(json["axes"][1]["fault"], "the drive reports an alarm");
+    assert_eq!(json["axes"][1]["fault"], "the status shows: over-current");
+    let advice = json["axes"][1]["advice"].as_str().expect("what to do");
+    for part in ["drive 2: alarm, over-current", "Remove the cause"] {
+        assert!(advice.contains(part), "{advice}");
+    }
+    // The other one stopped because of it, and says so without advice of its own.
+    assert!(json["axes"][0]["advice"].is_null(), "{json}");
     assert_eq!(
         json["axes"][0]["fault"],
         "another axis of the group has a fault"

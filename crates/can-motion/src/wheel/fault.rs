@@ -115,13 +115,18 @@ impl fmt::Display for WheelFault {
             Self::Lost => f.write_str("the drive does not answer"),
             Self::Reboot => f.write_str("the drive started again"),
             Self::SetUp(error) => write!(f, "set-up: {error}"),
-            Self::Transfer(end) => write!(f, "a transfer failed: {end:?}"),
+            Self::Transfer(end) => write!(f, "a transfer failed: {end}"),
             Self::SpeedResolution { expected, actual } => write!(
                 f,
                 "speeds must count 1/{expected} r/min (202Fh:05), the drive counts 1/{actual}"
             ),
             Self::FollowingError { counts } => {
-                write!(f, "the wheel is {counts} counts from where it was sent")
+                let noun = if counts.unsigned_abs() == 1 {
+                    "count"
+                } else {
+                    "counts"
+                };
+                write!(f, "the wheel is {counts} {noun} from where it was sent")
             }
             Self::FollowingSpeed {
                 sent_decirpm,

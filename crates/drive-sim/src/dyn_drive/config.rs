@@ -72,7 +72,7 @@ pub struct DynDriveConfig {
     pub reset_reply: Option<u8>,
     /// Reaction where the documents promise none: wrong length, unknown magic byte, function of the other revision (D39).
     pub unspecified: Reaction,
-    /// Which numbers out of range raise a data error.
+    /// Which numbers out of range raise a data error (D66).
     pub range_errors: RangeErrors,
 }
 

@@ -102,7 +102,7 @@ pub enum Reaction {
     DataError,
 }
 
-/// Which numbers out of range raise a data error.
+/// Which numbers out of range raise a data error (D66).
 ///
 /// The chapter on Drive_Error promises one for any invalid data range (1.6A section 6, #29); the chapters of the functions repeat it
 /// for some functions only.

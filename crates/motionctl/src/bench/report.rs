@@ -8,6 +8,7 @@ use drive_sim::{Bench, DynDrive, NodeId};
 use serde::Serialize;
 
 use super::adapter::Refusals;
+use crate::counted::counted;
 use crate::table::align_numbers;
 
 /// One drive at the end.
@@ -105,14 +106,13 @@ impl fmt::Display for Report {
         writeln!(f, "{table}")?;
         write!(
             f,
-            "{:.1} s; the adapter sent {} frames and received {}, it refused {} frames and {} other commands of the host, and {} lines \
-             came too fast for the host",
+            "{:.1} s; the adapter sent {} and received {}. Refused by the adapter: {}, {}; lost because the host was too slow: {}",
             self.seconds,
-            self.frames_from_host,
+            counted(self.frames_from_host, "frame", "frames"),
             self.frames_to_host,
-            self.refused_by_adapter,
-            self.refused_commands,
-            self.lost_to_host
+            counted(self.refused_by_adapter, "frame", "frames"),
+            counted(self.refused_commands, "other command", "other commands"),
+            counted(self.lost_to_host, "line", "lines"),
         )
     }
 }

@@ -9,6 +9,7 @@ use comfy_table::presets::UTF8_BORDERS_ONLY;
 use dyn_can::DriveId;
 use serde::Serialize;
 
+use crate::counted::counted;
 use crate::exit;
 use crate::link::LinkFault;
 use crate::station::{End, PaceCounts, left_on, unconfirmed_warning};
@@ -194,8 +195,8 @@ impl fmt::Display for Summary {
         let pace = &self.pace;
         writeln!(
             f,
-            "{} cycles begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
-            pace.cycles,
+            "{} begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
+            counted(pace.cycles, "cycle", "cycles"),
             pace.late,
             pace.worst_us as f64 / 1_000.0,
             pace.merged,
