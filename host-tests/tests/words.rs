@@ -78,6 +78,18 @@ fn every_fault_of_a_wheel_has_plain_words() {
 }
 
 #[test]
+fn speeds_have_their_decimal_point_and_sign() {
+    let text = WheelFault::FollowingSpeed {
+        sent_decirpm: -5,
+        actual_decirpm: 1_234,
+    };
+    assert_eq!(
+        text.to_string(),
+        "the wheel turns at 123.4 in place of -0.5 r/min"
+    );
+}
+
+#[test]
 fn one_count_is_one_count() {
     for (counts, noun) in [
         (1, "1 count "),

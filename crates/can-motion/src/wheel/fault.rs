@@ -101,6 +101,17 @@ impl FaultKind for WheelFault {
     }
 }
 
+/// A number of tenths, with its decimal point.
+struct Tenths(i32);
+
+impl fmt::Display for Tenths {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 < 0 { "-" } else { "" };
+        let tenths = self.0.unsigned_abs();
+        write!(f, "{sign}{}.{}", tenths / 10, tenths % 10)
+    }
+}
+
 impl fmt::Display for WheelFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -133,7 +144,9 @@ impl fmt::Display for WheelFault {
                 actual_decirpm,
             } => write!(
                 f,
-                "the wheel turns at {actual_decirpm} in place of {sent_decirpm} tenths of an r/min"
+                "the wheel turns at {} in place of {} r/min",
+                Tenths(*actual_decirpm),
+                Tenths(*sent_decirpm)
             ),
             Self::Bus => f.write_str("the bus failed"),
             Self::ConfirmTimeout => {
