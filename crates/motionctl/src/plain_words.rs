@@ -49,8 +49,13 @@ pub(crate) fn flaws(text: &str) -> Vec<String> {
         if pair[0] == "1" && is_plural && !["axis", "bus", "status"].contains(&pair[1]) {
             flaws.push(format!("\"1 {}\"", pair[1]));
         }
-        if pair[0] == pair[1] && pair[0].len() > 1 && is_word(pair[0]) {
-            flaws.push(format!("\"{} {}\"", pair[0], pair[1]));
+    }
+    for line in text.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        for pair in words.windows(2) {
+            if pair[0] == pair[1] && pair[0].len() > 1 && is_word(pair[0]) {
+                flaws.push(format!("\"{} {}\"", pair[0], pair[1]));
+            }
         }
     }
     // The library of the command line has one of its own.
