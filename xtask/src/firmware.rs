@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
-use crate::images::{Board, CONFIG, PACKAGE};
+use crate::images::{Board, CONFIG, PACKAGE, keep_for_board};
 use crate::size::Size;
 use crate::thumb::{Builder, Variant};
 use crate::toolchain::Preference;
@@ -49,7 +49,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             .push((CONFIG.into(), config.display().to_string()));
     }
     builder.build(PACKAGE, &variant)?;
-    let image = builder.images().join(PACKAGE);
+    let image = keep_for_board(
+        &builder.images().join(PACKAGE),
+        arguments.board,
+        builder.target(),
+    )?;
     let size = Size::of_image(&image)?;
     println!("{size}\nimage  {}", image.display());
     Ok(())
