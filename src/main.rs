@@ -52,6 +52,8 @@ mod bus;
 #[cfg(target_os = "none")]
 mod cycle_clock;
 #[cfg(target_os = "none")]
+mod event_words;
+#[cfg(target_os = "none")]
 mod last_words;
 #[cfg(all(target_os = "none", feature = "misbehave"))]
 mod misbehaviour;

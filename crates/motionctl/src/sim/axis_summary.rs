@@ -19,7 +19,7 @@ pub(crate) struct AxisSummary {
     pub(crate) sent_counts: i32,
     /// Sum of the steps that the drive received.
     pub(crate) received_counts: i64,
-    /// Final target minus the motor's position.
+    /// Target of the master minus the position of the motor at the end, as in the plot: after a stop the target is where it stopped.
     pub(crate) position_error_counts: i64,
     pub(crate) largest_backlog_counts: u32,
     /// `None` when it was never read.

@@ -83,21 +83,26 @@ impl Watch {
         }
     }
 
-    pub(crate) fn cycle_begins(
-        &mut self,
-        now: Instant,
-        master: &ServoMaster<MOST_AXES>,
-        places: &[usize],
-    ) {
+    pub(crate) fn cycle_begins(&mut self, master: &ServoMaster<MOST_AXES>, places: &[usize]) {
         if !self.running {
             return;
         }
         (self.owed, self.ended) = (0, 0);
+        for &place in places {
+            let axis = master.snapshot(place);
+            self.owed += usize::from(axis.is_some_and(|axis| axis.state.sends_set_points()));
+        }
+    }
+
+    /// Notes what the recording samples too, at the same moment: the table must agree with the plots.
+    pub(crate) fn note(&mut self, now: Instant, master: &ServoMaster<MOST_AXES>, places: &[usize]) {
+        if !self.running {
+            return;
+        }
         for (watch, &place) in self.axes.iter_mut().zip(places) {
             let Some(axis) = master.snapshot(place) else {
                 continue;
             };
-            self.owed += usize::from(axis.state.sends_set_points());
             watch.largest_backlog_counts = watch
                 .largest_backlog_counts
                 .max(axis.backlog_counts.unsigned_abs());
@@ -158,7 +163,8 @@ impl Watch {
             target_counts: target_counts.wrapping_sub(anchor_counts),
             sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
             received_counts: drive.commanded_counts(),
-            position_error_counts: i64::from(target_counts) - drive.position_counts(now_ns),
+            position_error_counts: i64::from(snapshot.target_counts)
+                - drive.position_counts(now_ns),
             largest_backlog_counts: watch.largest_backlog_counts,
             worst_status_age_ms: watch.status.ms(),
             worst_position_age_ms: watch.position.ms(),
