@@ -4,7 +4,7 @@ use core::fmt;
 use std::io;
 
 use can_motion::{ConfigError, Fault, ProcedureError};
-use dyn_can::{DriveId, GearNumber, StoredDriveId};
+use dyn_can::{DecodeError, DriveId, GearNumber, StoredDriveId};
 
 use super::Parameter;
 use crate::confirm::NotConfirmed;
@@ -54,6 +54,11 @@ pub(crate) enum DrivesError {
     NoIdOnCan,
     /// The drive does not answer.
     NoAnswer { drive: StoredDriveId },
+    /// A reply of the drive does not decode.
+    BadReply {
+        drive: StoredDriveId,
+        error: DecodeError,
+    },
     /// The drive answered some requests, not all, in the time that it had.
     Incomplete { drive: StoredDriveId },
     /// The drive has a fault that forbids what was asked for.
@@ -174,6 +179,13 @@ impl fmt::Display for DrivesError {
                 f,
                 "drive {drive} does not answer: check its power, wiring, termination, bit rate and id, or look with `motionctl scan`"
             ),
+            Self::BadReply {
+                drive,
+                error: error @ DecodeError::OrderUnknown { .. },
+            } => write!(f, "drive {drive}: {error} with --group3-order"),
+            Self::BadReply { drive, error } => {
+                write!(f, "a reply of drive {drive} cannot be read: {error}")
+            }
             Self::Incomplete { drive } => {
                 write!(
                     f,

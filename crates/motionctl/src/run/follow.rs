@@ -90,6 +90,7 @@ impl<'link> Follow<'link> {
             self.settle()
         });
         let before_end = self.snapshots();
+        let ended_at = self.station.now();
         let moved = moved.map_err(Stop::outcome);
         if let Err(Outcome::Stopped(text) | Outcome::StoodStill(text)) = &moved {
             // At once: slowing down and confirming take their time.
@@ -109,7 +110,7 @@ impl<'link> Follow<'link> {
             .zip(&self.read_back)
             .enumerate()
             .map(|(axis, (((snapshot, &anchor), target), &read_back))| {
-                AxisSummary::new(axis, snapshot, anchor, target, read_back)
+                AxisSummary::new(axis, snapshot, anchor, target, read_back, ended_at)
             })
             .collect();
         let pace = self.station.pace();

@@ -3,7 +3,7 @@
 use core::fmt;
 use std::process::ExitCode;
 
-use can_motion::{AxisSnapshot, ReadBackScale};
+use can_motion::{AxisSnapshot, Instant, ReadBackScale};
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use dyn_can::DriveId;
@@ -14,6 +14,9 @@ use crate::exit;
 use crate::link::LinkFault;
 use crate::station::{End, PaceCounts, left_on, unconfirmed_warning};
 use crate::table::align_numbers;
+
+/// An older position says nothing of the end of a motion.
+const FRESH_MS: u64 = 500;
 
 /// How a motion ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,18 +68,32 @@ pub(super) struct AxisSummary {
     sent_counts: i32,
     /// Position that the drive reported last, from the start, in command counts.
     read_counts: Option<i32>,
+    /// How old that position was when the motion ended.
+    read_age_ms: Option<u64>,
     /// Set-points that missed their cycle and went with the next one.
     merged: u32,
     reply_timeouts: u32,
 }
 
 impl AxisSummary {
+    /// The position that was read, with its age where it says nothing of the end.
+    fn read_text(&self) -> String {
+        match (self.read_counts, self.read_age_ms) {
+            (Some(counts), Some(age_ms)) if age_ms > FRESH_MS => {
+                format!("{counts}? {age_ms} ms old")
+            }
+            (Some(counts), _) => counts.to_string(),
+            (None, _) => "never read".to_owned(),
+        }
+    }
+
     pub(super) fn new(
         axis: usize,
         snapshot: &AxisSnapshot,
         anchor_counts: i32,
         target_counts: i32,
         read_back: ReadBackScale,
+        now: Instant,
     ) -> Self {
         let position = snapshot.feedback.position;
         let read_counts = position.and_then(|read| read_back.to_command_counts(read.value));
@@ -88,6 +105,7 @@ impl AxisSummary {
             set_points: snapshot.counters.set_points,
             target_counts,
             sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
+            read_age_ms: position.map(|read| now.us_since(read.at) / 1_000),
             read_counts: read_counts.map(|counts| counts.wrapping_sub(anchor_counts)),
             merged: snapshot.counters.merged,
             reply_timeouts: snapshot.counters.timeouts,
@@ -178,8 +196,7 @@ impl Summary {
                 axis.merged.to_string(),
                 axis.target_counts.to_string(),
                 axis.sent_counts.to_string(),
-                axis.read_counts
-                    .map_or_else(|| "-".to_owned(), |counts| counts.to_string()),
+                axis.read_text(),
                 axis.reply_timeouts.to_string(),
                 axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
             ]);

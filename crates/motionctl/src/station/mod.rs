@@ -18,7 +18,7 @@ mod stall;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use axis_options::AxisOptions;
+pub(crate) use axis_options::{AxisOptions, ReplyOptions};
 pub(crate) use bring_up::BringUpError;
 pub(crate) use clock::{Clock, serve_until};
 pub(crate) use fault_text::fault_text;

@@ -11,7 +11,7 @@ use crate::confirm::{confirm, confirm_by};
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Parameter, Readings, Setting, WriteEnd};
 use crate::output::{self, print_json};
-use crate::station::AxisOptions;
+use crate::station::ReplyOptions;
 use side_effect::SideEffect;
 
 const EXAMPLES: &str = "\
@@ -36,6 +36,8 @@ Exit status: 0 the drive has every value, 1 it does not, 2 not confirmed and not
 pub(crate) struct Arguments {
     #[command(flatten)]
     drives: DrivesOptions,
+    #[command(flatten)]
+    replies: ReplyOptions,
     /// Id of the drive; over --serial also 0, a drive that was never given one.
     #[arg(long, value_name = "ID", value_parser = stored_id)]
     drive: StoredDriveId,
@@ -77,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     refuse_twice(&arguments.settings)?;
     let mut drives = arguments
         .drives
-        .open(AxisOptions::default())
+        .open(arguments.replies.into())
         .map_err(DrivesError::Open)?;
     let before = drives.read(drive)?;
     let (same, different): (Vec<Setting>, Vec<Setting>) = arguments

@@ -166,3 +166,36 @@ fn a_bit_rate_that_dyn_drives_do_not_know_is_refused_with_those_that_they_do() {
         "{errors}"
     );
 }
+
+#[test]
+fn a_gear_number_that_fits_both_byte_orders_is_refused_until_the_user_says_which() {
+    let bench = BenchProcess::start_with("both-orders", "3", &["--revision", "1.2A"]);
+    bench.disable("3");
+    // 4104 is 1008h, and read the other way round 2064.
+    let both = "the gear number is 4104 or 2064";
+    let write = ["write", "--drive", "3", "gear-number=4104", "--yes"];
+    let (status, _, errors) = on(&bench, &write);
+    assert_eq!(status, Some(1), "{errors}");
+    assert!(errors.contains(both), "{errors}");
+    let read = ["read", "--drive", "3", "--json"];
+    let (status, _, errors) = on(&bench, &read);
+    assert_eq!(status, Some(1), "{errors}");
+    assert!(
+        errors.contains(both) && errors.contains("--group3-order"),
+        "{errors}"
+    );
+    for (order, gear) in [("msb-first", 4_104), ("lsb-first", 2_064)] {
+        let (status, text, errors) = on(&bench, &[&read[..], &["--group3-order", order]].concat());
+        assert_eq!(status, Some(0), "{errors}");
+        let readings: Value = serde_json::from_str(&text).expect("JSON");
+        let mut parameters = readings["parameters"].as_array().expect("a list").iter();
+        let reading = parameters.find(|reading| reading["parameter"] == "gear-number");
+        assert_eq!(reading.expect("it is read")["value"], gear);
+    }
+    let jog = ["jog", "--drive", "3", "--turns", "0.1", "--yes"];
+    let (status, _, errors) = on(&bench, &jog);
+    assert_ne!(status, Some(0), "{errors}");
+    let report = bench.stop();
+    assert_eq!(report["drives"][0]["set_points"], 0, "{report}");
+    assert_eq!(report["drives"][0]["enabled"], false, "{report}");
+}
