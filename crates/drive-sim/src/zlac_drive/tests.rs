@@ -380,7 +380,7 @@ fn each_stop_brakes_as_its_option_says() {
     const ON: u16 = 0x27;
     const QUICK: u16 = 0x07;
     let near = |expected: u64, actual: u64| actual.abs_diff(expected) <= 2;
-    let cases: [((u16, i16), u16, u64, u16, u16); 11] = [
+    let cases = [
         ((0x605A, 5), 0x0002, 100, QUICK, QUICK),
         ((0x605A, 6), 0x0002, 20, QUICK, QUICK),
         ((0x605A, 7), 0x0002, 5, QUICK, QUICK),
