@@ -76,6 +76,8 @@ mod bus;
 #[cfg(target_os = "none")]
 mod cycle_clock;
 #[cfg(target_os = "none")]
+mod event_words;
+#[cfg(target_os = "none")]
 mod last_words;
 #[cfg(target_os = "none")]
 mod playback;

@@ -5,6 +5,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
 use crate::config::AXES;
+use crate::event_words::EventWords;
 use crate::last_words::{History, LastWords};
 use crate::recovery::FaultState;
 use crate::start::Cause;
@@ -85,29 +86,30 @@ fn write(message: &Message) {
 }
 
 fn write_event(event: &Event<EventKind>) {
+    let words = EventWords(event);
     match event.kind {
         EventKind::Fault(Fault::Gear {
             expected,
             actual: Some(actual),
         }) => defmt::error!(
             "{}: its gear number is {=u16}, the configuration says {=u16}: correct one of the two; it is not enabled",
-            event,
+            words,
             actual,
             expected
         ),
         EventKind::FoundOn => defmt::warn!(
             "{}: it is left alone until enable becomes active, or the stop circuit opens",
-            event
+            words
         ),
         EventKind::DisableUnconfirmed { .. } => defmt::error!(
             "{}: the drive may still have power; the command is repeated until the drive confirms it",
-            event
+            words
         ),
-        EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", event),
+        EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", words),
         EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
-            defmt::info!("{}", event);
+            defmt::info!("{}", words);
         }
-        _ => defmt::warn!("{}", event),
+        _ => defmt::warn!("{}", words),
     }
 }
 

@@ -166,7 +166,8 @@ fn check_vector(vector: Vector) -> Result<(), Mismatch> {
 }
 
 fn dialect_of(options: Options, revision: RevisionField) -> Dialect {
-    options.dialect(Revision::from(revision), ZeroAddress::Stop)
+    let options = options.with_printed_group3_order();
+    options.dialect(Revision::from(revision), ZeroAddress::DisableAndSpeedZero)
 }
 
 /// A remote frame has a length code but no data; any other frame has as many bytes as its length code says.
@@ -217,6 +218,12 @@ fn decode_reply(
 ) -> Result<String, Refused> {
     let frame = data_frame(frame)?;
     let (from, reply) = Reply::decode(&frame, outstanding, dialect).map_err(of_decode_error)?;
+    // The codec hands such a torque on as a value in doubt, so that a drive with another scale is not taken for a lost one.
+    if let Reply::Torque(torque) = reply
+        && torque.is_beyond_scale()
+    {
+        return Err((Some(Code::Range), format!("in doubt: {torque:?}")));
+    }
     Ok(format!("{reply:?} from {from}"))
 }
 

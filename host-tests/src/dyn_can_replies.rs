@@ -47,9 +47,10 @@ fn check_vector(vector: Vector) -> Result<(), Mismatch> {
     let frame = data_frame(vector.can_id, vector.dlc, &vector.data)?;
     let from = address(vector.drive_id).map_err(Mismatch::unreadable)?;
     let outstanding = outstanding(function, vector.context);
-    let dialect = vector
-        .options
-        .dialect(Revision::from(vector.revision), ZeroAddress::Stop);
+    let dialect = vector.options.dialect(
+        Revision::from(vector.revision),
+        ZeroAddress::DisableAndSpeedZero,
+    );
     let (sender, reply) =
         Reply::decode(&frame, outstanding, &dialect).map_err(|error| Mismatch {
             expected: format!("fields {:?}", vector.fields),

@@ -57,10 +57,10 @@ fn check_vector(vector: Vector) -> Result<(), Mismatch> {
 
 /// The least permission that covers the request, so that a stop must pass with the permission for stops.
 fn permission(request: &Request, to: Address) -> ZeroAddress {
-    if to == Address::Broadcast && !request.may_be_broadcast(ZeroAddress::Stop) {
+    if to == Address::Broadcast && !request.may_be_broadcast(ZeroAddress::DisableAndSpeedZero) {
         ZeroAddress::LoneFreshDrive
     } else {
-        ZeroAddress::Stop
+        ZeroAddress::DisableAndSpeedZero
     }
 }
 

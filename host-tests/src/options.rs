@@ -56,7 +56,7 @@ pub struct Options {
     /// Byte order of GEAR and LINE in Set_Param_Group3.
     group3_request_order: Option<Order>,
     /// Byte order of the 5-byte Read_Param_Group3 reply.
-    group3_reply_order_12a: Option<Order>,
+    group3_reply_order_12a: Option<ReplyOrder>,
     /// Byte order of the 6-byte Read_Param_Group3 reply.
     group3_reply_order_16a: Option<ReplyOrder>,
     /// Dummy byte on requests without arguments.
@@ -86,6 +86,15 @@ pub struct Options {
 }
 
 impl Options {
+    /// The same, with the printed order of the 6-byte Read_Param_Group3 reply where none is given: the order in which the vectors of
+    /// refusals were made, before it was recognised by default (D20).
+    pub fn with_printed_group3_order(self) -> Self {
+        Self {
+            group3_reply_order_16a: self.group3_reply_order_16a.or(Some(ReplyOrder::Little)),
+            ..self
+        }
+    }
+
     /// The preset of the revision with these readings in place.
     ///
     /// `allow_broadcast` is one switch in the vectors and has two steps in [`ZeroAddress`]; it becomes `broadcast`.
@@ -105,13 +114,13 @@ impl Options {
             revision,
             number_order: order(self.number_order, preset.number_order),
             group3_request_order: order(self.group3_request_order, preset.group3_request_order),
-            group3_reply_order_1_2a: order(
-                self.group3_reply_order_12a,
-                preset.group3_reply_order_1_2a,
-            ),
+            group3_reply_order_1_2a: self
+                .group3_reply_order_12a
+                .map_or(preset.group3_reply_order_1_2a, Into::into),
             group3_reply_order_1_6a,
             set_origin: empty.or(self.set_origin).unwrap_or(preset.set_origin),
             torque_full_scale: self.torque_full_scale.unwrap_or(preset.torque_full_scale),
+            positive_torque: preset.positive_torque,
             read_dummy: self.read_dummy.or(preset.read_dummy),
             accept_beyond_28_bit: self
                 .accept_beyond_28_bit
@@ -153,10 +162,11 @@ fn torque_full_scale<'de, D: Deserializer<'de>>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dyn_can::Rotation;
 
     fn dialect(json: &str) -> Result<Dialect, serde_json::Error> {
         let options: Options = serde_json::from_str(json)?;
-        Ok(options.dialect(Revision::V1_6A, ZeroAddress::Stop))
+        Ok(options.dialect(Revision::V1_6A, ZeroAddress::DisableAndSpeedZero))
     }
 
     #[test]
@@ -173,14 +183,15 @@ mod tests {
             revision: Revision::V1_6A,
             number_order: ByteOrder::LsbFirst,
             group3_request_order: ByteOrder::LsbFirst,
-            group3_reply_order_1_2a: ByteOrder::LsbFirst,
+            group3_reply_order_1_2a: Group3ReplyOrder::Fixed(ByteOrder::LsbFirst),
             group3_reply_order_1_6a: Group3ReplyOrder::Recognise,
             set_origin: SetOriginData::Magic(0xFF),
             torque_full_scale: TorqueFullScale::Raw700,
+            positive_torque: Rotation::Clockwise,
             read_dummy: Some(7),
             accept_beyond_28_bit: true,
             strict_minimal: true,
-            zero_address: ZeroAddress::Stop,
+            zero_address: ZeroAddress::DisableAndSpeedZero,
             allow_assign_zero: true,
         };
         assert_eq!(dialect(all).unwrap(), expected);

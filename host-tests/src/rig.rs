@@ -311,7 +311,7 @@ impl Rig {
     }
 }
 
-/// Wheels on a bus of 500 kbit/s.
+/// Wheels on a bus of the bit rate of their master.
 pub type WheelRig = Rig<ZlacDrive, Zlac>;
 
 impl WheelRig {
@@ -326,6 +326,6 @@ impl WheelRig {
     ) -> Self {
         let master = Master::new(config, wheels).expect("a configuration that works");
         let drives = drives.into_iter().map(ZlacDrive::new);
-        Self::connect(BitRate::Kbit500, TxOrder::Fifo, drives, master, &config)
+        Self::connect(config.bit_rate, TxOrder::Fifo, drives, master, &config)
     }
 }

@@ -173,7 +173,7 @@ fn check_replies(dialect: &Dialect, only_in_this_revision: u64) {
     let group_2 = 127 * 127;
     let motor_speed = 65_536;
     let position = ANY_NUMBER;
-    let torque = 256 + 2 * dialect.torque_full_scale.get() as u64 + 1;
+    let torque = 256 + 65_536;
     let of_one_drive =
         drive_id + any_byte + group_2 + motor_speed + position + torque + only_in_this_revision;
     // A drive without an id answers on the broadcast identifiers.

@@ -4,9 +4,9 @@ use dyn_can::{
     Address, Alarm, Amplitude, ByteOrder, CommandMode, ConfigByte, Counts28, DataFrame, Dialect,
     DriveConfig, DriveError, DriveId, DriveStatus, DynFrame, FrequencyHz, FunctionCode, GearNumber,
     Group3ReplyOrder, IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
-    PdStep, Quantity, Reply, ReplyKind, Request, Revision, ServoMode, SetOriginData, SpeedGain,
-    SpeedRpm, StepLimit, StoredDriveId, Torque, TorqueFilter, TorqueFullScale, ZeroAddress,
-    go_relative_pos_pd, units,
+    PdStep, Quantity, Reply, ReplyKind, Request, Revision, Rotation, ServoMode, SetOriginData,
+    SpeedGain, SpeedRpm, StepLimit, StoredDriveId, Torque, TorqueFilter, TorqueFullScale,
+    ZeroAddress, go_relative_pos_pd, units,
 };
 
 use crate::opaque::{self, consume, number};
@@ -58,26 +58,35 @@ pub fn address() -> Address {
     Address::from_can_id(opaque::bits() as u16)
 }
 
+fn rotation() -> Rotation {
+    opaque::pick([Rotation::Clockwise, Rotation::CounterClockwise])
+}
+
 /// Any reading of the documents.
 pub fn dialect() -> Dialect {
     let order = || opaque::pick([ByteOrder::MsbFirst, ByteOrder::LsbFirst]);
+    let group3_order = || {
+        opaque::pick([
+            Group3ReplyOrder::Recognise,
+            Group3ReplyOrder::Fixed(order()),
+        ])
+    };
     Dialect {
         revision: opaque::pick([Revision::V1_2A, Revision::V1_6A]),
         number_order: order(),
         group3_request_order: order(),
-        group3_reply_order_1_2a: order(),
-        group3_reply_order_1_6a: opaque::pick([
-            Group3ReplyOrder::Recognise,
-            Group3ReplyOrder::Fixed(order()),
-        ]),
+        group3_reply_order_1_2a: group3_order(),
+        group3_reply_order_1_6a: group3_order(),
         set_origin: opaque::pick([SetOriginData::Empty, SetOriginData::Magic(opaque::byte())]),
         torque_full_scale: full_scale(),
+        positive_torque: rotation(),
         read_dummy: opaque::maybe(opaque::byte()),
         accept_beyond_28_bit: opaque::flag(),
         strict_minimal: opaque::flag(),
         zero_address: opaque::pick([
             ZeroAddress::SyncTrigger,
-            ZeroAddress::Stop,
+            ZeroAddress::Disable,
+            ZeroAddress::DisableAndSpeedZero,
             ZeroAddress::LoneFreshDrive,
         ]),
         allow_assign_zero: opaque::flag(),
@@ -174,7 +183,7 @@ fn numbers() {
     if let Ok(limit) = StepLimit::new(number()) {
         consume(PdStep::toward(number(), limit));
     }
-    let quantity = opaque::pick([Quantity::PdStep, Quantity::ConfigByte, Quantity::Torque981]);
+    let quantity = opaque::pick([Quantity::PdStep, Quantity::ConfigByte, Quantity::StepLimit]);
     consume((quantity.limits(), quantity.check(number())));
 }
 
@@ -211,7 +220,7 @@ fn conversions() {
     if let Ok(filter) = TorqueFilter::new(number()) {
         consume(units::torque_filter_rad_s(filter));
     }
-    if let Some(torque) = Torque::from_share(x, full_scale()) {
+    if let Some(torque) = Torque::from_share(x, full_scale(), rotation()) {
         consume((torque.of_peak(), torque.current_a(x)));
     }
 }

@@ -62,7 +62,7 @@ fn codec() {
     say(FunctionCode::from_can_id(opaque::bits() as u16));
     say(DriveError::from_byte(opaque::byte()));
     say(DriveStatus::from_byte(opaque::byte()).alarm());
-    say(opaque::pick([Quantity::PdStep, Quantity::Torque981]));
+    say(opaque::pick([Quantity::PdStep, Quantity::StepLimit]));
 }
 
 fn serial() {

@@ -87,6 +87,7 @@ pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
     let emulator = Emulator::prepare()?;
     let image = Image::with_config(arguments.board, arguments.config.as_deref());
     let image = image.build(&builder, &emulator.images)?;
+    emulator.build("emulate")?;
     let mut command = emulator.command(&["run", "--quiet", "--bin", "emulate", "--"])?;
     command
         .arg(image)
@@ -165,6 +166,19 @@ impl Emulator {
         })
     }
 
+    /// Builds a program of the emulator with cargo's own messages, and says beforehand when that takes its time.
+    fn build(&self, program: &str) -> Result<(), Error> {
+        let built = self.folder.join("target/debug").join(program);
+        if !built.is_file() {
+            eprintln!("{}", first_build(system_unicorn().as_deref()));
+        }
+        let mut command = self.command(&["build", "--bin", program])?;
+        succeed(
+            &format!("cargo build --bin {program} in {FOLDER}"),
+            &mut command,
+        )
+    }
+
     /// What a program of the emulator prints.
     fn answer(
         &self,
@@ -172,6 +186,7 @@ impl Emulator {
         with: impl FnOnce(&mut Command) -> &mut Command,
     ) -> Result<Value, Error> {
         let program = format!("the emulator's program `{name}`");
+        self.build(name)?;
         let mut command = self.command(&["run", "--quiet", "--bin", name, "--"])?;
         let output = with(&mut command).output().map_err(|reason| Error::Start {
             program: program.clone(),
@@ -249,6 +264,27 @@ impl Emulator {
     }
 }
 
+/// The version of the Unicorn that this system has, as its package for development says (Debian: libunicorn-dev).
+fn system_unicorn() -> Option<String> {
+    let output = Command::new("pkg-config")
+        .args(["--modversion", "unicorn"])
+        .output()
+        .ok()?;
+    let version = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    (output.status.success() && !version.is_empty()).then_some(version)
+}
+
+fn first_build(system_unicorn: Option<&str>) -> String {
+    match system_unicorn {
+        Some(version) => {
+            format!("the emulator is built, once, with the Unicorn {version} of this system")
+        }
+        None => "the emulator is built, once: Unicorn is compiled from its source, which takes some minutes. Debian's package \
+                 libunicorn-dev saves that time"
+            .to_owned(),
+    }
+}
+
 /// Makes a virtual environment with the tools, unless it is there.
 fn install_tools(target: &Path) -> Result<PathBuf, Error> {
     let tools = target.join("emulator-tools");
@@ -323,5 +359,17 @@ fn succeed(program: &str, command: &mut Command) -> Result<(), Error> {
             program: program.into(),
             reason,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_build_is_announced_with_what_would_shorten_it() {
+        let from_source = first_build(None);
+        assert!(from_source.contains("some minutes") && from_source.contains("libunicorn-dev"));
+        assert!(first_build(Some("2.0.1")).contains("Unicorn 2.0.1 of this system"));
     }
 }

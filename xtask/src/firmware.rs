@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
-use crate::images::{Board, COMMISSION, CONFIG, PACKAGE};
+use crate::images::{Board, COMMISSION, CONFIG, PACKAGE, keep_for_board};
 use crate::size::Size;
 use crate::thumb::{Builder, Variant};
 use crate::toolchain::Preference;
@@ -61,7 +61,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         PACKAGE
     };
     builder.build(PACKAGE, &variant)?;
-    let image = builder.images().join(name);
+    let image = keep_for_board(
+        &builder.images().join(name),
+        arguments.board,
+        builder.target(),
+    )?;
     let size = Size::of_image(&image)?;
     println!("{size}\nimage  {}", image.display());
     Ok(())

@@ -43,6 +43,25 @@ impl Board {
     }
 }
 
+/// Where the image of a board lies for the user, below the build products: the boards share the folder of their builds, in which the
+/// one would overwrite the other.
+const FIRMWARE_FOLDER: &str = "firmware";
+
+/// Copies an image to the place of its board.
+///
+/// # Errors
+/// When it cannot be copied.
+pub(crate) fn keep_for_board(image: &Path, board: Board, target: &Path) -> Result<PathBuf, Error> {
+    let folder = target.join(FIRMWARE_FOLDER).join(board.feature());
+    let place = folder.join(image.file_name().unwrap_or(PACKAGE.as_ref()));
+    let copied = fs::create_dir_all(&folder).and_then(|()| fs::copy(image, &place));
+    copied.map_err(|reason| Error::Image {
+        path: place.clone(),
+        reason: reason.to_string(),
+    })?;
+    Ok(place)
+}
+
 /// One image: its name and what makes it differ from the one that `cargo fw` builds.
 pub(crate) struct Image {
     /// Name of the file.
@@ -141,5 +160,26 @@ impl Image {
             reason: reason.to_string(),
         })?;
         Ok(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_boards_have_images_of_their_own() {
+        let target = std::env::temp_dir().join(format!("images-{}", std::process::id()));
+        fs::create_dir_all(&target).unwrap();
+        let built = target.join(PACKAGE);
+        let kept = Board::ALL.map(|board| {
+            // As a build does: always at the same place.
+            fs::write(&built, board.feature()).unwrap();
+            keep_for_board(&built, board, &target).unwrap()
+        });
+        let read = kept.map(|path| fs::read_to_string(path).unwrap());
+        let expected = Board::ALL.map(|board| board.feature().to_owned());
+        fs::remove_dir_all(&target).unwrap();
+        assert_eq!(read, expected);
     }
 }

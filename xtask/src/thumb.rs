@@ -59,6 +59,11 @@ impl Builder {
         &self.workspace.root
     }
 
+    /// The folder of build products.
+    pub(crate) fn target(&self) -> &Path {
+        &self.workspace.target
+    }
+
     /// The folder of the images.
     pub(crate) fn images(&self) -> PathBuf {
         self.folder.join(TARGET).join("release")

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-/// Bit rate of a bus: those of the DYN drives (1.6A section 1), each with a whole number of nanoseconds a bit.
+/// Bit rate of a bus that one of the drives knows, each with a whole number of nanoseconds a bit. Which drive knows which:
+/// `dyn_can::BIT_RATES` and `zlac8030l::BIT_RATES`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -13,6 +14,8 @@ pub enum BitRate {
     Kbit20,
     /// 50 kbit/s.
     Kbit50,
+    /// 100 kbit/s.
+    Kbit100,
     /// 125 kbit/s.
     Kbit125,
     /// 250 kbit/s.
@@ -27,10 +30,11 @@ pub enum BitRate {
 
 impl BitRate {
     /// Every rate, ascending.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Kbit10,
         Self::Kbit20,
         Self::Kbit50,
+        Self::Kbit100,
         Self::Kbit125,
         Self::Kbit250,
         Self::Kbit500,
@@ -60,6 +64,7 @@ impl BitRate {
             Self::Kbit10 => 10,
             Self::Kbit20 => 20,
             Self::Kbit50 => 50,
+            Self::Kbit100 => 100,
             Self::Kbit125 => 125,
             Self::Kbit250 => 250,
             Self::Kbit500 => 500,
@@ -123,7 +128,7 @@ impl fmt::Display for UnsupportedBitRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} kbit/s is not supported; use 10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s",
+            "{} kbit/s is not supported; use 10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s",
             self.kbit_per_s
         )
     }
@@ -141,6 +146,7 @@ mod tests {
             (10, 100_000),
             (20, 50_000),
             (50, 20_000),
+            (100, 10_000),
             (125, 8_000),
             (250, 4_000),
             (500, 2_000),
@@ -177,13 +183,13 @@ mod tests {
         let error = BitRate::from_kbit_per_s(333).unwrap_err();
         assert_eq!(
             std::format!("{error}"),
-            "333 kbit/s is not supported; use 10, 20, 50, 125, 250, 500, 800 or 1000 kbit/s"
+            "333 kbit/s is not supported; use 10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s"
         );
     }
 
     #[test]
     fn other_rates_are_refused() {
-        for kbit_per_s in [0, 100, 300, 1001] {
+        for kbit_per_s in [0, 83, 300, 1001] {
             assert_eq!(
                 BitRate::from_kbit_per_s(kbit_per_s),
                 Err(UnsupportedBitRate { kbit_per_s })

@@ -46,8 +46,8 @@ pub use faults::DriveFaults;
 pub use registers::{EepromWrites, STORED_GROUP2_WRITES};
 pub use servo::TICK_NS;
 pub use settings::{
-    CoastDeceleration, DynConfigError, PositionAfterPower, PositionOverflow, Reaction,
-    ReadBackScale, ResponseDelay, ServoDynamics, ServoLimits,
+    CoastDeceleration, DynConfigError, PositionAfterPower, PositionOverflow, RangeErrors, Reaction,
+    ReadBackUnit, ResponseDelay, ServoDynamics, ServoLimits,
 };
 
 use can_frame::BitRate;

@@ -47,7 +47,7 @@ use memory::Memory;
 use motion::Motion;
 use network::Network;
 use outbox::Outbox;
-use power_stage::PowerStage;
+use power_stage::{BrakesFirst, PowerStage};
 use process_data::ProcessData;
 
 /// Nanoseconds in a millisecond.
@@ -121,7 +121,22 @@ impl ZlacDrive {
             self.boot(now_ns);
         }
         self.motion.advance_to(now_ns);
+        if self.stage.is_leaving() && self.motion.stands() {
+            self.stage.stands();
+            self.update_motion();
+        }
         self.supervise(now_ns);
+    }
+
+    /// What the options of the drive say about the ways out of enabled (605Bh, 605Ch; Z43).
+    fn brakes_first(&self) -> BrakesFirst {
+        let is_set = |option| self.memory.get(option) == 1;
+        BrakesFirst {
+            on_shutdown: is_set(objects::SHUTDOWN_OPTION),
+            on_disable: is_set(objects::DISABLE_OPTION),
+            on_disable_voltage: self.config.brakes_before_power_off
+                && is_set(objects::DISABLE_OPTION),
+        }
     }
 
     fn act(&mut self, now_ns: u64, action: Action) {
@@ -185,8 +200,8 @@ impl ZlacDrive {
         self.heard_ns = None;
         match self.config.offline_reaction {
             OfflineReaction::Nothing => {}
-            OfflineReaction::QuickStop => self.stage.command(0x0002),
-            OfflineReaction::PowerOff => self.stage.command(0x0000),
+            OfflineReaction::QuickStop => self.stage.command(0x0002, self.brakes_first()),
+            OfflineReaction::PowerOff => self.stage.command(0x0000, self.brakes_first()),
         }
         self.update_motion();
     }
@@ -210,7 +225,7 @@ impl ZlacDrive {
     fn set_control_word(&mut self, now_ns: u64, word: u16) {
         let before = self.stage.control_word();
         let had_fault = self.stage.fault() != 0;
-        self.stage.command(word);
+        self.stage.command(word, self.brakes_first());
         if had_fault && self.stage.fault() == 0 {
             self.send_emcy(now_ns, [0; 8]);
         }

@@ -98,6 +98,13 @@ pub enum DecodeError {
         /// The two bytes of ON_POS_RANGE.
         on_pos_range: [u8; 2],
     },
+    /// A Read_Param_Group3 reply of 1.2A that is within its ranges in both byte orders (D21).
+    OrderUnknown {
+        /// Gear number read MSB first.
+        msb_first: u16,
+        /// Gear number read LSB first.
+        lsb_first: u16,
+    },
     /// An echo that is not what was sent.
     EchoMismatch {
         /// The bytes sent.
@@ -183,6 +190,13 @@ impl fmt::Display for DecodeError {
             } => write!(
                 f,
                 "ON_POS_RANGE must be 1..=127 in one byte order, got the bytes 0x{first:02X} 0x{second:02X}"
+            ),
+            Self::OrderUnknown {
+                msb_first,
+                lsb_first,
+            } => write!(
+                f,
+                "the gear number is {msb_first} or {lsb_first}, and the document does not state the byte order: fix the byte order of this drive"
             ),
             Self::EchoMismatch { expected, actual } => {
                 write!(f, "expected the echo {expected:02X?}, got {actual:02X?}")

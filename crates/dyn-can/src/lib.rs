@@ -5,6 +5,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod bit_rates;
 mod byte_order;
 mod dialect;
 mod error;
@@ -19,9 +20,12 @@ mod revision;
 mod selectors;
 pub mod units;
 
+pub use bit_rates::{BIT_RATES, knows_bit_rate};
 pub use byte_order::ByteOrder;
 pub use can_frame::{DataFrame, FrameError};
-pub use dialect::{Dialect, Group3ReplyOrder, SetOriginData, TorqueFullScale, ZeroAddress};
+pub use dialect::{
+    Dialect, Group3ReplyOrder, Rotation, SetOriginData, TorqueFullScale, ZeroAddress,
+};
 pub use error::{DecodeError, EncodeError};
 pub use frame::DynFrame;
 pub use function::{FunctionCode, Refusal};

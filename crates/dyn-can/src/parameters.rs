@@ -197,11 +197,14 @@ impl SetParamGroup2 {
 impl ParamGroup3 {
     pub(crate) fn payload(self, dialect: &Dialect) -> Payload {
         let line = self.line_number.map_or(0, LineNumber::get);
-        let order = match (dialect.revision, dialect.group3_reply_order_1_6a) {
-            (Revision::V1_2A, _) => dialect.group3_reply_order_1_2a,
-            (Revision::V1_6A, Group3ReplyOrder::Fixed(order)) => order,
-            // A reply that is to be recognised may be sent in either order; the printed one is LSB first.
-            (Revision::V1_6A, Group3ReplyOrder::Recognise) => ByteOrder::LsbFirst,
+        // A reply that is to be recognised may be sent in either order; 1.6A prints LSB first, 1.2A follows its requests.
+        let (order, usual) = match dialect.revision {
+            Revision::V1_2A => (dialect.group3_reply_order_1_2a, ByteOrder::MsbFirst),
+            Revision::V1_6A => (dialect.group3_reply_order_1_6a, ByteOrder::LsbFirst),
+        };
+        let order = match order {
+            Group3ReplyOrder::Fixed(order) => order,
+            Group3ReplyOrder::Recognise => usual,
         };
         let [a, b] = u16_bytes(u16::from(self.on_pos_range.get()), order);
         let [c, d] = u16_bytes(self.gear_number.get(), order);
@@ -217,8 +220,13 @@ impl ParamGroup3 {
         match dialect.revision {
             Revision::V1_2A => {
                 expect_len(frame, 5, 5)?;
-                let order = dialect.group3_reply_order_1_2a;
-                Self::from_raw(i32::from(a), [b, c], [d, e], order)
+                let read = |order| Self::from_raw(i32::from(a), [b, c], [d, e], order);
+                match dialect.group3_reply_order_1_2a {
+                    Group3ReplyOrder::Fixed(order) => read(order),
+                    Group3ReplyOrder::Recognise => {
+                        the_one_order(read(ByteOrder::MsbFirst), read(ByteOrder::LsbFirst))
+                    }
+                }
             }
             Revision::V1_6A => {
                 expect_len(frame, 6, 6)?;
@@ -251,6 +259,21 @@ fn recognise_order(on_pos_range: [u8; 2]) -> Result<ByteOrder, DecodeError> {
         [1..=127, 0] => Ok(ByteOrder::LsbFirst),
         [0, 1..=127] => Ok(ByteOrder::MsbFirst),
         _ => Err(DecodeError::ByteOrder { on_pos_range }),
+    }
+}
+
+/// The reading that is within its ranges; two different ones that both are leave the gear number open (D21).
+fn the_one_order(
+    msb_first: Result<ParamGroup3, DecodeError>,
+    lsb_first: Result<ParamGroup3, DecodeError>,
+) -> Result<ParamGroup3, DecodeError> {
+    match (msb_first, lsb_first) {
+        (Ok(msb), Ok(lsb)) if msb != lsb => Err(DecodeError::OrderUnknown {
+            msb_first: msb.gear_number.get(),
+            lsb_first: lsb.gear_number.get(),
+        }),
+        (Err(_), Ok(lsb)) => Ok(lsb),
+        (msb, _) => msb,
     }
 }
 
@@ -298,10 +321,7 @@ mod tests {
 
     #[test]
     fn group_3_byte_order_recognises_itself() {
-        let recognise = Dialect {
-            group3_reply_order_1_6a: Group3ReplyOrder::Recognise,
-            ..Dialect::V1_6A
-        };
+        let recognise = Dialect::V1_6A;
         for bytes in [
             [0x14, 0x00, 0x00, 0x10, 0xC4, 0x09],
             [0x00, 0x14, 0x10, 0x00, 0x09, 0xC4],
@@ -316,6 +336,55 @@ mod tests {
                 on_pos_range: [0, 0]
             })
         );
+    }
+
+    fn of_1_2a(bytes: [u8; 5], dialect: &Dialect) -> Result<(u16, Option<u16>), DecodeError> {
+        let frame = DataFrame::new(0x075, &bytes).unwrap();
+        ParamGroup3::decode(&frame, dialect).map(|group| {
+            (
+                group.gear_number.get(),
+                group.line_number.map(LineNumber::get),
+            )
+        })
+    }
+
+    #[test]
+    fn group_3_of_1_2a_is_read_in_the_one_order_that_fits() {
+        let read = |bytes| of_1_2a(bytes, &Dialect::V1_2A);
+        // 4096 and 2500, MSB first and LSB first; 4096 without a line number, both ways.
+        assert_eq!(read([20, 0x10, 0x00, 0x09, 0xC4]), Ok((4096, Some(2500))));
+        assert_eq!(read([20, 0x00, 0x10, 0xC4, 0x09]), Ok((4096, Some(2500))));
+        assert_eq!(read([20, 0x10, 0x00, 0x00, 0x00]), Ok((4096, None)));
+        assert_eq!(read([20, 0x00, 0x10, 0x00, 0x00]), Ok((4096, None)));
+        // 0808h is the same number in both orders.
+        assert_eq!(read([20, 0x08, 0x08, 0x00, 0x00]), Ok((2056, None)));
+        // 2000 or 53255: one of them is a gear number.
+        assert_eq!(read([20, 0x07, 0xD0, 0x00, 0x00]), Ok((2000, None)));
+        // The gear number fits both ways, the line number one way: 1000 fits, E803h does not.
+        assert_eq!(read([20, 0x10, 0x08, 0x03, 0xE8]), Ok((4104, Some(1000))));
+        assert_eq!(read([20, 0x10, 0x08, 0xE8, 0x03]), Ok((2064, Some(1000))));
+    }
+
+    #[test]
+    fn group_3_of_1_2a_that_fits_both_orders_is_refused_and_may_be_fixed() {
+        let ambiguous = [20, 0x10, 0x08, 0x00, 0x00];
+        let both = DecodeError::OrderUnknown {
+            msb_first: 4104,
+            lsb_first: 2064,
+        };
+        assert_eq!(of_1_2a(ambiguous, &Dialect::V1_2A), Err(both));
+        for (order, gear) in [(ByteOrder::MsbFirst, 4104), (ByteOrder::LsbFirst, 2064)] {
+            let fixed = Dialect {
+                group3_reply_order_1_2a: Group3ReplyOrder::Fixed(order),
+                ..Dialect::V1_2A
+            };
+            assert_eq!(of_1_2a(ambiguous, &fixed), Ok((gear, None)));
+        }
+        // Neither order: said in the usual one.
+        assert!(matches!(
+            of_1_2a([20, 0x00, 0x01, 0x00, 0x00], &Dialect::V1_2A),
+            Err(DecodeError::Range(_))
+        ));
     }
 
     #[test]

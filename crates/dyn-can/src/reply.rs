@@ -1,9 +1,9 @@
 //! Replies: what a drive sends, decoded against the outstanding request.
 
 use can_frame::DataFrame;
-use dyn_values::{ConfigByte, Counts28, DriveStatus, Quantity};
+use dyn_values::{ConfigByte, Counts28, DriveStatus};
 
-use crate::dialect::{Dialect, TorqueFullScale};
+use crate::dialect::{Dialect, Rotation, TorqueFullScale};
 use crate::error::DecodeError;
 use crate::frame::{DynFrame, Payload, compose, expect_len, first_word, one_byte};
 use crate::function::FunctionCode;
@@ -79,7 +79,7 @@ impl ReplyKind {
     }
 }
 
-/// Torque as a drive reports it; positive is clockwise.
+/// Torque as a drive reports it. [`Torque::of_peak`] has its share of the peak current, positive clockwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Torque {
@@ -87,6 +87,8 @@ pub struct Torque {
     pub raw: i16,
     /// The number that stands for the drive's peak current (D28).
     pub full_scale: TorqueFullScale,
+    /// The direction in which a positive number turns the shaft (D30).
+    pub positive: Rotation,
 }
 
 /// A message from a drive (1.6A and 1.2A, section 6).
@@ -248,11 +250,11 @@ fn decode_position(frame: &DataFrame, dialect: &Dialect) -> Result<i32, DecodeEr
 
 fn decode_torque(frame: &DataFrame, dialect: &Dialect) -> Result<Torque, DecodeError> {
     let raw = number::decode_checked(frame, (1, 2), dialect.number_order, dialect.strict_minimal)?;
-    let full_scale = dialect.torque_full_scale;
-    let quantity: Quantity = full_scale.quantity();
+    // Two bytes at most were checked; a number beyond the scale is a value in doubt and no lost reply.
     Ok(Torque {
-        raw: quantity.check(raw)? as i16,
-        full_scale,
+        raw: raw as i16,
+        full_scale: dialect.torque_full_scale,
+        positive: dialect.positive_torque,
     })
 }
 
@@ -272,6 +274,7 @@ mod tests {
         let torque = Torque {
             raw: -157,
             full_scale: TorqueFullScale::Raw981,
+            positive: Rotation::Clockwise,
         };
         assert_eq!(
             decode(&[0xFF, 0x63], 0x0AE, Some(ReplyKind::Torque)),
@@ -285,6 +288,37 @@ mod tests {
             decode(&[0xFF, 0x63], 0x0AE, None),
             Err(DecodeError::SelectorUnknown)
         );
+    }
+
+    #[test]
+    fn the_same_torque_turns_the_other_way_in_the_other_revision() {
+        // FF63 of 1.6A section 6, #14 is counter-clockwise, and of 1.2A clockwise.
+        let frame = DataFrame::new(0x0AE, &[0xFF, 0x63]).unwrap();
+        let share = |dialect| match Reply::decode(&frame, Some(ReplyKind::Torque), dialect) {
+            Ok((_, Reply::Torque(torque))) => torque.of_peak(),
+            other => panic!("{other:?}"),
+        };
+        assert!((share(&Dialect::V1_6A) + 157.0 / 981.0).abs() < 1e-12);
+        assert!((share(&Dialect::V1_2A) - 157.0 / 700.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_torque_beyond_its_scale_is_a_value_in_doubt() {
+        for (data, raw, beyond) in [
+            ([0x03, 0xD5], 981, false),
+            ([0x03, 0xD6], 982, true),
+            ([0xFC, 0x2B], -981, false),
+            ([0xFC, 0x2A], -982, true),
+            ([0x80, 0x00], i16::MIN, true),
+        ] {
+            match decode(&data, 0x0AE, Some(ReplyKind::Torque)) {
+                Ok(Reply::Torque(torque)) => {
+                    assert_eq!((torque.raw, torque.is_beyond_scale()), (raw, beyond));
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        assert!(decode(&[0, 0, 0], 0x0AE, Some(ReplyKind::Torque)).is_err());
     }
 
     #[test]

@@ -189,8 +189,11 @@ impl Request {
     pub const fn may_be_broadcast(&self, permission: ZeroAddress) -> bool {
         match (permission, self) {
             (ZeroAddress::LoneFreshDrive, _) | (_, Self::SyncTrigger(_)) => true,
-            (ZeroAddress::Stop, Self::ServoDisable(ServoSwitch::Disable)) => true,
-            (ZeroAddress::Stop, Self::TurnConstSpeed(speed)) => speed.get() == 0,
+            (
+                ZeroAddress::Disable | ZeroAddress::DisableAndSpeedZero,
+                Self::ServoDisable(ServoSwitch::Disable),
+            ) => true,
+            (ZeroAddress::DisableAndSpeedZero, Self::TurnConstSpeed(speed)) => speed.get() == 0,
             _ => false,
         }
     }
@@ -404,8 +407,17 @@ mod tests {
                 })
         };
         assert!(refused(disable, &Dialect::V1_6A));
+        let only_disable = Dialect {
+            zero_address: ZeroAddress::Disable,
+            ..Dialect::V1_6A
+        };
+        assert!(!refused(disable, &only_disable));
+        assert!(refused(
+            Request::TurnConstSpeed(SpeedRpm::ZERO),
+            &only_disable
+        ));
         let stop = Dialect {
-            zero_address: ZeroAddress::Stop,
+            zero_address: ZeroAddress::DisableAndSpeedZero,
             ..Dialect::V1_6A
         };
         assert!(!refused(disable, &stop));

@@ -5,7 +5,7 @@
 
 use dyn_values::{GearNumber, MaxAcceleration, MaxSpeed, OnPosRange, TorqueFilter};
 
-use crate::dialect::TorqueFullScale;
+use crate::dialect::{Rotation, TorqueFullScale};
 use crate::reply::Torque;
 
 /// Gear number of gear ratio 1.
@@ -118,24 +118,46 @@ pub fn torque_filter_rad_s(filter: TorqueFilter) -> f64 {
 }
 
 impl Torque {
-    /// Share of the drive's peak current, -1 ..= 1.
+    /// Share of the drive's peak current, positive clockwise; -1 ..= 1 unless [`Self::is_beyond_scale`].
     #[must_use]
     pub fn of_peak(self) -> f64 {
-        f64::from(self.raw) / f64::from(self.full_scale.get())
+        let share = f64::from(self.raw) / f64::from(self.full_scale.get());
+        match self.positive {
+            Rotation::Clockwise => share,
+            Rotation::CounterClockwise => -share,
+        }
     }
 
-    /// Current in ampere for a drive with this peak current.
+    /// More than the peak current, which the documents exclude: the revision, the scale or the reply is another one.
+    #[must_use]
+    pub const fn is_beyond_scale(self) -> bool {
+        self.raw.unsigned_abs() > self.full_scale.get().unsigned_abs()
+    }
+
+    /// Current in ampere for a drive with this peak current, positive clockwise.
     #[must_use]
     pub fn current_a(self, peak_current_a: f64) -> f64 {
         self.of_peak() * peak_current_a
     }
 
-    /// The torque of a share of the peak current; `None` outside -1 ..= 1.
+    /// The torque of a share of the peak current, positive clockwise; `None` outside -1 ..= 1.
     #[must_use]
-    pub fn from_share(of_peak: f64, full_scale: TorqueFullScale) -> Option<Self> {
-        let raw = round_to_i32(of_peak * f64::from(full_scale.get()))?;
-        let raw = full_scale.quantity().check(raw).ok()? as i16;
-        Some(Self { raw, full_scale })
+    pub fn from_share(
+        of_peak: f64,
+        full_scale: TorqueFullScale,
+        positive: Rotation,
+    ) -> Option<Self> {
+        let signed = match positive {
+            Rotation::Clockwise => of_peak,
+            Rotation::CounterClockwise => -of_peak,
+        };
+        let raw = round_to_i32(signed * f64::from(full_scale.get()))?;
+        let torque = Self {
+            raw: i16::try_from(raw).ok()?,
+            full_scale,
+            positive,
+        };
+        (!torque.is_beyond_scale()).then_some(torque)
     }
 }
 
@@ -302,13 +324,26 @@ mod tests {
         let torque = Torque {
             raw: -157,
             full_scale: TorqueFullScale::Raw981,
+            positive: Rotation::Clockwise,
         };
         assert!(close(torque.current_a(20.0), -3.2, 0.05));
-        assert_eq!(
-            Torque::from_share(torque.of_peak(), torque.full_scale),
-            Some(torque)
-        );
-        assert_eq!(Torque::from_share(1.01, TorqueFullScale::Raw700), None);
+        // 1.2A section 6, #14: -157 of 700 at 20 A is 4.48 A clockwise.
+        let older = Torque {
+            raw: -157,
+            full_scale: TorqueFullScale::Raw700,
+            positive: Rotation::CounterClockwise,
+        };
+        assert!(close(older.current_a(20.0), 4.48, 0.01));
+        for torque in [torque, older] {
+            assert_eq!(
+                Torque::from_share(torque.of_peak(), torque.full_scale, torque.positive),
+                Some(torque)
+            );
+            assert_eq!(
+                Torque::from_share(1.01, torque.full_scale, torque.positive),
+                None
+            );
+        }
     }
 
     proptest! {

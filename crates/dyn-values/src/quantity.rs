@@ -56,10 +56,6 @@ pub enum Quantity {
     ServoMode,
     /// Command input mode in the configuration byte (section 6, #7).
     CommandMode,
-    /// Torque of revision 1.2A, full scale 700 (1.2A section 6, #14; D28).
-    Torque700,
-    /// Torque of revision 1.6A, full scale 981 (1.6A section 6, #14; D28).
-    Torque981,
     /// Torque as a drive reports it on the serial line, 16 bit (manual section 7.7, example 10; M14).
     SerialTorque,
     /// Feed rate of a coordinated move on the serial line (manual section 7.7, examples 7 and 8).
@@ -96,8 +92,6 @@ impl Quantity {
             Self::SerialConfigByte | Self::Dummy => (0, 127),
             Self::ServoMode => (0, 2),
             Self::CommandMode => (0, 3),
-            Self::Torque700 => (-700, 700),
-            Self::Torque981 => (-981, 981),
             Self::SerialTorque => (-32_768, 32_767),
         }
     }
@@ -140,7 +134,7 @@ impl Quantity {
             Self::ConfigByte | Self::SerialConfigByte => "configuration byte",
             Self::ServoMode => "servo mode",
             Self::CommandMode => "command input mode",
-            Self::Torque700 | Self::Torque981 | Self::SerialTorque => "torque",
+            Self::SerialTorque => "torque",
             Self::FeedRate => "feed rate",
             Self::Dummy => "dummy byte",
         }

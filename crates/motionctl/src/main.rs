@@ -7,6 +7,7 @@
 mod bench;
 mod completions;
 mod confirm;
+mod counted;
 mod decode;
 mod disable;
 mod drive_ids;
@@ -20,6 +21,8 @@ mod limits;
 mod link;
 mod monitor;
 mod output;
+#[cfg(test)]
+mod plain_words;
 mod plan;
 mod pty;
 mod read;

@@ -99,8 +99,8 @@ fn the_picture_shows_each_frame_in_its_place() {
     let svg = std::fs::read_to_string(&file).expect("the picture");
     std::fs::remove_file(&file).expect("the picture");
     assert_eq!(status, Some(0));
-    // Background, and fill and edge of 8 set-points, a request and the replies.
-    assert_eq!(svg.matches("<rect").count(), 1 + 2 * 10);
+    // Background, and fill and edge of 8 set-points, a request and the replies, of which three go on in the next row.
+    assert_eq!(svg.matches("<rect").count(), 1 + 2 * (10 + 3));
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
 }
 

@@ -199,7 +199,7 @@ fn the_report_has_every_frame_and_the_table_every_cycle() {
         .expect("the log")
         .lines()
         .count();
-    assert!(page.contains(&format!("All {frames} frames of the run.")));
+    assert!(page.contains(&format!("The whole run, {frames} frames.")));
     assert_eq!(page.matches("<figcaption>Axis ").count(), 2);
     let rows: Vec<csv::StringRecord> = csv::Reader::from_path(&table.0)
         .expect("the table")
@@ -207,7 +207,7 @@ fn the_report_has_every_frame_and_the_table_every_cycle() {
         .collect::<Result<_, _>>()
         .expect("rows");
     let last = rows.last().expect("a row");
-    // Behind time, load and late: target, sent and drive of axis 0, seven columns for each axis.
+    // Behind time, load and late: target, sent and drive of drive 1, seven columns for each drive.
     let column = |number: usize| last[number].parse::<i64>().expect("a number");
     assert_eq!([column(3), column(4), column(5)], [16_384; 3]);
     assert_eq!([column(10), column(11), column(12)], [-8_192; 3]);
@@ -227,7 +227,13 @@ fn a_fault_script_shows_what_the_master_does() {
         "[[alarm]]\nat_s = 0.1\ndrive = 2\nalarm = \"over-current\"\n",
     );
     assert_eq!(status, 1, "{json}");
-    assert_eq!(json["axes"][1]["fault"], "the drive reports an alarm");
+    assert_eq!(json["axes"][1]["fault"], "the status shows: over-current");
+    let advice = json["axes"][1]["advice"].as_str().expect("what to do");
+    for part in ["drive 2: alarm, over-current", "Remove the cause"] {
+        assert!(advice.contains(part), "{advice}");
+    }
+    // The other one stopped because of it, and says so without advice of its own.
+    assert!(json["axes"][0]["advice"].is_null(), "{json}");
     assert_eq!(
         json["axes"][0]["fault"],
         "another axis of the group has a fault"
@@ -281,4 +287,74 @@ fn the_live_view_needs_a_terminal() {
         message.contains("the live view needs a terminal"),
         "{message}"
     );
+}
+
+#[test]
+fn the_table_agrees_with_the_samples_from_which_the_plots_are_drawn() {
+    let file = Scratch::new("agree.csv", SHORT);
+    for (name, script) in [
+        ("agree-0.toml", ""),
+        ("agree-1.toml", "[[block]]\nat_s = 0.2\nfor_s = 0.004\n"),
+        (
+            "agree-2.toml",
+            "[[drop_replies]]\nat_s = 0.1\ndrive = 2\ncount = 3\n",
+        ),
+    ] {
+        let script = Scratch::new(name, script);
+        let table = Scratch::new(&format!("{name}.csv"), "");
+        let (_, json) = summary(&[
+            "--trajectory",
+            file.as_str(),
+            "--faults",
+            script.as_str(),
+            "--csv",
+            table.as_str(),
+        ]);
+        let mut reader = csv::Reader::from_path(&table.0).expect("the table");
+        let names = reader.headers().expect("a header").clone();
+        let rows: Vec<csv::StringRecord> =
+            reader.records().collect::<Result<_, _>>().expect("rows");
+        // The motion is what is summed up, and nothing comes behind it.
+        let cycles = json["cycles"].as_u64().expect("a number") as usize;
+        let motion = &rows[rows.len() - cycles..];
+        let column = |name: String| {
+            let place = names.iter().position(|other| other == name);
+            let place = place.unwrap_or_else(|| panic!("no column {name}"));
+            motion
+                .iter()
+                .filter_map(|row| row[place].parse::<f64>().ok())
+                .collect::<Vec<f64>>()
+        };
+        let most = |values: Vec<f64>| values.into_iter().map(f64::abs).fold(0.0, f64::max);
+        for axis in json["axes"].as_array().expect("axes") {
+            let drive = &axis["drive"];
+            let of = |what: &str| column(format!("drive{drive}_{what}"));
+            let told = |what: &str| axis[what].as_f64().expect("a number");
+            let named = format!("{name}, drive {drive}");
+            assert_eq!(
+                told("largest_backlog_counts"),
+                most(of("backlog_counts")),
+                "{named}"
+            );
+            assert_eq!(
+                told("worst_status_age_ms"),
+                most(of("status_age_us")) / 1e3,
+                "{named}"
+            );
+            assert_eq!(
+                told("worst_position_age_ms"),
+                most(of("position_age_us")) / 1e3,
+                "{named}"
+            );
+            let last = *of("error_counts").last().expect("a row");
+            assert_eq!(told("position_error_counts"), last, "{named}");
+        }
+        let late = column("late".into()).iter().sum::<f64>();
+        assert_eq!(json["late_cycles"].as_f64(), Some(late), "{name}");
+        let peak = json["peak_bus_load"].as_f64().expect("a number");
+        assert!(
+            (peak - most(column("bus_load".into()))).abs() < 1e-4,
+            "{name}: {peak}"
+        );
+    }
 }

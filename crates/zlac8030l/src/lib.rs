@@ -6,6 +6,7 @@
 extern crate std;
 
 mod abort;
+mod bit_rates;
 mod control_word;
 pub mod dictionary;
 mod emcy;
@@ -26,6 +27,7 @@ mod status_word;
 mod typed_object;
 
 pub use abort::AbortCode;
+pub use bit_rates::{BIT_RATES, FACTORY_BIT_RATE, knows_bit_rate};
 pub use can_frame::{DataFrame, FrameError};
 pub use control_word::{ControlWord, Mode, MoveKind, TargetPositionError};
 pub use emcy::{Emcy, Sync};

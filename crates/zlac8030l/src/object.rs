@@ -121,11 +121,14 @@ impl fmt::Display for DataType {
 }
 
 /// The value of one object as it travels: 1 ..= 4 bytes, least significant first.
+///
+/// A reply to a read may leave the size open; its four bytes are then read in the width of whoever asks, which is the object's own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ObjectData {
     raw: u32,
     len: u8,
+    is_open: bool,
 }
 
 impl ObjectData {
@@ -139,7 +142,23 @@ impl ObjectData {
                 _ => raw,
             },
             len,
+            is_open: false,
         }
+    }
+
+    /// Four bytes of which nobody says how many count.
+    pub(crate) const fn of_open_size(raw: u32) -> Self {
+        Self {
+            raw,
+            len: 4,
+            is_open: true,
+        }
+    }
+
+    /// Whether the message left the number of bytes open.
+    #[must_use]
+    pub const fn has_open_size(self) -> bool {
+        self.is_open
     }
 
     /// From bytes, least significant first; `None` unless there are 1 ..= 4.
@@ -150,7 +169,7 @@ impl ObjectData {
         (!bytes.is_empty()).then(|| Self::from_raw(u32::from_le_bytes(padded), bytes.len() as u8))
     }
 
-    /// Number of bytes, 1 ..= 4.
+    /// Number of bytes, 1 ..= 4; 4 when the size is open.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "there is always a byte")]
     pub const fn len(self) -> u8 {
@@ -164,6 +183,9 @@ impl ObjectData {
     }
 
     pub(crate) const fn raw_of_width(self, expected: u8) -> Result<u32, WidthError> {
+        if self.is_open {
+            return Ok(Self::from_raw(self.raw, expected).raw);
+        }
         if self.len != expected {
             return Err(WidthError {
                 expected,
@@ -248,6 +270,17 @@ mod tests {
                 actual: 2
             })
         );
+    }
+
+    #[test]
+    fn data_of_open_size_has_the_width_of_who_asks() {
+        // What lies behind the object's own bytes does not count.
+        let data = ObjectData::of_open_size(0xAA55_FC18);
+        assert_eq!(i16::from_data(data), Ok(-1000));
+        assert_eq!(u8::from_data(data), Ok(0x18));
+        assert_eq!(u32::from_data(data), Ok(0xAA55_FC18));
+        assert_eq!(DataType::I16.value(data), Ok(-1000));
+        assert!(data.has_open_size() && !0_u32.to_data().has_open_size());
     }
 
     #[test]

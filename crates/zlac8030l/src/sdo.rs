@@ -23,6 +23,8 @@ const ABORT: u8 = 0x80;
 const WRITE: u8 = 0x23;
 /// Reply to a read with 4 bytes; not printed in the guide, CiA 301 (Z33).
 const VALUE: u8 = 0x43;
+/// Reply to a read that leaves the size open (CiA 301).
+const VALUE_OF_OPEN_SIZE: u8 = 0x42;
 /// Where an expedited specifier counts its unused bytes.
 const UNUSED_BITS: u8 = 0b1100;
 
@@ -42,7 +44,7 @@ pub enum SdoRequest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SdoReply {
-    /// 4F, 4B, 47, 43: the value read.
+    /// 4F, 4B, 47, 43: the value read; 42: its size is that of the object.
     Value(ObjectAddress, ObjectData),
     /// 60: written.
     Written(ObjectAddress),
@@ -112,6 +114,9 @@ impl SdoReply {
     pub const fn encode(&self, node: NodeId) -> DataFrame {
         let service = Service::SdoReply(node);
         match *self {
+            Self::Value(address, data) if data.has_open_size() => {
+                compose(service, VALUE_OF_OPEN_SIZE, address, data.raw())
+            }
             Self::Value(address, data) => {
                 compose(service, sized(VALUE, data.len()), address, data.raw())
             }
@@ -140,6 +145,7 @@ impl SdoReply {
         let (specifier, address, raw) = split(bytes);
         let reply = match specifier {
             WRITTEN => Self::Written(address),
+            VALUE_OF_OPEN_SIZE => Self::Value(address, ObjectData::of_open_size(raw)),
             ABORT => Self::Abort(address, AbortCode::new(raw)),
             _ if specifier & !UNUSED_BITS == VALUE => {
                 Self::Value(address, ObjectData::from_raw(raw, size(specifier)))
@@ -202,6 +208,7 @@ impl fmt::Display for SdoReply {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::object::ObjectValue;
 
     const TARGET_SPEED: ObjectAddress = ObjectAddress::new(0x60FF, 0);
 
@@ -245,6 +252,22 @@ mod tests {
     }
 
     #[test]
+    fn a_value_of_open_size_is_accepted_and_comes_back_as_it_was() {
+        let frame = frame(0x584, [0x42, 0x6C, 0x60, 0, 0xE8, 0x03, 0, 0]);
+        let (node, reply) = SdoReply::decode(&frame).unwrap();
+        assert_eq!(node, NodeId::FACTORY);
+        match reply {
+            SdoReply::Value(address, data) => {
+                assert_eq!(address, ObjectAddress::new(0x606C, 0));
+                assert_eq!(i32::from_data(data), Ok(1000));
+                assert_eq!(u16::from_data(data), Ok(1000));
+            }
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(reply.encode(node), frame);
+    }
+
+    #[test]
     fn every_specifier_is_known_or_refused() {
         for specifier in 0..=u8::MAX {
             let bytes = [specifier, 0xFF, 0x60, 0, 1, 2, 3, 4];
@@ -252,7 +275,7 @@ mod tests {
             let known = matches!(specifier, 0x23 | 0x27 | 0x2B | 0x2F | 0x40 | 0x80);
             assert_eq!(request.is_ok(), known, "request {specifier:02X}");
             let reply = SdoReply::decode(&frame(0x584, bytes));
-            let known = matches!(specifier, 0x43 | 0x47 | 0x4B | 0x4F | 0x60 | 0x80);
+            let known = matches!(specifier, 0x42 | 0x43 | 0x47 | 0x4B | 0x4F | 0x60 | 0x80);
             assert_eq!(reply.is_ok(), known, "reply {specifier:02X}");
         }
     }

@@ -125,6 +125,21 @@ pub enum SdoEnd {
     },
 }
 
+impl fmt::Display for SdoEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Value(data) => write!(f, "the drive answered 0x{:X}", data.raw()),
+            Self::Written => f.write_str("the drive took the value"),
+            Self::Aborted(code) => write!(f, "the drive refused: {code}"),
+            Self::TimedOut => f.write_str("the drive did not answer in time"),
+            Self::Specifier { actual } => write!(
+                f,
+                "the drive answered with the specifier 0x{actual:02X}, which is not that of an expedited transfer"
+            ),
+        }
+    }
+}
+
 /// A transfer has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

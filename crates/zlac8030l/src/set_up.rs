@@ -180,22 +180,23 @@ impl SetUp {
             return Ok(());
         };
         let address = setting.address;
-        if let Err(error) = data.raw_of_width(setting.data.len()) {
-            return Err(SetUpError::Width { address, error });
-        }
-        let equal = data == setting.data;
+        let actual = match data.raw_of_width(setting.data.len()) {
+            Ok(actual) => actual,
+            Err(error) => return Err(SetUpError::Width { address, error }),
+        };
+        let equal = actual == setting.data.raw();
         if !equal && matches!(current, SetUpStep::Expect(_)) {
             return Err(SetUpError::Differs {
                 address,
                 expected: setting.data.raw(),
-                actual: data.raw(),
+                actual,
             });
         }
         if !equal && pass == Pass::Verify {
             return Err(SetUpError::NotTaken {
                 address,
                 expected: setting.data.raw(),
-                actual: data.raw(),
+                actual,
             });
         }
         if equal {

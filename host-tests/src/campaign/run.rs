@@ -3,7 +3,7 @@
 use can_motion::{AxisState, Instant, MasterConfig, ServoMaster, service};
 use drive_sim::{
     Bench, BitRate, Bus, ControllerConfig, ControllerState, DeviceId, DynDrive, DynDriveConfig,
-    ErrorState, Frame, LogMode, NodeId, ReadBackScale, ScriptedFaults,
+    ErrorState, Frame, LogMode, NodeId, ReadBackUnit, ScriptedFaults,
 };
 use dyn_can::FunctionCode;
 use embedded_can::Frame as _;
@@ -75,9 +75,9 @@ impl<'a> Run<'a> {
                 power_on_delay_ns: DRIVE_POWER_ON_US * 1_000,
                 start_position_counts: plan.start_counts,
                 read_back: if plan.fine_read_back {
-                    ReadBackScale::ENCODER_COUNTS
+                    ReadBackUnit::MovementPositions
                 } else {
-                    ReadBackScale::COMMAND_COUNTS
+                    ReadBackUnit::CommandCounts
                 },
                 ..DynDriveConfig::new(plan.config.drive).with_revision(plan.revision)
             };

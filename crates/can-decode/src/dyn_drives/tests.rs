@@ -30,7 +30,7 @@ fn the_meaning_of_a_reading_comes_from_its_request() {
     );
     assert_eq!(
         reading(TORQUE),
-        "from drive 5  General_Read: torque -157 of 981, -16.0 % of the peak current (0.500 ms after the request)"
+        "from drive 5  General_Read: torque -157 of 981, 16.0 % of the peak current counter-clockwise (0.500 ms after the request)"
     );
     assert_eq!(
         last(&[(0, 0x0AE, &[0xFF, 0x63])]),
@@ -122,7 +122,10 @@ fn the_revision_shows_in_the_length_of_group_3() {
         (2_000, 0x02E, TORQUE),
         (2_500, 0x02E, &[70]),
     ]);
-    assert!(torque.contains("torque 70 of 700, 10.0 %"), "{torque}");
+    assert!(
+        torque.contains("torque 70 of 700, 10.0 % of the peak current counter-clockwise"),
+        "{torque}"
+    );
 }
 
 #[test]

@@ -94,7 +94,9 @@ fn write_reply<M: SerializeMap>(map: &mut M, reply: &Reply) -> Result<(), M::Err
         Reply::Position(counts) => map.serialize_entry("position_counts", counts),
         Reply::Torque(torque) => {
             map.serialize_entry("torque", &torque.raw)?;
-            map.serialize_entry("torque_full_scale", &torque.full_scale.get())
+            map.serialize_entry("torque_full_scale", &torque.full_scale.get())?;
+            map.serialize_entry("torque_share_clockwise", &torque.of_peak())?;
+            map.serialize_entry("torque_in_doubt", &torque.is_beyond_scale())
         }
         Reply::ParamGroup1(group) => write_group1(map, group),
         Reply::ParamGroup2(group) => write_group2(map, group),

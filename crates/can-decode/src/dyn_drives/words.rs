@@ -5,7 +5,7 @@ use core::fmt::{self, Display};
 use dyn_can::{
     Address, CommandMode, ConfigByte, DriveConfig, DriveError, DriveStatus, ParamGroup1,
     ParamGroup2, ParamGroup3, ReadSelector, Reply, Request, ServoMode, ServoSwitch, SetParamGroup1,
-    SetParamGroup2, SetParamGroup3, SyncKind, units,
+    SetParamGroup2, SetParamGroup3, SyncKind, Torque, units,
 };
 
 use super::message::{Content, Message, Note};
@@ -147,6 +147,26 @@ fn write_request(f: &mut fmt::Formatter<'_>, request: &Request) -> fmt::Result {
     }
 }
 
+/// The direction is that of the revision, and a torque that no document allows says so.
+fn write_torque(f: &mut fmt::Formatter<'_>, torque: Torque) -> fmt::Result {
+    let (raw, full_scale) = (torque.raw, torque.full_scale.get());
+    let share = torque.of_peak();
+    write!(
+        f,
+        "torque {raw} of {full_scale}, {:.1} % of the peak current",
+        100.0 * share.abs()
+    )?;
+    if share > 0.0 {
+        f.write_str(" clockwise")?;
+    } else if share < 0.0 {
+        f.write_str(" counter-clockwise")?;
+    }
+    if torque.is_beyond_scale() {
+        f.write_str(", in doubt: more than its scale, is the revision another one?")?;
+    }
+    Ok(())
+}
+
 fn write_reply(f: &mut fmt::Formatter<'_>, reply: &Reply) -> fmt::Result {
     match reply {
         Reply::DriveId(id) => write!(f, "drive id {}", id.get()),
@@ -157,13 +177,7 @@ fn write_reply(f: &mut fmt::Formatter<'_>, reply: &Reply) -> fmt::Result {
             counts.fmt(f)?;
             f.write_str(" counts")
         }
-        Reply::Torque(torque) => write!(
-            f,
-            "torque {} of {}, {:.1} % of the peak current",
-            torque.raw,
-            torque.full_scale.get(),
-            100.0 * torque.of_peak()
-        ),
+        Reply::Torque(torque) => write_torque(f, *torque),
         Reply::ParamGroup1(group) => write_group1(f, group),
         Reply::ParamGroup2(group) => write_group2(f, group),
         Reply::ParamGroup3(group) => write_group3(f, group),

@@ -69,7 +69,7 @@ const fn better_bit_rate(config: &MasterConfig, axes: &[AxisConfig]) -> Option<B
     let mut rates = config.bus.bit_rate.higher();
     while let Some((bit_rate, others)) = rates.split_first() {
         better.bus.bit_rate = *bit_rate;
-        if fits(&better, axes, true) {
+        if dyn_can::knows_bit_rate(*bit_rate) && fits(&better, axes, true) {
             return Some(*bit_rate);
         }
         rates = others;

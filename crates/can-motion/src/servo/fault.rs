@@ -144,6 +144,14 @@ impl fmt::Display for DriftCause {
     }
 }
 
+/// The noun that fits a number of counts.
+const fn counts_noun(counts: i32) -> &'static str {
+    match counts {
+        1 | -1 => "count",
+        _ => "counts",
+    }
+}
+
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -185,22 +193,29 @@ impl fmt::Display for Fault {
                 config.to_byte()
             ),
             Self::Lost => f.write_str("the drive does not answer"),
-            Self::Backlog { counts } => write!(f, "the axis is {counts} counts behind its target"),
+            Self::Backlog { counts } => write!(
+                f,
+                "the axis is {counts} {} behind its target",
+                counts_noun(*counts)
+            ),
             Self::Drift { counts, cause } => {
                 write!(
                     f,
-                    "at standstill the position is {counts} counts off, as after {cause}"
+                    "at standstill the position is {counts} {} off, as after {cause}",
+                    counts_noun(*counts)
                 )
             }
             Self::FollowingError { counts } => {
                 write!(
                     f,
-                    "the drive is {counts} counts off its set-points while moving"
+                    "the drive is {counts} {} off its set-points while moving",
+                    counts_noun(*counts)
                 )
             }
             Self::PositionJump { counts } => write!(
                 f,
-                "the position jumped by {counts} counts from one reading to the next"
+                "the position jumped by {counts} {} from one reading to the next",
+                counts_noun(*counts)
             ),
             Self::Reboot { expected, actual } => write!(
                 f,

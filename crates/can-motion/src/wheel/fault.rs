@@ -101,6 +101,17 @@ impl FaultKind for WheelFault {
     }
 }
 
+/// A number of tenths, with its decimal point.
+struct Tenths(i32);
+
+impl fmt::Display for Tenths {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 < 0 { "-" } else { "" };
+        let tenths = self.0.unsigned_abs();
+        write!(f, "{sign}{}.{}", tenths / 10, tenths % 10)
+    }
+}
+
 impl fmt::Display for WheelFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -115,20 +126,27 @@ impl fmt::Display for WheelFault {
             Self::Lost => f.write_str("the drive does not answer"),
             Self::Reboot => f.write_str("the drive started again"),
             Self::SetUp(error) => write!(f, "set-up: {error}"),
-            Self::Transfer(end) => write!(f, "a transfer failed: {end:?}"),
+            Self::Transfer(end) => write!(f, "a transfer failed: {end}"),
             Self::SpeedResolution { expected, actual } => write!(
                 f,
                 "speeds must count 1/{expected} r/min (202Fh:05), the drive counts 1/{actual}"
             ),
             Self::FollowingError { counts } => {
-                write!(f, "the wheel is {counts} counts from where it was sent")
+                let noun = if counts.unsigned_abs() == 1 {
+                    "count"
+                } else {
+                    "counts"
+                };
+                write!(f, "the wheel is {counts} {noun} from where it was sent")
             }
             Self::FollowingSpeed {
                 sent_decirpm,
                 actual_decirpm,
             } => write!(
                 f,
-                "the wheel turns at {actual_decirpm} in place of {sent_decirpm} tenths of an r/min"
+                "the wheel turns at {} in place of {} r/min",
+                Tenths(*actual_decirpm),
+                Tenths(*sent_decirpm)
             ),
             Self::Bus => f.write_str("the bus failed"),
             Self::ConfirmTimeout => {

@@ -1,8 +1,8 @@
 //! Frames of one wheel on their way in, and what they mean.
 
 use zlac8030l::{
-    DataFrame, Emcy, HeartbeatEvent, Message, NmtState, PdoNumber, SdoEnd, SdoEvent, SdoHeard,
-    SdoIgnored, State, StatusWord,
+    DataFrame, Emcy, HeartbeatEvent, Message, NmtState, ObjectValue, PdoNumber, SdoEnd, SdoEvent,
+    SdoHeard, SdoIgnored, State, StatusWord,
 };
 
 use crate::core::facts::{Knowledge, Latch, Power, Work};
@@ -326,7 +326,8 @@ impl Wheel {
             return self.follow_script(event.end, &mut context.log, meaning);
         }
         let value = match event.end {
-            SdoEnd::Value(data) => data.raw(),
+            // What these stages read has 16 bits; a reply may leave that open.
+            SdoEnd::Value(data) => u16::from_data(data).map_or(data.raw(), u32::from),
             SdoEnd::Written => 0,
             SdoEnd::TimedOut => return meaning,
             end => return Meaning::fault(WheelFault::Transfer(end)),

@@ -7,7 +7,7 @@ use dyn_can::{
 };
 
 use super::settings::{
-    CoastDeceleration, PositionAfterPower, PositionOverflow, Reaction, ReadBackScale,
+    CoastDeceleration, PositionAfterPower, PositionOverflow, RangeErrors, Reaction, ReadBackUnit,
     ResponseDelay, ServoDynamics,
 };
 
@@ -45,7 +45,7 @@ pub struct DynDriveConfig {
     /// From power-on, which is at 0 ns and after each power cycle, until the drive hears and acts. 0 is allowed.
     pub power_on_delay_ns: u64,
     /// Unit of the position that General_Read reports.
-    pub read_back: ReadBackScale,
+    pub read_back: ReadBackUnit,
     /// What General_Read reports beyond 28 bit.
     pub overflow: PositionOverflow,
     /// Gains and torque filter; stored and reported, they do not change the motion.
@@ -70,11 +70,10 @@ pub struct DynDriveConfig {
     pub position_after_power: PositionAfterPower,
     /// Data byte of the reply to Drive_Reset, which no document explains; `None` for silence (D35).
     pub reset_reply: Option<u8>,
-    /// Reaction where the documents promise none: wrong length, unknown magic byte, function of the other revision, and numbers out of
-    /// range for Set_Drive_Config and, in 1.6A, Assign_Drive_ID (D39).
+    /// Reaction where the documents promise none: wrong length, unknown magic byte, function of the other revision (D39).
     pub unspecified: Reaction,
-    /// Reaction to a Go_Relative_Pos_PD step out of range: only the general sentence of 1.6A section 6, #29 promises a data error.
-    pub pd_out_of_range: Reaction,
+    /// Which numbers out of range raise a data error (D66).
+    pub range_errors: RangeErrors,
 }
 
 impl DynDriveConfig {
@@ -99,7 +98,7 @@ impl DynDriveConfig {
             response_delay: ResponseDelay::fixed(100_000),
             seed: 0,
             power_on_delay_ns: POWER_ON_DELAY_NS,
-            read_back: ReadBackScale::COMMAND_COUNTS,
+            read_back: ReadBackUnit::CommandCounts,
             overflow: PositionOverflow::Wrap28Bit,
             group1: ParamGroup1 {
                 main_gain: checked!(MainGain, 20),
@@ -125,7 +124,7 @@ impl DynDriveConfig {
             position_after_power: PositionAfterPower::Zero,
             reset_reply: Some(0),
             unspecified: Reaction::Ignore,
-            pd_out_of_range: Reaction::DataError,
+            range_errors: RangeErrors::EveryValue,
         }
     }
 

@@ -49,11 +49,16 @@ impl DynDrive {
 
     pub(super) fn torque(&self, now_ns: u64) -> Torque {
         let full_scale = self.config.dialect.torque_full_scale;
+        let positive = self.config.dialect.positive_torque;
         let steps = self.config.lost_phase_steps.unwrap_or(LOST_PHASE_STEPS);
         let gear_ratio = units::gear_ratio(self.registers.ram.group3.gear_number);
         let full_error = f64::from(steps.max(1)) / gear_ratio;
         let share = self.motion.at(now_ns).torque_share(full_error);
         // A share within -1 ..= 1 always has a torque.
-        Torque::from_share(share, full_scale).unwrap_or(Torque { raw: 0, full_scale })
+        Torque::from_share(share, full_scale, positive).unwrap_or(Torque {
+            raw: 0,
+            full_scale,
+            positive,
+        })
     }
 }

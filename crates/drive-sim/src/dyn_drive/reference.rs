@@ -48,7 +48,11 @@ pub(super) enum Generator {
     /// A built-in wave.
     Wave { wave: Wave, base: f64, ticks: u64 },
     /// The motor turns at a speed and there is no commanded position.
-    Speed { velocity: f64 },
+    Speed {
+        velocity: f64,
+        /// Acceleration of the soft start.
+        ramp: f64,
+    },
 }
 
 impl Generator {

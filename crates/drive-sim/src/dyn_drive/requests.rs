@@ -1,8 +1,7 @@
 //! What a drive does with a request.
 //!
 //! Law: 1.6A and 1.2A, section 6. Motion commands need the servo on, no alarm, command mode 0 and the right servo mode (D45); whatever does not
-//! meet these is ignored without a word. Data errors come where the documents promise them and nowhere else, unless the configuration
-//! of the drive says so.
+//! meet these is ignored without a word. The configuration of the drive says where data errors come.
 
 use dyn_can::units;
 use dyn_can::{
@@ -13,7 +12,7 @@ use dyn_can::{
 
 use super::DynDrive;
 use super::reference::{Wave, WaveKind};
-use super::settings::Reaction;
+use super::settings::{RangeErrors, Reaction};
 
 /// Time until a new id counts in revision 1.2A (1.2A section 6, #5; D33).
 const NEW_ID_DELAY_NS: u64 = 10_000_000;
@@ -32,6 +31,28 @@ const STEPS_PER_TURN: f64 = 16_384.0;
 pub(super) struct WaveRegisters {
     shape: Option<(WaveKind, Amplitude)>,
     frequency_hz: u8,
+}
+
+/// Whether the chapter of a function promises a data error itself.
+const fn repeats_the_promise(function: FunctionCode, revision: Revision) -> bool {
+    use FunctionCode as F;
+    match function {
+        F::AssignDriveId => matches!(revision, Revision::V1_2A),
+        F::GoAbsolutePosPtp
+        | F::MakeLinearLine
+        | F::GoRelativePosPtp
+        | F::MakeCircularArc
+        | F::TurnConstSpeed
+        | F::SquareWave
+        | F::SinWave
+        | F::SsFrequency
+        | F::SetParamGroup1
+        | F::SetParamGroup2
+        | F::SetParamGroup3
+        | F::GoAbsolutePosSync
+        | F::GoRelativePosSync => true,
+        _ => false,
+    }
 }
 
 impl DynDrive {
@@ -56,31 +77,16 @@ impl DynDrive {
     }
 
     fn reaction(&self, function: FunctionCode, error: DecodeError) -> Reaction {
-        use FunctionCode as F;
-        match (error, function) {
-            (DecodeError::Refused(Refusal::Factory | Refusal::DriveOnly), _) => Reaction::Ignore,
-            (DecodeError::Range(_), F::GoRelativePosPd) => self.config.pd_out_of_range,
-            (DecodeError::Range(_), F::AssignDriveId)
-                if self.config.dialect.revision == Revision::V1_2A =>
-            {
-                Reaction::DataError
+        let is_promised = match self.config.range_errors {
+            RangeErrors::EveryValue => true,
+            RangeErrors::WhereRepeated => {
+                repeats_the_promise(function, self.config.dialect.revision)
             }
-            (
-                DecodeError::Range(_),
-                F::GoAbsolutePosPtp
-                | F::MakeLinearLine
-                | F::GoRelativePosPtp
-                | F::MakeCircularArc
-                | F::TurnConstSpeed
-                | F::SquareWave
-                | F::SinWave
-                | F::SsFrequency
-                | F::SetParamGroup1
-                | F::SetParamGroup2
-                | F::SetParamGroup3
-                | F::GoAbsolutePosSync
-                | F::GoRelativePosSync,
-            ) => Reaction::DataError,
+        };
+        match error {
+            DecodeError::Refused(Refusal::Factory | Refusal::DriveOnly) => Reaction::Ignore,
+            DecodeError::Range(_) if is_promised => Reaction::DataError,
+            DecodeError::Range(_) => Reaction::Ignore,
             _ => self.config.unspecified,
         }
     }
@@ -200,7 +206,7 @@ impl DynDrive {
             self.registers.ram.config = ConfigByte::from_byte(byte);
         }
         let counts_per_s = f64::from(speed.get()) * self.counts_per_s_of_rpm();
-        self.motion.turn_at(counts_per_s);
+        self.motion.turn_at(counts_per_s, self.soft_start_s());
         true
     }
 
@@ -248,8 +254,13 @@ impl DynDrive {
         if self.registers.ram.config.servo_mode_code() == ServoMode::Position as u8 {
             self.motion.hold();
         } else {
-            self.motion.turn_at(0.0);
+            self.motion.turn_at(0.0, self.soft_start_s());
         }
+    }
+
+    /// Time from one speed to another in speed mode (DYN2 manual A1.8 section 4.2).
+    fn soft_start_s(&self) -> f64 {
+        units::soft_start_s(self.registers.ram.group2.max_acceleration)
     }
 
     fn set_origin(&mut self) {

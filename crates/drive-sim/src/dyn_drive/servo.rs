@@ -61,8 +61,14 @@ impl Motor {
         self.run_at(wanted, limits);
     }
 
+    /// One tick towards a speed by a soft start.
+    pub(super) fn ramp_to(&mut self, wanted: f64, ramp: f64, limits: &Limits) {
+        let wanted = wanted.clamp(-limits.motor_speed, limits.motor_speed);
+        self.change_speed(wanted, ramp.min(limits.motor_acceleration));
+    }
+
     /// One tick towards a speed.
-    pub(super) fn run_at(&mut self, wanted: f64, limits: &Limits) {
+    fn run_at(&mut self, wanted: f64, limits: &Limits) {
         let wanted = wanted.clamp(-limits.motor_speed, limits.motor_speed);
         self.change_speed(wanted, limits.motor_acceleration);
     }

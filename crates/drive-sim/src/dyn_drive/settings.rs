@@ -1,7 +1,6 @@
 //! The choices in a drive's configuration.
 
 use core::fmt;
-use core::num::NonZeroU32;
 
 /// Window of the response delay; each delay is drawn evenly from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,31 +40,26 @@ impl ResponseDelay {
     }
 }
 
-/// Reported position in relation to command counts (D44): reported = command counts x numerator / denominator, rounded towards negative infinity.
+/// Unit of the position that General_Read reports: no document states it (D44).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ReadBackScale {
-    /// Numerator.
-    pub numerator: NonZeroU32,
-    /// Denominator.
-    pub denominator: NonZeroU32,
+pub enum ReadBackUnit {
+    /// Command counts: 4 times the gear number a turn.
+    CommandCounts,
+    /// Movement positions: 65536 a turn whatever the gear.
+    MovementPositions,
+    /// Motor steps: 16384 a turn whatever the gear.
+    MotorSteps,
 }
 
-impl ReadBackScale {
-    /// The position is reported in command counts.
-    pub const COMMAND_COUNTS: Self = Self {
-        numerator: NonZeroU32::MIN,
-        denominator: NonZeroU32::MIN,
-    };
-
-    /// The position is reported in quarters of a command count: 65536 a turn at gear number 4096.
-    pub const ENCODER_COUNTS: Self = Self {
-        numerator: NonZeroU32::MIN.saturating_add(3),
-        denominator: NonZeroU32::MIN,
-    };
-
-    pub(super) fn apply(self, command_counts: i64) -> i128 {
-        (i128::from(command_counts) * i128::from(self.numerator.get()))
-            .div_euclid(i128::from(self.denominator.get()))
+impl ReadBackUnit {
+    /// A position in this unit, rounded towards negative infinity.
+    pub(super) fn apply(self, command_counts: i64, gear_number: u16) -> i128 {
+        let counts_of_a_turn = match self {
+            Self::CommandCounts => return command_counts.into(),
+            Self::MovementPositions => 65_536,
+            Self::MotorSteps => 16_384,
+        };
+        (i128::from(command_counts) * counts_of_a_turn).div_euclid(4 * i128::from(gear_number))
     }
 }
 
@@ -106,6 +100,18 @@ pub enum Reaction {
     Ignore,
     /// Drive_Error with FF.
     DataError,
+}
+
+/// Which numbers out of range raise a data error (D66).
+///
+/// The chapter on Drive_Error promises one for any invalid data range (1.6A section 6, #29); the chapters of the functions repeat it
+/// for some functions only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RangeErrors {
+    /// Every number, whatever the function.
+    EveryValue,
+    /// Those of the functions that repeat the promise: not Set_Drive_Config, not Go_Relative_Pos_PD, and Assign_Drive_ID in 1.2A only.
+    WhereRepeated,
 }
 
 /// Highest speed and acceleration of the motor itself.
@@ -244,13 +250,17 @@ mod tests {
     }
 
     #[test]
-    fn read_back_scales_and_rounds_down() {
-        assert_eq!(ReadBackScale::ENCODER_COUNTS.apply(-3), -12);
-        let third = ReadBackScale {
-            numerator: NonZeroU32::MIN,
-            denominator: NonZeroU32::new(3).unwrap(),
-        };
-        assert_eq!([-1, 1, 3].map(|counts| third.apply(counts)), [-1, 0, 1]);
+    fn one_turn_is_read_back_in_three_units_at_every_gear() {
+        // One turn is 2000, 16384 and 65536 command counts (manual section 4.1).
+        for (gear, turn) in [(500, 2_000), (4_096, 16_384), (16_384, 65_536)] {
+            let read = |unit: ReadBackUnit| unit.apply(turn, gear);
+            assert_eq!(read(ReadBackUnit::CommandCounts), turn.into());
+            assert_eq!(read(ReadBackUnit::MovementPositions), 65_536);
+            assert_eq!(read(ReadBackUnit::MotorSteps), 16_384);
+        }
+        // A quarter of a count is rounded down on both sides of zero.
+        let steps = |counts| ReadBackUnit::MotorSteps.apply(counts, 16_384);
+        assert_eq!([-1, 0, 3, 4].map(steps), [-1, 0, 0, 1]);
     }
 
     #[test]

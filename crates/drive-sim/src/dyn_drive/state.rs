@@ -64,7 +64,11 @@ impl DynDrive {
 
     /// What General_Read reports: the position in the read-back unit, with its overflow.
     pub fn read_back(&self, at_ns: u64) -> i32 {
-        let position = self.config.read_back.apply(self.position_counts(at_ns));
+        let gear = self.registers.ram.group3.gear_number.get();
+        let position = self
+            .config
+            .read_back
+            .apply(self.position_counts(at_ns), gear);
         self.config.overflow.apply(position)
     }
 

@@ -26,6 +26,8 @@ pub struct ZlacQuirks {
     pub status_word_without_cia402_bits: bool,
     /// Torque mode is 6 and not 4 (Z4).
     pub torque_mode_is_6: bool,
+    /// Replies to reads have specifier 42h, which leaves their size open.
+    pub replies_without_size: bool,
 }
 
 /// A simulated drive's EEPROM, timing, mechanics and reading of the guide. Start from [`Self::new`] and change fields.
@@ -49,6 +51,8 @@ pub struct ZlacDriveConfig {
     pub inhibit_time_unit_us: u64,
     /// What happens after the offline time.
     pub offline_reaction: OfflineReaction,
+    /// Whether control word 0 brakes first where 605Ch says so. The guide calls it "Stop"; in CiA 402 the shaft is free at once (Z43).
+    pub brakes_before_power_off: bool,
     /// The most that the motor can do, in r/min a second.
     pub motor_acceleration_rpm_s: f64,
     /// Deceleration of a free wheel, in r/min a second.
@@ -71,6 +75,7 @@ impl ZlacDriveConfig {
             event_timer_unit_us: 500,
             inhibit_time_unit_us: 500,
             offline_reaction: OfflineReaction::QuickStop,
+            brakes_before_power_off: false,
             motor_acceleration_rpm_s: 5_000.0,
             coast_deceleration_rpm_s: 200.0,
             quirks: ZlacQuirks {
@@ -78,6 +83,7 @@ impl ZlacDriveConfig {
                 emcy_on_sync_identifier: false,
                 status_word_without_cia402_bits: false,
                 torque_mode_is_6: false,
+                replies_without_size: false,
             },
         }
     }

@@ -27,6 +27,36 @@ enum Goal {
     Torque { ma: f64 },
 }
 
+/// How the wheel comes to a stop (605Ah, 605Dh).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Braking {
+    /// "Stop normally": the deceleration time 6084h.
+    Normal,
+    /// "Decelerate suddenly": the emergency stop deceleration time 6085h.
+    Emergency,
+    /// "Emergency stop": what the motor can, the current limit of CiA 402.
+    AsFastAsItCan,
+}
+
+impl Braking {
+    fn of_quick_stop(option: u32) -> Self {
+        match option {
+            6 => Self::Emergency,
+            7 => Self::AsFastAsItCan,
+            _ => Self::Normal,
+        }
+    }
+
+    /// The default 1 is in no list of the guide; in CiA 402 it is the normal stop (Z27).
+    fn of_halt(option: u32) -> Self {
+        match option {
+            2 => Self::Emergency,
+            3 => Self::AsFastAsItCan,
+            _ => Self::Normal,
+        }
+    }
+}
+
 /// Reference and wheel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motion {
@@ -164,15 +194,27 @@ impl Motion {
 
     pub(super) fn drive(&mut self, stage: &PowerStage, emergency_input: bool, memory: &Memory) {
         self.acceleration = self.ramp(memory, memory.get(objects::ACCELERATION_TIME));
-        let emergency = emergency_input || stage.stage() == Stage::QuickStop;
-        let time = if emergency {
-            objects::EMERGENCY_TIME
+        let enabled = stage.stage() == Stage::Enabled;
+        let braking = if emergency_input {
+            Some(Braking::Emergency)
+        } else if stage.stage() == Stage::QuickStop {
+            Some(Braking::of_quick_stop(
+                memory.get(objects::QUICK_STOP_OPTION),
+            ))
+        } else if enabled && stage.halted() {
+            Some(Braking::of_halt(memory.get(objects::HALT_OPTION)))
         } else {
-            objects::DECELERATION_TIME
+            None
         };
-        self.deceleration = self.ramp(memory, memory.get(time));
+        let time_ms = match braking {
+            Some(Braking::Emergency) => memory.get(objects::EMERGENCY_TIME),
+            Some(Braking::AsFastAsItCan) => 0,
+            Some(Braking::Normal) | None => memory.get(objects::DECELERATION_TIME),
+        };
+        self.deceleration = self.ramp(memory, time_ms);
+        let stops = braking.is_some() || stage.is_leaving();
         self.goal = match stage.stage() {
-            Stage::Enabled if emergency_input || stage.halted() => Goal::Speed { target: 0.0 },
+            Stage::Enabled if stops => Goal::Speed { target: 0.0 },
             Stage::Enabled => self.enabled_goal(memory),
             Stage::QuickStop => Goal::Speed { target: 0.0 },
             Stage::Off | Stage::Ready | Stage::SwitchedOn | Stage::Fault => {
@@ -180,6 +222,10 @@ impl Motion {
                 Goal::Free
             }
         };
+    }
+
+    pub(super) fn stands(&self) -> bool {
+        self.speed == 0.0
     }
 
     fn enabled_goal(&self, memory: &Memory) -> Goal {

@@ -1,6 +1,7 @@
 //! States of CiA 402 as the guide reduces them, driven by control words.
 //!
-//! Law: the words 6, 7, F enable, in this order and no shortcut; 0 switches off from everywhere; 2 stops and stays energised.
+//! Law: the words 6, 7, F enable, in this order and no shortcut; 0 switches off from everywhere; 2 stops and stays energised. On the
+//! way from enabled to 7, 6 or 0 the drive may brake first: it stays enabled until the wheel stands, and says so.
 
 /// State of the power stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -23,6 +24,19 @@ pub(super) struct PowerStage {
     fault: u16,
     /// The cause of the fault is still there.
     cause: bool,
+    /// Where an enabled drive goes once its wheel stands.
+    leaving: Option<Stage>,
+}
+
+/// Which ways out of enabled begin with braking (605Bh, 605Ch, Z43, Z44).
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct BrakesFirst {
+    /// Shut-down, to ready.
+    pub(super) on_shutdown: bool,
+    /// Disable operation, to switched on.
+    pub(super) on_disable: bool,
+    /// Disable voltage, to off.
+    pub(super) on_disable_voltage: bool,
 }
 
 impl PowerStage {
@@ -48,6 +62,7 @@ impl PowerStage {
     }
 
     pub(super) fn trip(&mut self, bits: u16) {
+        self.leaving = None;
         self.fault |= bits;
         self.cause = true;
         self.stage = Stage::Fault;
@@ -57,8 +72,20 @@ impl PowerStage {
         self.cause = false;
     }
 
+    /// The drive is enabled and brakes on its way out.
+    pub(super) fn is_leaving(&self) -> bool {
+        self.leaving.is_some()
+    }
+
+    /// The wheel stands: a drive on its way out has arrived there.
+    pub(super) fn stands(&mut self) {
+        if let Some(stage) = self.leaving.take() {
+            self.stage = stage;
+        }
+    }
+
     /// A control word was written.
-    pub(super) fn command(&mut self, word: u16) {
+    pub(super) fn command(&mut self, word: u16, brakes_first: BrakesFirst) {
         let rising = word & !self.control_word;
         self.control_word = word;
         if self.stage == Stage::Fault {
@@ -68,6 +95,8 @@ impl PowerStage {
             }
             return;
         }
+        let before = self.stage;
+        self.leaving = None;
         self.stage = match (word & 0x000F, self.stage) {
             // Bit 1 is 0: disable voltage.
             (low, _) if low & 0b0010 == 0 => Stage::Off,
@@ -80,6 +109,16 @@ impl PowerStage {
             (0b1111, Stage::SwitchedOn | Stage::Enabled | Stage::QuickStop) => Stage::Enabled,
             (_, stage) => stage,
         };
+        let brakes = match self.stage {
+            Stage::Ready => brakes_first.on_shutdown,
+            Stage::SwitchedOn => brakes_first.on_disable,
+            Stage::Off => brakes_first.on_disable_voltage,
+            Stage::Enabled | Stage::QuickStop | Stage::Fault => false,
+        };
+        if before == Stage::Enabled && brakes {
+            self.leaving = Some(self.stage);
+            self.stage = Stage::Enabled;
+        }
     }
 
     /// Bits 0 to 6 of the status word.
@@ -106,8 +145,36 @@ mod tests {
 
     fn after(words: &[u16]) -> Stage {
         let mut stage = PowerStage::default();
-        words.iter().for_each(|word| stage.command(*word));
+        words
+            .iter()
+            .for_each(|word| stage.command(*word, BrakesFirst::default()));
         stage.stage()
+    }
+
+    #[test]
+    fn a_drive_that_brakes_first_is_enabled_until_its_wheel_stands() {
+        let brakes_first = BrakesFirst {
+            on_shutdown: true,
+            on_disable: true,
+            on_disable_voltage: true,
+        };
+        for (word, end) in [
+            (0x07, Stage::SwitchedOn),
+            (0x06, Stage::Ready),
+            (0x00, Stage::Off),
+        ] {
+            let mut stage = PowerStage::default();
+            for word in [0x06, 0x07, 0x0F, word] {
+                stage.command(word, brakes_first);
+            }
+            assert!(stage.is_enabled() && stage.is_leaving());
+            let mut taken_back = stage;
+            taken_back.command(0x0F, brakes_first);
+            taken_back.stands();
+            assert_eq!(taken_back.stage(), Stage::Enabled);
+            stage.stands();
+            assert_eq!((stage.stage(), stage.is_leaving()), (end, false));
+        }
     }
 
     #[test]
@@ -125,13 +192,14 @@ mod tests {
     fn a_fault_goes_by_an_edge_when_its_cause_is_gone() {
         let mut stage = PowerStage::default();
         stage.trip(0x0004);
-        stage.command(0x0080);
+        let command = |stage: &mut PowerStage, word| stage.command(word, BrakesFirst::default());
+        command(&mut stage, 0x0080);
         assert_eq!(stage.stage(), Stage::Fault);
         stage.cause_gone();
-        stage.command(0x0080);
+        command(&mut stage, 0x0080);
         assert_eq!(stage.stage(), Stage::Fault, "no edge");
-        stage.command(0x0000);
-        stage.command(0x0080);
+        command(&mut stage, 0x0000);
+        command(&mut stage, 0x0080);
         assert_eq!((stage.stage(), stage.fault()), (Stage::Off, 0));
     }
 }

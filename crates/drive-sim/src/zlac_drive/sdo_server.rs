@@ -62,6 +62,9 @@ impl ZlacDrive {
                 let entry = find(address)?;
                 let unused = 4 - entry.data_type.bytes();
                 let value = self.read(now_ns, address) & mask(entry.data_type.bytes());
+                if self.config.quirks.replies_without_size {
+                    return Ok((0x42, value));
+                }
                 Ok((0x43 | unused << 2, value))
             }
             0x2F => self.write(now_ns, address, 1, written).map(|()| (0x60, 0)),

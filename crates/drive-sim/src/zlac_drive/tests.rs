@@ -333,3 +333,106 @@ fn quirks_of_the_guide_can_be_switched_on() {
     rig.tell(&[[0x2F, 0x60, 0x60, 0, 6, 0, 0, 0]]);
     assert_eq!(rig.ask(mode), "584#4F61600006000000");
 }
+
+/// Milliseconds from a control word to standstill, from 100 r/min, and the lower bits of the status word before and after.
+///
+/// 6084h makes it 100 ms, 6085h 20 ms, the motor 5 ms, friction 500 ms.
+fn stop(config: ZlacDriveConfig, option: (u16, i16), control_word: u16) -> (u64, u16, u16) {
+    let mut rig = Rig::new(ZlacDriveConfig {
+        motor_acceleration_rpm_s: 20_000.0,
+        coast_deceleration_rpm_s: 200.0,
+        ..config
+    });
+    rig.pass(101);
+    let (index, value) = option;
+    let [low, high] = index.to_le_bytes();
+    let [a, b] = value.to_le_bytes();
+    rig.tell(&[
+        [0x2B, 0x00, 0x20, 0, 0, 0, 0, 0],
+        [0x23, 0x84, 0x60, 0, 0xE8, 0x03, 0, 0],
+        [0x23, 0x85, 0x60, 0, 0xC8, 0x00, 0, 0],
+        [0x2B, low, high, 0, a, b, 0, 0],
+        VELOCITY_MODE,
+    ]);
+    rig.tell(&ENABLE);
+    rig.tell(&[SPEED_100]);
+    rig.pass(200);
+    let [low, high] = control_word.to_le_bytes();
+    let start_ns = rig.now_ns();
+    rig.tell(&[[0x2B, 0x40, 0x60, 0, low, high, 0, 0]]);
+    let state = |rig: &mut Rig| {
+        let reply = rig.ask([0x40, 0x41, 0x60, 0, 0, 0, 0, 0]);
+        u16::from_str_radix(&reply[12..14], 16).unwrap() & 0x27
+    };
+    let while_braking = state(&mut rig);
+    let mut ms = 0;
+    while rig.drive().speed_rpm(start_ns + ms * MS) > 0.0 {
+        ms += 1;
+        assert!(ms < 1_000, "it never stands");
+    }
+    rig.pass(600);
+    (ms, while_braking, state(&mut rig))
+}
+
+#[test]
+fn each_stop_brakes_as_its_option_says() {
+    // On, stopped by quick stop, ready, switched on, off; bit 5 is 1 unless quick stop is in force.
+    const ON: u16 = 0x27;
+    const QUICK: u16 = 0x07;
+    let near = |expected: u64, actual: u64| actual.abs_diff(expected) <= 2;
+    let cases = [
+        ((0x605A, 5), 0x0002, 100, QUICK, QUICK),
+        ((0x605A, 6), 0x0002, 20, QUICK, QUICK),
+        ((0x605A, 7), 0x0002, 5, QUICK, QUICK),
+        ((0x605D, 0), 0x010F, 100, ON, ON),
+        ((0x605D, 1), 0x010F, 100, ON, ON),
+        ((0x605D, 2), 0x010F, 20, ON, ON),
+        ((0x605D, 3), 0x010F, 5, ON, ON),
+        ((0x605B, 0), 0x0006, 500, 0x21, 0x21),
+        ((0x605B, 1), 0x0006, 100, ON, 0x21),
+        ((0x605C, 0), 0x0007, 500, 0x23, 0x23),
+        ((0x605C, 1), 0x0007, 100, ON, 0x23),
+    ];
+    for (option, word, expected_ms, braking, end) in cases {
+        let (ms, while_braking, after) = stop(config(), option, word);
+        assert!(near(expected_ms, ms), "{option:X?}: {ms} ms");
+        assert_eq!((while_braking, after), (braking, end), "{option:X?}");
+    }
+}
+
+#[test]
+fn word_0_frees_the_shaft_at_once_or_brakes_first() {
+    let near = |expected: u64, actual: u64| actual.abs_diff(expected) <= 2;
+    let brakes = ZlacDriveConfig {
+        brakes_before_power_off: true,
+        ..config()
+    };
+    let (ms, while_braking, after) = stop(config(), (0x605C, 1), 0x0000);
+    assert!(near(500, ms), "{ms} ms");
+    assert_eq!((while_braking, after), (0x20, 0x20));
+    let (ms, while_braking, after) = stop(brakes.clone(), (0x605C, 1), 0x0000);
+    assert!(near(100, ms), "{ms} ms");
+    assert_eq!((while_braking, after), (0x27, 0x20));
+    assert!(near(500, stop(brakes, (0x605C, 0), 0x0000).0));
+}
+
+#[test]
+fn replies_may_leave_their_size_open() {
+    let mut rig = Rig::new(ZlacDriveConfig {
+        quirks: ZlacQuirks {
+            replies_without_size: true,
+            ..ZlacQuirks::default()
+        },
+        ..config()
+    });
+    rig.pass(101);
+    // 200Dh is 4, in 16 bits; 1000h is 40192h.
+    assert_eq!(
+        rig.ask([0x40, 0x0D, 0x20, 0, 0, 0, 0, 0]),
+        "584#420D200004000000"
+    );
+    assert_eq!(
+        rig.ask([0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
+        "584#4200100092010400"
+    );
+}

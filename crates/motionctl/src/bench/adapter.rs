@@ -44,6 +44,17 @@ enum Channel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Refused;
 
+/// What an adapter did not do, since it was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Refusals {
+    /// Frames of the host that it did not take: malformed, channel not open for sending, or no room.
+    pub(crate) frames: u64,
+    /// Other lines of the host that it did not obey.
+    pub(crate) commands: u64,
+    /// Frames and answers for which the host was too slow.
+    pub(crate) lost_to_host: u64,
+}
+
 /// The adapter.
 #[derive(Debug)]
 pub(crate) struct Adapter {
@@ -56,6 +67,7 @@ pub(crate) struct Adapter {
     /// Frames that never leave, because the adapter has another bit rate than the bus.
     stuck: usize,
     outbox: Vec<u8>,
+    refusals: Refusals,
 }
 
 impl Adapter {
@@ -71,7 +83,13 @@ impl Adapter {
             flags: 0,
             stuck: 0,
             outbox: Vec::new(),
+            refusals: Refusals::default(),
         }
+    }
+
+    /// What it did not do.
+    pub(crate) fn refusals(&self) -> Refusals {
+        self.refusals
     }
 
     /// What waits for the host. Drain what the host has taken.
@@ -94,15 +112,29 @@ impl Adapter {
                     text.push(CR);
                     self.tell(&text, MOST_TO_HOST);
                 }
-                Err(Refused) => self.tell(&[BEL], MOST_TO_HOST),
+                Err(Refused) => {
+                    self.count_refusal(&token);
+                    self.tell(&[BEL], MOST_TO_HOST);
+                }
             }
         }
+    }
+
+    fn count_refusal(&mut self, token: &Token) {
+        let is_frame = matches!(token, Token::Line(line) if matches!(line.first(), Some(b't' | b'T' | b'r' | b'R')));
+        let count = if is_frame {
+            &mut self.refusals.frames
+        } else {
+            &mut self.refusals.commands
+        };
+        *count += 1;
     }
 
     /// Puts bytes into the queue to the host when they fit into its first `room` bytes.
     fn tell(&mut self, bytes: &[u8], room: usize) {
         if self.outbox.len() + bytes.len() > room {
             self.flags |= flag::OVERRUN;
+            self.refusals.lost_to_host += 1;
         } else {
             self.outbox.extend_from_slice(bytes);
         }

@@ -9,6 +9,7 @@ mod serial;
 
 use std::process::ExitCode;
 
+use crate::counted::counted;
 use crate::interrupt;
 use crate::output::{print, print_json, tell};
 pub(crate) use arguments::Arguments;
@@ -20,8 +21,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
     interrupt::listen().map_err(BenchError::Interrupt)?;
     let mut rig = Rig::new(arguments)?;
     tell(format_args!(
-        "{} virtual drives at {} kbit/s on {}; Ctrl-C ends",
-        rig.drives(),
+        "{} at {} kbit/s on {}; Ctrl-C ends",
+        counted(rig.drives(), "virtual drive", "virtual drives"),
         arguments.bit_rate.kbit_per_s(),
         rig.terminals(),
     ));

@@ -158,7 +158,7 @@ impl<'a> Rig<'a> {
 
     /// What each drive has received.
     pub(super) fn report(&self) -> Report {
-        Report::new(&self.bench, self.node)
+        Report::new(&self.bench, self.node, self.adapter.refusals())
     }
 }
 

@@ -9,7 +9,10 @@ pub(crate) enum NotConfirmed {
     /// The user said no.
     Declined,
     /// There is no terminal to ask on.
-    NobodyToAsk,
+    NobodyToAsk {
+        /// The option that gives the answer.
+        option: &'static str,
+    },
     /// The terminal failed.
     Terminal(io::Error),
 }
@@ -18,8 +21,9 @@ impl fmt::Display for NotConfirmed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Declined => f.write_str("not confirmed; nothing was done"),
-            Self::NobodyToAsk => f.write_str(
-                "this needs a confirmation and there is no terminal to ask on; nothing was done. Scripts confirm with --yes",
+            Self::NobodyToAsk { option } => write!(
+                f,
+                "this needs a confirmation and there is no terminal to ask on; nothing was done. Scripts confirm with {option}"
             ),
             Self::Terminal(source) => write!(f, "cannot ask for a confirmation: {source}"),
         }
@@ -33,11 +37,23 @@ impl std::error::Error for NotConfirmed {}
 /// # Errors
 /// [`NotConfirmed`] unless the answer is yes.
 pub(crate) fn confirm(question: &str, yes: bool) -> Result<(), NotConfirmed> {
-    if yes {
+    confirm_by(question, yes, "--yes")
+}
+
+/// The same with an option of its own, for what `--yes` shall not cover.
+///
+/// # Errors
+/// [`NotConfirmed`] unless the answer is yes.
+pub(crate) fn confirm_by(
+    question: &str,
+    is_given: bool,
+    option: &'static str,
+) -> Result<(), NotConfirmed> {
+    if is_given {
         return Ok(());
     }
     if !io::stdin().is_terminal() {
-        return Err(NotConfirmed::NobodyToAsk);
+        return Err(NotConfirmed::NobodyToAsk { option });
     }
     let mut terminal = io::stderr().lock();
     write!(terminal, "{question} [y/N] ")

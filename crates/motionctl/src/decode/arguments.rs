@@ -23,7 +23,7 @@ Examples:
 Which side sent a frame, and whether a reading is a position or a torque, follows from the frames
 before it: begin a log before the conversation begins.
 
-Exit status: 0 the whole log was read, 1 lines could not be read (they are named), 2 this is no log, or
+Exit status: 0 the whole log was read, 1 some lines could not be read (they are named), 2 this is no log, or
 one with an unknown header, 3 the live bus cannot be opened, or has failed.";
 
 /// Options of `motionctl decode`.

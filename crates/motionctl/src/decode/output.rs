@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 use super::bus::Bus;
 use super::source::Damage;
 use super::table::{Overview, table};
+use crate::counted::counted;
 use crate::output::tell;
 
 /// Writes what was heard.
@@ -173,7 +174,11 @@ impl Output {
         if self.json {
             self.json_line(&Line::End { damaged_lines })?;
         } else {
-            writeln!(self.out, "{damaged_lines} damaged lines")?;
+            writeln!(
+                self.out,
+                "{}",
+                counted(damaged_lines, "damaged line", "damaged lines")
+            )?;
         }
         self.flush()
     }

@@ -8,6 +8,7 @@ use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
 
 use super::bus::Bus;
+use crate::counted::counted;
 
 /// One bus.
 #[derive(Debug, Serialize)]
@@ -74,14 +75,18 @@ impl fmt::Display for Overview<'_> {
         }
         write!(
             f,
-            "{} frames{}; {} did not decode, {} look like trouble, {} error frames, {} CAN FD frames",
-            self.frames,
+            "{}{}; {} did not decode, {}, {}, {}",
+            counted(self.frames, "frame", "frames"),
             self.duration_s
                 .map_or(String::new(), |duration_s| format!(" in {duration_s:.3} s")),
             self.undecodable_frames,
-            self.remarkable_frames,
-            self.error_frames,
-            self.fd_frames
+            counted(
+                self.remarkable_frames,
+                "looks like trouble",
+                "look like trouble"
+            ),
+            counted(self.error_frames, "error frame", "error frames"),
+            counted(self.fd_frames, "CAN FD frame", "CAN FD frames")
         )?;
         match self.least_load {
             Some(load) => write!(

@@ -4,7 +4,7 @@ use core::fmt;
 use std::io;
 
 use can_motion::{ConfigError, Fault, ProcedureError};
-use dyn_can::{DriveId, GearNumber, StoredDriveId};
+use dyn_can::{DecodeError, DriveId, GearNumber, StoredDriveId};
 
 use super::Parameter;
 use crate::confirm::NotConfirmed;
@@ -23,6 +23,8 @@ pub(crate) enum DrivesError {
     Open(OpenError),
     /// The link failed on the way; nothing was enabled.
     Link(LinkFault),
+    /// Nothing that a scan sent got out.
+    NothingGetsOut,
     /// The link failed while drives were enabled, which the warning names.
     LinkWhileEnabled { fault: LinkFault, warning: String },
     /// What the drives say of themselves is not known.
@@ -55,6 +57,11 @@ pub(crate) enum DrivesError {
     NoAnswer { drive: StoredDriveId },
     /// Only what was sent comes back on the serial line.
     OnlyEchoes { drive: StoredDriveId },
+    /// A reply of the drive does not decode.
+    BadReply {
+        drive: StoredDriveId,
+        error: DecodeError,
+    },
     /// The drive answered some requests, not all, in the time that it had.
     Incomplete { drive: StoredDriveId },
     /// The drive has a fault that forbids what was asked for.
@@ -123,6 +130,7 @@ impl Coded for DrivesError {
         match self {
             Self::Open(_)
             | Self::Link(_)
+            | Self::NothingGetsOut
             | Self::LinkWhileEnabled { .. }
             | Self::Look(LookError::Link(_))
             | Self::BringUp(
@@ -165,6 +173,9 @@ impl fmt::Display for DrivesError {
         match self {
             Self::Open(source) => source.fmt(f),
             Self::Link(source) => write!(f, "the link failed: {source}"),
+            Self::NothingGetsOut => f.write_str(
+                "no frame gets out to the bus: check --bit-rate, wiring and termination, and that at least one drive has power",
+            ),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::NotConfirmed(source) => source.fmt(f),
             Self::CanopenOnSerial => f.write_str(
@@ -183,6 +194,13 @@ impl fmt::Display for DrivesError {
                 f,
                 "drive {drive} does not answer, only what was sent comes back: check its power, its wiring and its id, or look with `motionctl scan`"
             ),
+            Self::BadReply {
+                drive,
+                error: error @ DecodeError::OrderUnknown { .. },
+            } => write!(f, "drive {drive}: {error} with --group3-order"),
+            Self::BadReply { drive, error } => {
+                write!(f, "a reply of drive {drive} cannot be read: {error}")
+            }
             Self::Incomplete { drive } => {
                 write!(
                     f,

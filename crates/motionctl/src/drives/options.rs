@@ -45,19 +45,22 @@ impl DrivesOptions {
             let line = Line::open(port, self.speeds.port(), self.chain)?;
             return Ok(Box::new(SerialDrives::new(line, axes)));
         }
-        Ok(Box::new(CanDrives::new(self.open_bus()?, axes)))
+        Ok(Box::new(CanDrives::new(self.open_bus(&self.speeds)?, axes)))
     }
 
-    /// Opens the CAN bus, whatever speaks on it.
+    /// Opens a CAN bus of CANopen nodes, and says its bit rate in kbit/s.
     ///
     /// # Errors
-    /// [`OpenError`]; nothing was sent to a drive.
-    pub(crate) fn open_bus(&self) -> Result<Link, OpenError> {
+    /// [`OpenError`]; nothing was sent to a node.
+    pub(crate) fn open_canopen(&self) -> Result<(Link, u32), OpenError> {
+        let speeds = self.speeds.of_drives_with(zlac8030l::FACTORY_BIT_RATE);
+        Ok((self.open_bus(&speeds)?, speeds.kbit_per_s()))
+    }
+
+    fn open_bus(&self, speeds: &SpeedOptions) -> Result<Link, OpenError> {
         match (&self.connection.slcan, &self.connection.can) {
-            (Some(port), _) => self.speeds.open_slcan(port),
-            (None, interface) => self
-                .speeds
-                .open_interface(interface.as_deref().unwrap_or_default()),
+            (Some(port), _) => speeds.open_slcan(port),
+            (None, interface) => speeds.open_interface(interface.as_deref().unwrap_or_default()),
         }
     }
 

@@ -20,8 +20,10 @@ pub(crate) struct DriveState {
     /// In the unit of the drive's read-back.
     pub(crate) position_counts: Option<i32>,
     pub(crate) speed_rpm: Option<i32>,
-    /// Share of the peak current, -1 ..= 1.
+    /// Share of the peak current, positive clockwise.
     pub(crate) torque_share: Option<f64>,
+    /// The torque is beyond the scale of the drive's revision, so that its share is in doubt.
+    pub(crate) torque_in_doubt: bool,
 }
 
 /// A parameter as it was read.
@@ -91,12 +93,25 @@ impl fmt::Display for DriveState {
         let number = |value: Option<i32>, unit: &str| {
             value.map_or_else(|| format!("? {unit}"), |value| format!("{value} {unit}"))
         };
-        let torque = self
-            .torque_share
-            .map_or_else(|| "?".to_owned(), |share| format!("{:.1}", 100.0 * share));
+        let doubt = if self.torque_in_doubt {
+            " (in doubt: beyond its scale)"
+        } else {
+            ""
+        };
+        let torque = match self.torque_share {
+            None => "? % of peak".to_owned(),
+            Some(share) => {
+                let direction = match share {
+                    share if share > 0.0 => " clockwise",
+                    share if share < 0.0 => " counter-clockwise",
+                    _ => "",
+                };
+                format!("{:.1} % of peak{direction}{doubt}", 100.0 * share.abs())
+            }
+        };
         write!(
             f,
-            "{}, {}, {}, {}; position {}, speed {}, torque {torque} % of peak",
+            "{}, {}, {}, {}; position {}, speed {}, torque {torque}",
             word(self.enabled, "enabled", "disabled"),
             self.alarm.as_deref().unwrap_or("no alarm"),
             word(self.on_position, "on position", "not on position"),

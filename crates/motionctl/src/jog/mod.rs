@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use dyn_can::{GearNumber, StoredDriveId};
 
 use crate::confirm::confirm;
+use crate::counted::counted;
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Jog, JogEnd};
 use crate::exit;
@@ -76,7 +77,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         ..
     } = arguments;
     let question = format!(
-        "The motor of drive {drive} will TURN, powered, by {turns} turns at up to {rpm} r/min and {max_acceleration} r/min per second. Is everybody clear of the machine?"
+        "The motor of drive {drive} will TURN, powered, by {} at up to {rpm} r/min and {max_acceleration} r/min per second. Is everybody clear of the machine?",
+        counted(*turns, "turn", "turns")
     );
     confirm(&question, arguments.yes).map_err(DrivesError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(DrivesError::Interrupt)?;
@@ -122,8 +124,10 @@ fn print(arguments: &Arguments, end: &JogEnd) -> Result<(), DrivesError> {
         "is disabled"
     };
     print_line(format_args!(
-        "asked for {} counts, sent {}{stopped}; the drive {read} and {state}",
-        end.asked_counts, end.sent_counts
+        "asked for {}, sent {}{stopped}; drive {} {read} and {state}",
+        counted(end.asked_counts, "count", "counts"),
+        end.sent_counts,
+        arguments.drive
     ))
     .map_err(DrivesError::Print)?;
     Ok(())

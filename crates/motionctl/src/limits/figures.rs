@@ -7,6 +7,7 @@ use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
 
 use super::measure::Bounds;
+use crate::counted::counted;
 
 /// The largest number of axes without polls.
 #[derive(Debug, Serialize)]
@@ -21,7 +22,7 @@ pub(crate) struct Polled {
     pub(crate) axes: usize,
     /// What kept one axis more from being run, or from being in time.
     pub(crate) one_more: String,
-    pub(crate) worst_poll_age_periods: f64,
+    pub(crate) worst_poll_age_periods: Option<f64>,
     pub(crate) bounds: Bounds,
 }
 
@@ -45,7 +46,7 @@ pub(crate) struct Figures {
     pub(crate) late_after_outage: u64,
     pub(crate) own_collisions: u64,
     pub(crate) bound_violations: u64,
-    pub(crate) worst_poll_age_periods: f64,
+    pub(crate) worst_poll_age_periods: Option<f64>,
 }
 
 /// A figure with its target.
@@ -72,6 +73,23 @@ impl Row {
             measured: format!("{measured:.3}"),
             target: format!("at least {target}"),
             is_met: measured >= target,
+        }
+    }
+
+    /// A poll that never had a reply is no small figure.
+    fn oldest_poll(periods: Option<f64>) -> Self {
+        let row = Self::at_most(
+            "oldest poll, periods",
+            periods.unwrap_or(f64::INFINITY),
+            1.5,
+            2,
+        );
+        match periods {
+            Some(_) => row,
+            None => Self {
+                measured: "never read".to_owned(),
+                ..row
+            },
         }
     }
 
@@ -148,7 +166,7 @@ impl Figures {
                 0.0,
                 0,
             ),
-            Row::at_most("oldest poll, periods", self.worst_poll_age_periods, 1.5, 2),
+            Row::oldest_poll(self.worst_poll_age_periods),
         ]);
         rows
     }
@@ -170,7 +188,11 @@ impl Figures {
                 requests,
                 replies,
             } = polled.bounds;
-            let mut row = vec![format!("{} axes, {} us", polled.axes, polled.delay_us)];
+            let mut row = vec![format!(
+                "{}, {} us",
+                counted(polled.axes, "axis", "axes"),
+                polled.delay_us
+            )];
             for observed in [set_points, requests, replies] {
                 row.push(observed.observed_bits.to_string());
                 row.push(observed.bound_bits.to_string());
@@ -209,8 +231,25 @@ impl fmt::Display for Figures {
                 one_more,
                 ..
             } = polled;
-            writeln!(f, "{} axes at {delay_us} us: {one_more}", axes + 1)?;
+            writeln!(
+                f,
+                "{} at {delay_us} us: {one_more}",
+                counted(axes + 1, "axis", "axes")
+            )?;
         }
         write!(f, "{} cycles for each number of axes", self.cycles)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_poll_that_never_had_a_reply_misses_its_target_in_words() {
+        let row = Row::oldest_poll(None);
+        assert_eq!((row.measured.as_str(), row.is_met), ("never read", false));
+        let row = Row::oldest_poll(Some(1.25));
+        assert_eq!((row.measured.as_str(), row.is_met), ("1.25", true));
     }
 }

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::counted::counted;
 use crate::exit;
 use crate::output::{print, print_json};
 use error::LimitsError;
@@ -73,12 +74,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, LimitsError> {
     })
 }
 
+fn oldest_poll(periods: Option<f64>) -> String {
+    periods.map_or_else(
+        || "a poll never had a reply".to_owned(),
+        |periods| format!("oldest poll {periods:.2} periods"),
+    )
+}
+
 /// Sums over all runs that count.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Totals {
     own_collisions: u64,
     bound_violations: u64,
-    worst_poll_age_periods: f64,
+    /// `None` when a poll never had a reply.
+    worst_poll_age_periods: Option<f64>,
 }
 
 struct Session {
@@ -93,7 +102,7 @@ struct Largest {
     axes: usize,
     one_more: String,
     wire_share: f64,
-    worst_poll_age_periods: f64,
+    worst_poll_age_periods: Option<f64>,
     bounds: Bounds,
 }
 
@@ -108,7 +117,11 @@ impl Session {
             cycles: arguments.cycles,
             seed: arguments.seed,
             bar,
-            totals: Totals::default(),
+            totals: Totals {
+                own_collisions: 0,
+                bound_violations: 0,
+                worst_poll_age_periods: Some(0.0),
+            },
         })
     }
 
@@ -173,7 +186,8 @@ impl Session {
             };
             self.stream(&mut stand, &load)?;
             let poll_age = stand.worst_poll_age_periods();
-            if stand.late() == 0 && poll_age <= OLDEST_POLL_PERIODS {
+            let polls_are_in_time = poll_age.is_some_and(|age| age <= OLDEST_POLL_PERIODS);
+            if stand.late() == 0 && polls_are_in_time {
                 self.count(&stand);
                 return Ok(Largest {
                     axes,
@@ -185,13 +199,13 @@ impl Session {
             }
             // An admitted load that is late breaks the promise of the plan, whatever the number of axes.
             self.totals.bound_violations += stand.measured.bound_violations;
-            one_more = format!("{} late, oldest poll {poll_age:.2} periods", stand.late());
+            one_more = format!("{} late, {}", stand.late(), oldest_poll(poll_age));
         }
         Ok(Largest {
             axes: 0,
             one_more,
             wire_share: 0.0,
-            worst_poll_age_periods: 0.0,
+            worst_poll_age_periods: Some(0.0),
             bounds: Bounds::default(),
         })
     }
@@ -235,7 +249,8 @@ impl Session {
             Some(delay_us) => format!("polled, {delay_us} us"),
             None => "set-points only".to_owned(),
         };
-        self.bar.set_message(format!("{} axes, {polls}", load.axes));
+        self.bar
+            .set_message(format!("{}, {polls}", counted(load.axes, "axis", "axes")));
         let mut done = 0;
         while done < self.cycles {
             self.bar.set_position(done);
@@ -252,6 +267,7 @@ impl Session {
         totals.bound_violations += stand.measured.bound_violations;
         totals.worst_poll_age_periods = totals
             .worst_poll_age_periods
-            .max(stand.worst_poll_age_periods());
+            .zip(stand.worst_poll_age_periods())
+            .map(|(before, now)| before.max(now));
     }
 }

@@ -122,8 +122,14 @@ pub(crate) struct Stand {
     fault: Option<Fault>,
     polled: bool,
     pub(crate) measured: Measurements,
-    pub(crate) worst_poll_age_us: u64,
+    /// `None` when a poll had no reply at all yet, which is older than any age.
+    worst_poll_age_us: Option<u64>,
     late_hand_overs_before: u32,
+}
+
+/// The older of two ages; `None` is a poll that never had a reply, which is older than any age.
+fn older(a: Option<u64>, b: Option<u64>) -> Option<u64> {
+    Some(a?.max(b?))
 }
 
 impl Stand {
@@ -155,7 +161,7 @@ impl Stand {
             fault: None,
             polled: load.delay_us.is_some(),
             measured: Measurements::new(&BusPlan::new(&config, &axes), axes.len()),
-            worst_poll_age_us: 0,
+            worst_poll_age_us: Some(0),
             late_hand_overs_before: 0,
         };
         stand.start_up()?;
@@ -269,18 +275,16 @@ impl Stand {
                 continue;
             };
             for kind in [PollKind::Status, PollKind::Position] {
-                let age_us = snapshot
-                    .feedback
-                    .polled_at(kind)
-                    .map_or(u64::MAX, |at| now.us_since(at));
-                self.worst_poll_age_us = self.worst_poll_age_us.max(age_us);
+                let age_us = snapshot.feedback.polled_at(kind).map(|at| now.us_since(at));
+                self.worst_poll_age_us = older(self.worst_poll_age_us, age_us);
             }
         }
     }
 
-    /// Age of the oldest poll in periods.
-    pub(crate) fn worst_poll_age_periods(&self) -> f64 {
-        self.worst_poll_age_us as f64 / f64::from(POLL_PERIOD_US)
+    /// Age of the oldest poll in periods; `None` when one had no reply at all.
+    pub(crate) fn worst_poll_age_periods(&self) -> Option<f64> {
+        let age_us = self.worst_poll_age_us?;
+        Some(age_us as f64 / f64::from(POLL_PERIOD_US))
     }
 
     /// Set-points that missed their cycle, on the wire or already on the way to the controller.

@@ -21,9 +21,10 @@ pub(crate) struct LinkOptions {
 /// How fast an adapter is.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct SpeedOptions {
-    /// Bit rate of the bus in kbit/s. A serial adapter is set to it; a network interface is set with `ip link`.
-    #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
-    bit_rate: BitRate,
+    /// Bit rate of the bus in kbit/s. A serial adapter is set to it; a network interface is set with `ip link`. Default: 1000, and 500
+    /// for CANopen nodes.
+    #[arg(long, value_name = "KBIT", value_parser = bit_rate)]
+    bit_rate: Option<BitRate>,
     #[command(flatten)]
     port: PortOptions,
 }
@@ -83,12 +84,25 @@ impl LinkOptions {
 }
 
 impl SpeedOptions {
+    /// The same, for drives that come with another bit rate.
+    pub(crate) fn of_drives_with(&self, usual: BitRate) -> Self {
+        Self {
+            bit_rate: self.bit_rate.or(Some(usual)),
+            ..self.clone()
+        }
+    }
+
+    /// The bit rate in force, in kbit/s.
+    pub(crate) fn kbit_per_s(&self) -> u32 {
+        self.bit_rate.unwrap_or(BitRate::Kbit1000).kbit_per_s()
+    }
+
     /// Opens a Lawicel adapter.
     ///
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open_slcan(&self, port: &str) -> Result<Link, OpenError> {
-        let settings = self.port.settings(self.bit_rate.kbit_per_s());
+        let settings = self.port.settings(self.kbit_per_s());
         open_slcan(port, settings, Channel::Open)
     }
 
@@ -102,7 +116,7 @@ impl SpeedOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open_interface(&self, interface: &str) -> Result<Link, OpenError> {
-        open_interface(interface, self.bit_rate.kbit_per_s())
+        open_interface(interface, self.kbit_per_s())
     }
 }
 

@@ -72,6 +72,20 @@ struct Ages {
     speed_ms: Option<u64>,
 }
 
+impl Line {
+    /// In place of values that say nothing of the present.
+    fn silence(&self) -> String {
+        let last = self.ages.status_ms.map_or_else(
+            || "it never did".to_owned(),
+            |ms| format!("its latest status is {ms} ms old"),
+        );
+        format!(
+            "{:9.3} s  drive {:2}: does not answer, {last}",
+            self.time_s, self.drive
+        )
+    }
+}
+
 impl Ages {
     fn of(read: &Feedback, now: Instant) -> Self {
         let ms = |at: Option<Instant>| at.map(|at| now.us_since(at) / 1_000);
@@ -155,10 +169,7 @@ fn print_lines(station: &mut Station<'_>, arguments: &Arguments) -> Result<Print
                 line.time_s, line.drive, line.state, line.ages
             )
         } else {
-            format!(
-                "{:9.3} s  drive {:2}: does not answer",
-                line.time_s, line.drive
-            )
+            line.silence()
         };
         printed = print(text).map_err(DrivesError::Print)?;
     }

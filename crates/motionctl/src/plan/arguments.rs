@@ -148,6 +148,7 @@ impl Arguments {
 fn bit_rate(text: &str) -> Result<BitRate, String> {
     let rate = text.parse().ok().map(BitRate::from_kbit_per_s);
     rate.and_then(Result::ok)
+        .filter(|rate| dyn_can::knows_bit_rate(*rate))
         .ok_or_else(|| format!("expected 10, 20, 50, 125, 250, 500, 800 or 1000, got {text}"))
 }
 

@@ -7,7 +7,7 @@ use dyn_can::StoredDriveId;
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions};
 use crate::output::{print, print_json};
-use crate::station::AxisOptions;
+use crate::station::ReplyOptions;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -25,6 +25,8 @@ Exit status: 0 read, 1 the drive does not answer, 3 the link failed.";
 pub(crate) struct Arguments {
     #[command(flatten)]
     drives: DrivesOptions,
+    #[command(flatten)]
+    replies: ReplyOptions,
     /// Id of the drive; over --serial also 0, a drive that was never given one.
     #[arg(long, value_name = "ID", value_parser = stored_id)]
     drive: StoredDriveId,
@@ -37,7 +39,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let mut drives = arguments
         .drives
-        .open(AxisOptions::default())
+        .open(arguments.replies.into())
         .map_err(DrivesError::Open)?;
     let readings = drives.read(arguments.drive)?;
     if arguments.json {

@@ -114,7 +114,7 @@ impl<'link> Follow<'link> {
             (Ok(()), Ok(_)) => Outcome::Completed,
         };
         // With what the axes needed to slow down.
-        let at_end = self.snapshots();
+        let (at_end, ended_at) = (self.snapshots(), self.station.now());
         let axes = before_end
             .iter()
             .zip(&at_end)
@@ -124,7 +124,7 @@ impl<'link> Follow<'link> {
             .enumerate()
             .map(
                 |(axis, ((((before, sums), &anchor), target), &read_back))| {
-                    AxisSummary::new(axis, before, sums, anchor, target, read_back)
+                    AxisSummary::new(axis, before, sums, anchor, target, read_back, ended_at)
                 },
             )
             .collect();

@@ -3,16 +3,20 @@
 use core::fmt;
 use std::process::ExitCode;
 
-use can_motion::{AxisSnapshot, ReadBackScale};
+use can_motion::{AxisSnapshot, Instant, ReadBackScale};
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use dyn_can::DriveId;
 use serde::Serialize;
 
+use crate::counted::counted;
 use crate::exit;
 use crate::link::LinkFault;
 use crate::station::{End, PaceCounts, left_on};
 use crate::table::align_numbers;
+
+/// An older position says nothing of the end of a motion.
+const FRESH_MS: u64 = 500;
 
 /// How a motion ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,12 +70,25 @@ pub(super) struct AxisSummary {
     sent_counts: i32,
     /// Position that the drive reported last, from the start, in command counts.
     read_counts: Option<i32>,
+    /// How old that position was when the motion ended.
+    read_age_ms: Option<u64>,
     /// Set-points that missed their cycle and went with the next one.
     merged: u32,
     reply_timeouts: u32,
 }
 
 impl AxisSummary {
+    /// The position that was read, with its age where it says nothing of the end.
+    fn read_text(&self) -> String {
+        match (self.read_counts, self.read_age_ms) {
+            (Some(counts), Some(age_ms)) if age_ms > FRESH_MS => {
+                format!("{counts}? {age_ms} ms old")
+            }
+            (Some(counts), _) => counts.to_string(),
+            (None, _) => "never read".to_owned(),
+        }
+    }
+
     /// State and fault are those before the axes were slowed down and switched off, the sums those of the end.
     pub(super) fn new(
         axis: usize,
@@ -80,6 +97,7 @@ impl AxisSummary {
         anchor_counts: i32,
         target_counts: i32,
         read_back: ReadBackScale,
+        now: Instant,
     ) -> Self {
         let position = sums.feedback.position;
         let read_counts = position.and_then(|read| read_back.to_command_counts(read.value));
@@ -91,6 +109,7 @@ impl AxisSummary {
             set_points: sums.counters.set_points,
             target_counts,
             sent_counts: sums.sent_counts.wrapping_sub(anchor_counts),
+            read_age_ms: position.map(|read| now.us_since(read.at) / 1_000),
             read_counts: read_counts.map(|counts| counts.wrapping_sub(anchor_counts)),
             merged: sums.counters.merged,
             reply_timeouts: sums.counters.timeouts,
@@ -185,8 +204,7 @@ impl Summary {
                 axis.merged.to_string(),
                 axis.target_counts.to_string(),
                 axis.sent_counts.to_string(),
-                axis.read_counts
-                    .map_or_else(|| "-".to_owned(), |counts| counts.to_string()),
+                axis.read_text(),
                 axis.reply_timeouts.to_string(),
                 axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
             ]);
@@ -202,8 +220,8 @@ impl fmt::Display for Summary {
         let pace = &self.pace;
         writeln!(
             f,
-            "{} cycles begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
-            pace.cycles,
+            "{} begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
+            counted(pace.cycles, "cycle", "cycles"),
             pace.late,
             pace.worst_us as f64 / 1_000.0,
             pace.merged,

@@ -10,7 +10,7 @@ use zlac8030l::{
 
 use crate::drives::{DrivesError, FoundDrive};
 use crate::link::Link;
-use crate::station::{Clock, serve_until};
+use crate::station::{Clock, StallWatch, serve_until};
 
 /// How often the scan is told that time passes, in microseconds.
 const TICK_US: u32 = 1_000;
@@ -21,13 +21,14 @@ const LISTEN_US: u32 = 50_000;
 /// Asks every node on the bus behind a link.
 ///
 /// # Errors
-/// [`DrivesError::Link`] when the link fails.
+/// [`DrivesError::Link`] when the link fails, [`DrivesError::NothingGetsOut`] when nobody takes a frame.
 pub(super) fn scan(
     link: &mut Link,
     on_node: &mut dyn FnMut(u8),
 ) -> Result<Vec<FoundDrive>, DrivesError> {
     let clock = Clock::start();
     let mut scan = NodeScan::listening(LISTEN_US);
+    let mut watch = StallWatch::new(scan.node(), clock.now());
     loop {
         if let Some(found) = scan.result() {
             return Ok(found.iter().map(FoundNode::as_drive).collect());
@@ -36,6 +37,9 @@ pub(super) fn scan(
         let until = clock.now() + TICK_US;
         serve_until(&mut scan, link, &clock, until)?;
         scan.tick(clock.now());
+        if watch.stalls_at(scan.node(), clock.now()) {
+            return Err(DrivesError::NothingGetsOut);
+        }
     }
 }
 

@@ -20,6 +20,8 @@ const NODES: u64 = 127;
 const QUESTION: &str =
     "Are there only CANopen drives on this bus? The same identifiers are moves of DYN drives.";
 
+const NO_DRIVE: &str = "no drive answers: check power, wiring, termination and bit rate; a fresh drive has no id on CAN yet, and is drive 0 on its serial port";
+
 const EXAMPLES: &str = "\
 Examples:
   motionctl scan --slcan /dev/ttyACM0
@@ -31,7 +33,8 @@ Every id from 1 to 63 is asked for its parameter group 3, over --serial every id
 This changes nothing and moves nothing.
 
 With --protocol canopen every node from 1 to 127 is asked for its device type 1000h. Never on a bus
-with DYN drives: the same identifiers are moves there. It asks first, scripts answer with --yes.
+with DYN drives: the same identifiers are moves there. It asks first, scripts answer with --yes. Hub-motor drives leave
+the factory with 500 kbit/s, which is what it uses unless --bit-rate is given.
 
 Exit status: 0 at least one drive answered, 1 none did, 3 the link failed.";
 
@@ -69,19 +72,15 @@ struct Found {
 
 /// Asks every id and prints what answered.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
-    let found = Found {
-        drives: match arguments.protocol {
-            ProtocolOption::Dyn => scan_dyn(arguments)?,
-            ProtocolOption::Canopen => scan_canopen(arguments)?,
-        },
+    let (drives, silence) = match arguments.protocol {
+        ProtocolOption::Dyn => (scan_dyn(arguments)?, NO_DRIVE.to_owned()),
+        ProtocolOption::Canopen => scan_canopen(arguments)?,
     };
+    let found = Found { drives };
     if arguments.json {
         print_json(&found).map_err(DrivesError::Print)?;
     } else if found.drives.is_empty() {
-        print(
-            "no drive answers: check power, wiring, termination and bit rate; a fresh drive has no id on CAN yet, and is drive 0 on its serial port",
-        )
-        .map_err(DrivesError::Print)?;
+        print(silence).map_err(DrivesError::Print)?;
     }
     for found in found.drives.iter().filter(|_| !arguments.json) {
         print(format_args!("drive {:2}  {}", found.drive, found.protocol))
@@ -105,16 +104,31 @@ fn scan_dyn(arguments: &Arguments) -> Result<Vec<FoundDrive>, DrivesError> {
     found
 }
 
-fn scan_canopen(arguments: &Arguments) -> Result<Vec<FoundDrive>, DrivesError> {
+/// The nodes, and what is said when there is none.
+fn scan_canopen(arguments: &Arguments) -> Result<(Vec<FoundDrive>, String), DrivesError> {
     if arguments.drives.is_serial() {
         return Err(DrivesError::CanopenOnSerial);
     }
     confirm(QUESTION, arguments.yes).map_err(DrivesError::NotConfirmed)?;
-    let mut link = arguments.drives.open_bus().map_err(DrivesError::Open)?;
+    let (mut link, kbit_per_s) = arguments.drives.open_canopen().map_err(DrivesError::Open)?;
     let bar = progress_bar(NODES, !arguments.json);
     let found = canopen::scan(&mut link, &mut |node| bar.set_position(node.into()));
     bar.finish_and_clear();
-    found
+    Ok((found?, no_node(kbit_per_s)))
+}
+
+/// Names the other bit rates of the drives; none is tried unasked, because a wrong one disturbs the bus.
+fn no_node(kbit_per_s: u32) -> String {
+    let others: Vec<String> = zlac8030l::BIT_RATES
+        .iter()
+        .map(|rate| rate.kbit_per_s())
+        .filter(|&rate| rate != kbit_per_s)
+        .map(|rate| rate.to_string())
+        .collect();
+    format!(
+        "no node answers at {kbit_per_s} kbit/s: check power, wiring and termination, or try --bit-rate with {}",
+        others.join(", ")
+    )
 }
 
 fn progress_bar(ids: u64, show: bool) -> ProgressBar {

@@ -19,8 +19,10 @@ const AXIS_COLUMNS: [&str; 7] = [
 pub(super) fn write(to: impl Write, recording: &Recording) -> std::io::Result<()> {
     let mut table = csv::Writer::from_writer(to);
     let fixed = ["time_s", "bus_load", "late"].map(str::to_owned);
-    let of_axes = (0..recording.drives.len())
-        .flat_map(|axis| AXIS_COLUMNS.map(|column| format!("axis{axis}_{column}")));
+    let of_axes = recording
+        .drives
+        .iter()
+        .flat_map(|drive| AXIS_COLUMNS.map(|column| format!("drive{drive}_{column}")));
     table.write_record(fixed.into_iter().chain(of_axes))?;
     for sample in &recording.samples {
         let fixed = [

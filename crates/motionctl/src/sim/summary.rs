@@ -7,9 +7,10 @@ use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use serde::Serialize;
 
-use super::axis_summary::AxisSummary;
+use super::axis_summary::{AxisSummary, age_text};
 use super::setup::Setup;
 use super::watch::Watch;
+use crate::counted::counted;
 use crate::table::align_numbers;
 
 /// A whole simulation.
@@ -107,8 +108,8 @@ impl Summary {
                 difference.to_string(),
                 axis.largest_backlog_counts.to_string(),
                 axis.position_error_counts.to_string(),
-                format!("{:.1} ms", axis.worst_status_age_ms),
-                format!("{:.1} ms", axis.worst_position_age_ms),
+                age_text(axis.worst_status_age_ms),
+                age_text(axis.worst_position_age_ms),
                 axis.fault.clone().unwrap_or_else(|| axis.state.clone()),
             ]);
         }
@@ -122,21 +123,24 @@ impl fmt::Display for Summary {
         writeln!(f, "{}", self.table())?;
         writeln!(
             f,
-            "{} cycles of {} us at {} kbit/s, {} late; bus load {:.1} % mean, {:.1} % peak; {} faults",
-            self.cycles,
+            "{} of {} us at {} kbit/s, {} late; bus load {:.1} % mean, {:.1} % peak; {}",
+            counted(self.cycles, "cycle", "cycles"),
             self.cycle_us,
             self.bit_rate_kbit,
             self.late_cycles,
             100.0 * self.mean_bus_load,
             100.0 * self.peak_bus_load,
-            self.faults,
+            counted(self.faults, "fault", "faults"),
         )?;
         if self.faults_not_reached > 0 {
             writeln!(
                 f,
-                "{} faults of the script were not reached.",
-                self.faults_not_reached
+                "Not reached: {} of the script.",
+                counted(self.faults_not_reached, "fault", "faults")
             )?;
+        }
+        for advice in self.axes.iter().filter_map(|axis| axis.advice.as_ref()) {
+            writeln!(f, "{advice}")?;
         }
         f.write_str(self.verdict())
     }

@@ -1,18 +1,21 @@
 //! What is measured while a simulation runs.
 
-use can_motion::{AxisSnapshot, AxisState, Event, EventKind, Instant, PollKind, ServoMaster};
+use can_motion::{
+    AxisSnapshot, AxisState, Event, EventKind, Fault, Instant, PollKind, ServoMaster,
+};
 use drive_sim::{Bus, DynDrive, FaultModel, LoadMark, NodeId, Outcome, Record};
 use dyn_can::FunctionCode;
 use embedded_can::{Frame as _, Id};
 
 use super::axis_summary::AxisSummary;
 use super::setup::MOST_AXES;
+use crate::station::fault_text;
 
 #[derive(Debug, Clone, Copy, Default)]
 struct AxisWatch {
     largest_backlog_counts: u32,
-    worst_status_age_us: u64,
-    worst_position_age_us: u64,
+    status: WorstAge,
+    position: WorstAge,
 }
 
 /// Measurements of the motion, from `start` to `stop`.
@@ -80,32 +83,35 @@ impl Watch {
         }
     }
 
-    pub(crate) fn cycle_begins(
-        &mut self,
-        now: Instant,
-        master: &ServoMaster<MOST_AXES>,
-        places: &[usize],
-    ) {
+    pub(crate) fn cycle_begins(&mut self, master: &ServoMaster<MOST_AXES>, places: &[usize]) {
         if !self.running {
             return;
         }
         (self.owed, self.ended) = (0, 0);
+        for &place in places {
+            let axis = master.snapshot(place);
+            self.owed += usize::from(axis.is_some_and(|axis| axis.state.sends_set_points()));
+        }
+    }
+
+    /// Notes what the recording samples too, at the same moment: the table must agree with the plots.
+    pub(crate) fn note(&mut self, now: Instant, master: &ServoMaster<MOST_AXES>, places: &[usize]) {
+        if !self.running {
+            return;
+        }
         for (watch, &place) in self.axes.iter_mut().zip(places) {
             let Some(axis) = master.snapshot(place) else {
                 continue;
             };
-            self.owed += usize::from(axis.state.sends_set_points());
             watch.largest_backlog_counts = watch
                 .largest_backlog_counts
                 .max(axis.backlog_counts.unsigned_abs());
-            let age_us = |kind| {
-                axis.feedback
-                    .polled_at(kind)
-                    .map_or(0, |at| now.us_since(at))
-            };
-            watch.worst_status_age_us = watch.worst_status_age_us.max(age_us(PollKind::Status));
-            watch.worst_position_age_us =
-                watch.worst_position_age_us.max(age_us(PollKind::Position));
+            watch
+                .status
+                .note(axis.feedback.polled_at(PollKind::Status), now);
+            watch
+                .position
+                .note(axis.feedback.polled_at(PollKind::Position), now);
         }
     }
 
@@ -144,22 +150,71 @@ impl Watch {
         target_counts: i32,
     ) -> AxisSummary {
         let watch = &self.axes[axis];
-        let ms = |us: u64| us as f64 / 1_000.0;
+        let fault = snapshot.fault.map(|fault| named(fault, snapshot));
         AxisSummary {
             axis,
             drive: snapshot.drive.get(),
             state: snapshot.state.to_string(),
-            fault: snapshot.fault.map(|fault| fault.to_string()),
+            fault: fault.map(|fault| fault.to_string()),
+            advice: fault
+                .filter(|fault| *fault != Fault::Group)
+                .map(|fault| fault_text(snapshot.drive, fault)),
             set_points: snapshot.counters.set_points,
             target_counts: target_counts.wrapping_sub(anchor_counts),
             sent_counts: snapshot.sent_counts.wrapping_sub(anchor_counts),
             received_counts: drive.commanded_counts(),
-            position_error_counts: i64::from(target_counts) - drive.position_counts(now_ns),
+            position_error_counts: i64::from(snapshot.target_counts)
+                - drive.position_counts(now_ns),
             largest_backlog_counts: watch.largest_backlog_counts,
-            worst_status_age_ms: ms(watch.worst_status_age_us),
-            worst_position_age_ms: ms(watch.worst_position_age_us),
+            worst_status_age_ms: watch.status.ms(),
+            worst_position_age_ms: watch.position.ms(),
             reply_timeouts: snapshot.counters.timeouts,
             streamed: matches!(snapshot.state, AxisState::Streaming | AxisState::Holding),
         }
+    }
+}
+
+/// The oldest that a value became during the motion.
+#[derive(Debug, Clone, Copy, Default)]
+struct WorstAge {
+    /// `None` while the value was never read.
+    us: Option<u64>,
+}
+
+impl WorstAge {
+    fn note(&mut self, read_at: Option<Instant>, now: Instant) {
+        if let Some(at) = read_at {
+            let age_us = now.us_since(at);
+            self.us = Some(self.us.map_or(age_us, |worst_us| worst_us.max(age_us)));
+        }
+    }
+
+    fn ms(self) -> Option<f64> {
+        self.us.map(|us| us as f64 / 1_000.0)
+    }
+}
+
+/// An alarm by its name, once the status has told it.
+fn named(fault: Fault, axis: &AxisSnapshot) -> Fault {
+    let alarm = axis.feedback.status.map(|status| status.value.alarm());
+    match (fault, alarm) {
+        (Fault::AlarmFrame, Some(alarm)) if alarm.is_alarm() => Fault::AlarmStatus(alarm),
+        (fault, _) => fault,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_was_never_read_has_no_age() {
+        let at = Instant::from_us;
+        let mut age = WorstAge::default();
+        age.note(None, at(5_000));
+        assert_eq!(age.ms(), None);
+        age.note(Some(at(6_000)), at(8_500));
+        age.note(Some(at(9_000)), at(9_500));
+        assert_eq!(age.ms(), Some(2.5));
     }
 }

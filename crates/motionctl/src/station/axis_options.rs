@@ -1,8 +1,10 @@
 //! The options that say how the drives of a real bus report their position.
 
-use can_motion::{AxisConfig, Limits, PollPeriods, ReadBackScale, StepChange, Travel};
+use can_motion::{
+    AxisConfig, DialectChoice, Limits, PollPeriods, ReadBackScale, StepChange, Travel,
+};
 use clap::ValueEnum;
-use dyn_can::{DriveId, GearNumber, StepLimit};
+use dyn_can::{ByteOrder, Dialect, DriveId, GearNumber, Group3ReplyOrder, StepLimit};
 
 /// How the drives report their position.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
@@ -10,6 +12,40 @@ pub(crate) struct AxisOptions {
     /// Unit of the position that the drives report. The documents do not say: turn a shaft once and compare.
     #[arg(long, value_enum, default_value_t)]
     read_back: ReadBack,
+    #[command(flatten)]
+    replies: ReplyOptions,
+}
+
+/// How replies are read that can be read in two ways.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub(crate) struct ReplyOptions {
+    /// Byte order of gear and line number in the reply of a drive of revision 1.2A. Only needed when a drive is refused because both
+    /// orders give a legal number; the vendor's tool shows which is right.
+    #[arg(long, value_enum)]
+    group3_order: Option<OrderOption>,
+}
+
+/// A byte order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum OrderOption {
+    /// Most significant byte first.
+    MsbFirst,
+    /// Least significant byte first.
+    LsbFirst,
+}
+
+impl ReplyOptions {
+    fn dialect(self) -> DialectChoice {
+        let order = match self.group3_order {
+            None => return DialectChoice::Detect,
+            Some(OrderOption::MsbFirst) => ByteOrder::MsbFirst,
+            Some(OrderOption::LsbFirst) => ByteOrder::LsbFirst,
+        };
+        DialectChoice::Fixed(Dialect {
+            group3_reply_order_1_2a: Group3ReplyOrder::Fixed(order),
+            ..Dialect::V1_2A
+        })
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -17,8 +53,11 @@ enum ReadBack {
     /// Command counts: 4 times the gear number a turn.
     #[default]
     Command,
-    /// Encoder counts: 65536 a turn, whatever the gear number.
-    Encoder,
+    /// Movement positions: 65536 a turn, whatever the gear number.
+    #[value(alias = "encoder")]
+    Movement,
+    /// Motor steps: 16384 a turn, whatever the gear number.
+    Motor,
 }
 
 /// The smallest limits, of an axis that is not moved.
@@ -27,12 +66,23 @@ const STILL: Limits = match StepLimit::new(1) {
     Err(_) => panic!("1 is a step"),
 };
 
+impl From<ReplyOptions> for AxisOptions {
+    /// For commands that read and do not move.
+    fn from(replies: ReplyOptions) -> Self {
+        Self {
+            replies,
+            ..Self::default()
+        }
+    }
+}
+
 impl AxisOptions {
     /// The scale of the position of a drive with this gear number.
     pub(crate) const fn scale(&self, gear: GearNumber) -> ReadBackScale {
         match self.read_back {
             ReadBack::Command => ReadBackScale::COMMAND_COUNTS,
-            ReadBack::Encoder => ReadBackScale::movement_positions(gear),
+            ReadBack::Movement => ReadBackScale::movement_positions(gear),
+            ReadBack::Motor => ReadBackScale::motor_steps(gear),
         }
     }
 
@@ -67,6 +117,7 @@ impl AxisOptions {
             polls,
             unwatched: polls.status_us.is_none(),
             read_back,
+            dialect: self.replies.dialect(),
             ..AxisConfig::new(drive, gear, Limits { travel, ..limits })
         }
     }

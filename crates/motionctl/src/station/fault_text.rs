@@ -62,6 +62,115 @@ fn next_step(fault: Fault) -> Option<&'static str> {
         }
         Fault::Reboot { .. } => "look at its power supply",
         Fault::ConfirmTimeout => "let its shaft come to rest, then try again",
+        Fault::SwitchedOff => "look for a second master, or for a program on its serial port",
+        Fault::NoBrake => "`motionctl write` sets on-position-range=127 where a brake is connected",
+        Fault::Drift { .. } => {
+            "look for a second master and for errors on the bus, then start anew"
+        }
+        Fault::PositionJump { .. } => {
+            "look whether its shaft was turned by hand or slips, then start anew"
+        }
+        Fault::PositionRange { .. } => {
+            "bring the axis back into its travel, or look whether it reports in another unit (--read-back)"
+        }
+        Fault::Gear { .. } => "`motionctl read` shows its gear number, `motionctl write` sets it",
+        // What to do is in the words, or at the drive that is the cause.
+        Fault::SwitchedOn | Fault::Group => return None,
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use dyn_can::ConfigByte;
+
+    use super::*;
+    use crate::plain_words::{flaws_of_a_message, variants};
+
+    fn every_fault() -> Vec<Fault> {
+        let mut faults = vec![
+            Fault::AlarmFrame,
+            Fault::DataError,
+            Fault::UnknownError { byte: Some(1) },
+            Fault::UnknownError { byte: None },
+            Fault::SwitchedOff,
+            Fault::SwitchedOn,
+            Fault::Config(ConfigByte::from_byte(8)),
+            Fault::Gear {
+                expected: 4_096,
+                actual: Some(8_192),
+            },
+            Fault::Gear {
+                expected: 4_096,
+                actual: None,
+            },
+            Fault::NoBrake,
+            Fault::Lost,
+            Fault::Backlog { counts: 1 },
+            Fault::FollowingError { counts: 1 },
+            Fault::PositionJump { counts: 1 },
+            Fault::Reboot {
+                expected: 1,
+                actual: 2,
+            },
+            Fault::Bus,
+            Fault::ConfirmTimeout,
+            Fault::PositionRange { read_back: 1 },
+            Fault::Group,
+        ];
+        faults.extend((1..8).map(|code| Fault::AlarmStatus(Alarm::from_code(code))));
+        for cause in [
+            DriftCause::OneStepRepeated,
+            DriftCause::OneStepLost,
+            DriftCause::OneStepLostOrRepeated,
+            DriftCause::MoreThanOneStep,
+        ] {
+            faults.push(Fault::Drift { counts: 1, cause });
+        }
+        faults
+    }
+
+    #[test]
+    fn every_fault_is_one_message_with_its_drive_and_what_to_do() {
+        let source = include_str!("../../../can-motion/src/servo/fault.rs");
+        let faults = every_fault();
+        for variant in variants(source, "Fault") {
+            let is_there = faults
+                .iter()
+                .any(|fault| format!("{fault:?}").starts_with(&variant));
+            assert!(is_there, "{variant} is not in this test");
+        }
+        let drive = DriveId::new(7).expect("a drive id");
+        for fault in faults {
+            let text = fault_text(drive, fault);
+            let flaws = flaws_of_a_message(&text);
+            assert!(flaws.is_empty(), "{text}: {flaws:?}");
+            assert!(text.starts_with("drive 7: "), "{text}");
+            assert_eq!(text.matches("drive 7").count(), 1, "{text}");
+            // What to do: after a semicolon, or in the words where they have it.
+            let says_what_to_do = text.contains("; ") || text.contains(": look for");
+            assert!(says_what_to_do || fault == Fault::Group, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_alarm_has_its_name_its_cause_and_the_next_step() {
+        let drive = DriveId::new(2).expect("a drive id");
+        for (code, name, cause) in [
+            (1, "lost phase", "180 degrees"),
+            (2, "over-current", "short"),
+            (3, "overheat or over-power", "too hot"),
+            (4, "command refused", "do not fit its state"),
+        ] {
+            let text = fault_text(drive, Fault::AlarmStatus(Alarm::from_code(code)));
+            for part in [
+                "drive 2: alarm, ",
+                name,
+                cause,
+                "switch the drive off and on",
+            ] {
+                assert_eq!(text.matches(part).count(), 1, "{part} in {text}");
+            }
+        }
+    }
 }

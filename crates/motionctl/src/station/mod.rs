@@ -14,10 +14,11 @@ mod motion_limits;
 mod pace;
 mod pc_master;
 mod shut_down;
+mod stall;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use axis_options::AxisOptions;
+pub(crate) use axis_options::{AxisOptions, ReplyOptions};
 pub(crate) use bring_up::BringUpError;
 pub(crate) use clock::{Clock, serve_until};
 pub(crate) use fault_text::fault_text;
@@ -26,3 +27,4 @@ pub(crate) use motion_limits::{LimitError, MotionLimits, Needs};
 pub(crate) use pace::PaceCounts;
 pub(crate) use pc_master::{GROUP, Station};
 pub(crate) use shut_down::{End, found_on, left_on, unconfirmed_warning};
+pub(crate) use stall::StallWatch;

@@ -1,5 +1,6 @@
 //! What a motion is about to do, before anything moves: which columns, how far, how fast, and what of it is near a limit.
 
+use crate::counted::counted;
 use crate::output::tell;
 use core::fmt;
 
@@ -187,9 +188,9 @@ impl fmt::Display for MotionReport {
         };
         writeln!(
             f,
-            "{}: {} points, {}; time is {} in {}",
+            "{}: {}, {}; time is {} in {}",
             self.file,
-            self.points,
+            counted(self.points, "point", "points"),
             duration(self.duration_s),
             name(self.time.column, &self.time.name),
             self.time.unit

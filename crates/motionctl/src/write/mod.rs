@@ -1,15 +1,18 @@
 //! `motionctl write`: changes parameters of a drive, after comparing and asking.
 
+mod side_effect;
+
 use std::process::ExitCode;
 
 use dyn_can::{GearNumber, StoredDriveId};
 use serde::Serialize;
 
-use crate::confirm::confirm;
+use crate::confirm::{confirm, confirm_by};
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Parameter, Readings, Setting, WriteEnd};
 use crate::output::{self, print_json};
-use crate::station::AxisOptions;
+use crate::station::ReplyOptions;
+use side_effect::SideEffect;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,6 +24,9 @@ Examples:
 The drive must be disabled, except over --serial. It is read first; what it has already is not written, because its memory wears. The rest is
 shown, confirmed, written one by one and read back.
 
+Two settings do more than their name says, and are confirmed on their own: absolute mode (bit 2 of config), in which the motor moves to the
+stored zero at each power-on, and on-position range 127, which makes an output the brake output at the next power-on.
+
 Exit status: 0 the drive has every value, 1 it does not, 2 not confirmed and nothing was written,
 3 the link failed.";
 
@@ -30,6 +36,8 @@ Exit status: 0 the drive has every value, 1 it does not, 2 not confirmed and not
 pub(crate) struct Arguments {
     #[command(flatten)]
     drives: DrivesOptions,
+    #[command(flatten)]
+    replies: ReplyOptions,
     /// Id of the drive; over --serial also 0, a drive that was never given one.
     #[arg(long, value_name = "ID", value_parser = stored_id)]
     drive: StoredDriveId,
@@ -39,6 +47,12 @@ pub(crate) struct Arguments {
     /// Write without asking.
     #[arg(long)]
     yes: bool,
+    /// Allow absolute mode, in which the motor moves by itself at each power-on; --yes does not.
+    #[arg(long)]
+    allow_absolute_mode: bool,
+    /// Allow on-position range 127, which makes an output the brake output; --yes does not.
+    #[arg(long)]
+    allow_brake_output: bool,
     /// Print what was done as JSON.
     #[arg(long)]
     json: bool,
@@ -65,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     refuse_twice(&arguments.settings)?;
     let mut drives = arguments
         .drives
-        .open(AxisOptions::default())
+        .open(arguments.replies.into())
         .map_err(DrivesError::Open)?;
     let before = drives.read(drive)?;
     let (same, different): (Vec<Setting>, Vec<Setting>) = arguments
@@ -81,6 +95,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         if before.state.enabled == Some(true) && !arguments.drives.is_serial() {
             return Err(DrivesError::Enabled { drive });
         }
+        confirm_side_effects(arguments, &different)?;
         confirm(&question(drive, &before, &different), arguments.yes)
             .map_err(DrivesError::NotConfirmed)?;
         let written = drives.write(drive, &different, &mut |setting, end| {
@@ -93,6 +108,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     }
     print(arguments, &before, &done)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn confirm_side_effects(arguments: &Arguments, settings: &[Setting]) -> Result<(), DrivesError> {
+    for effect in settings.iter().filter_map(SideEffect::of) {
+        let is_allowed = match effect {
+            SideEffect::AbsoluteMode => arguments.allow_absolute_mode,
+            SideEffect::BrakeOutput => arguments.allow_brake_output,
+        };
+        confirm_by(effect.question(), is_allowed, effect.option())
+            .map_err(DrivesError::NotConfirmed)?;
+    }
+    Ok(())
 }
 
 fn refuse_twice(settings: &[Setting]) -> Result<(), DrivesError> {

@@ -67,6 +67,11 @@ impl BenchProcess {
         Self::spawn(name, drives, &[])
     }
 
+    /// The same with options of the bench.
+    pub(crate) fn start_with(name: &str, drives: &str, options: &[&str]) -> Self {
+        Self::spawn(name, drives, options)
+    }
+
     /// The same with the serial port of the drives.
     pub(crate) fn start_with_serial(name: &str, drives: &str, options: &[&str]) -> Self {
         let serial_path = scratch(&format!("{name}-port"));

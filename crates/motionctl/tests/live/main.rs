@@ -4,6 +4,7 @@ mod adapter;
 mod adapters;
 mod bench;
 mod commission;
+mod documents;
 mod power;
 mod power_matrix;
 mod relay;

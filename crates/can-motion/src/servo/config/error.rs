@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use can_frame::BitRate;
 use dyn_can::DriveId;
 
 use crate::plan::{Refusal, Remedies};
@@ -29,6 +30,11 @@ pub enum ConfigError {
     Cycle {
         /// The cycle given.
         actual_us: u32,
+    },
+    /// A bit rate that no DYN drive knows.
+    BitRate {
+        /// The bit rate given.
+        actual: BitRate,
     },
     /// No request may go out in a cycle, so no drive could ever be probed.
     NoRequests,
@@ -120,6 +126,11 @@ impl fmt::Display for ConfigError {
             Self::Cycle { actual_us } => {
                 write!(f, "the cycle must be 250..=1000000 us, got {actual_us}")
             }
+            Self::BitRate { actual } => write!(
+                f,
+                "DYN drives know 10, 20, 50, 125, 250, 500, 800 and 1000 kbit/s, not {}",
+                actual.kbit_per_s()
+            ),
             Self::NoRequests => f.write_str("requests_per_cycle must be at least 1"),
             Self::Timeout {
                 name,

@@ -20,6 +20,11 @@ impl MasterConfig {
                 actual_us: self.cycle_us,
             });
         }
+        if !dyn_can::knows_bit_rate(self.bus.bit_rate) {
+            return Err(ConfigError::BitRate {
+                actual: self.bus.bit_rate,
+            });
+        }
         if self.requests_per_cycle == 0 {
             return Err(ConfigError::NoRequests);
         }
@@ -142,6 +147,14 @@ mod tests {
         assert_eq!(
             config.validate(&[axis(2), axis(1)], 4),
             Err(ConfigError::Order { drive })
+        );
+        let mut of_hub_motors = config;
+        of_hub_motors.bus.bit_rate = can_frame::BitRate::Kbit100;
+        assert_eq!(
+            of_hub_motors.validate(&[axis(1)], 4),
+            Err(ConfigError::BitRate {
+                actual: can_frame::BitRate::Kbit100
+            })
         );
         let mut often = axis(1);
         often.polls.status_us = Some(999);

@@ -28,7 +28,8 @@ pub enum Procedure {
     ReadGroup2,
     /// Reads on-position range, gear and line number.
     ReadGroup3,
-    /// Writes the configuration byte where it differs.
+    /// Writes the configuration byte where it differs. In absolute mode the motor moves to the stored zero at each power-on, so that
+    /// mode needs [`Confirmation::Given`](crate::Confirmation::Given).
     WriteConfig(DriveConfig),
     /// Writes gains and torque filter where they differ.
     WriteGroup1(SetParamGroup1),
@@ -98,6 +99,7 @@ impl Procedure {
     pub(crate) fn needs_confirmation(self) -> bool {
         match self {
             Self::SetOrigin | Self::DriveReset => true,
+            Self::WriteConfig(config) => config.absolute_mode,
             Self::WriteGroup3(set) => set
                 .on_pos_range
                 .is_some_and(dyn_can::OnPosRange::enables_brake_output),
@@ -205,6 +207,9 @@ mod tests {
         assert!(range(127).needs_confirmation());
         assert!(!range(126).needs_confirmation());
         assert!(Procedure::SetOrigin.needs_confirmation());
+        let config = |byte| Procedure::WriteConfig(DriveConfig::from_byte(byte).unwrap());
+        assert!(config(0x04).needs_confirmation());
+        assert!(!config(0x3B & !0x18).needs_confirmation());
         assert!(!speed(1).needs_confirmation());
     }
 

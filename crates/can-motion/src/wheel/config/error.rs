@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use can_frame::BitRate;
+
 use crate::plan::analysis::Response;
 use zlac8030l::NodeId;
 
@@ -26,6 +28,11 @@ pub enum WheelConfigError {
     Cycle {
         /// The cycle given.
         actual_us: u32,
+    },
+    /// A bit rate that the drives do not know.
+    BitRate {
+        /// The bit rate given.
+        actual: BitRate,
     },
     /// No request may go out in a cycle, so no drive could ever be set up.
     NoRequests,
@@ -98,6 +105,11 @@ impl fmt::Display for WheelConfigError {
             Self::Cycle { actual_us } => {
                 write!(f, "the cycle must be 1000..=1000000 us, got {actual_us}")
             }
+            Self::BitRate { actual } => write!(
+                f,
+                "ZLAC8030L drives know 100, 125, 250, 500 and 1000 kbit/s, not {}",
+                actual.kbit_per_s()
+            ),
             Self::NoRequests => f.write_str("requests_per_cycle must be at least 1"),
             Self::Timeout {
                 name,

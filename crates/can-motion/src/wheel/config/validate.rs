@@ -25,6 +25,11 @@ impl WheelMasterConfig {
                 actual_us: self.cycle_us,
             });
         }
+        if !zlac8030l::knows_bit_rate(self.bit_rate) {
+            return Err(WheelConfigError::BitRate {
+                actual: self.bit_rate,
+            });
+        }
         if self.requests_per_cycle == 0 {
             return Err(WheelConfigError::NoRequests);
         }

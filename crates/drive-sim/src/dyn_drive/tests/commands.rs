@@ -81,6 +81,35 @@ fn constant_speed_leaves_the_mode_of_1_2a_alone() {
 }
 
 #[test]
+fn a_speed_is_reached_and_left_by_the_soft_start_of_the_acceleration_parameter() {
+    // DYN2 manual A1.8 section 4.2: the whole time is 1.2 * 59.98 / 10^2 = 0.720 s, from 10 to 90 % it is 0.600 s.
+    let mut probe = Probe::v1_6a();
+    probe.hear(0x031, &[0, 10]);
+    let speed = |probe: &Probe| probe.drive.speed_rpm(probe.now_ns);
+    let mut last = 0.0;
+    for target in [1_000.0, -1_000.0, 0.0] {
+        let [high, low] = (target as i16).to_be_bytes();
+        probe.hear(0x02A, &[high, low]);
+        let share = |probe: &Probe, ms: u64| {
+            let mut ahead = Probe {
+                drive: probe.drive.clone(),
+                now_ns: probe.now_ns,
+                sent: Vec::new(),
+            };
+            ahead.wait(ms * MS);
+            (speed(&ahead) - last) / (target - last)
+        };
+        assert!(share(&probe, 55) < 0.1, "{}", share(&probe, 55));
+        assert!((share(&probe, 360) - 0.5).abs() < 0.02);
+        assert!(share(&probe, 665) > 0.9, "{}", share(&probe, 665));
+        assert!(share(&probe, 700) < 0.999);
+        probe.wait(721 * MS);
+        assert!((speed(&probe) - target).abs() < 1e-9);
+        last = target;
+    }
+}
+
+#[test]
 fn wave_needs_amplitude_and_frequency() {
     let mut probe = Probe::v1_6a();
     probe.hear(0x02C, &[0x01, 0xF4]);

@@ -11,7 +11,7 @@ use dyn_can::{DriveId, GearNumber, Revision, StoredDriveId};
 
 use super::{Drives, DrivesError, FoundDrive, Jog, JogEnd, Parameter, Readings, Setting, WriteEnd};
 use crate::link::Link;
-use crate::station::{AxisOptions, Clock, serve_until};
+use crate::station::{AxisOptions, Clock, StallWatch, serve_until};
 use procedure::answering_station;
 pub(crate) use read::state_of;
 use write::write;
@@ -39,6 +39,7 @@ impl Drives for CanDrives {
         let clock = Clock::start();
         let mut scan = Commissioner::new(Scan::listening(LISTEN_US));
         let mut told = None;
+        let mut watch = StallWatch::new(None, clock.now());
         loop {
             if let Some(found) = scan.result() {
                 let drives = found.iter();
@@ -54,6 +55,9 @@ impl Drives for CanDrives {
             let until = clock.now() + TICK_US;
             serve_until(&mut scan, &mut self.link, &clock, until)?;
             scan.tick(clock.now());
+            if watch.stalls_at(asked, clock.now()) {
+                return Err(DrivesError::NothingGetsOut);
+            }
         }
     }
 

@@ -55,11 +55,22 @@ pub(super) fn perform(
 ) -> Result<ProcedureEnd, DrivesError> {
     let start = station.now();
     let mut refusal = start_procedure(station, procedure).err();
+    let mut bad_reply = None;
     while station.now().us_since(start) < PROCEDURE_LIMIT_US {
         station.cycle(|_, _| {})?;
         while let Some(event) = station.next_event() {
             match event.kind {
-                EventKind::Procedure(end) => return Ok(end),
+                EventKind::BadReply(error) => bad_reply = Some(error),
+                EventKind::Procedure(end) => {
+                    let is_over = matches!(end, ProcedureEnd::NoReply);
+                    return match bad_reply.filter(|_| is_over) {
+                        Some(error) => Err(DrivesError::BadReply {
+                            drive: drive.into(),
+                            error,
+                        }),
+                        None => Ok(end),
+                    };
+                }
                 EventKind::Fault(Fault::Lost) => {
                     return Err(DrivesError::NoAnswer {
                         drive: drive.into(),

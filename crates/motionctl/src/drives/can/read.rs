@@ -16,6 +16,8 @@ const EVERYTHING: PollPeriods = PollPeriods {
 };
 /// How often a parameter group is read at most: a reply may be lost, and a PC may be busy for a while.
 const ATTEMPTS: u32 = 3;
+/// An older value says nothing of the present.
+const FRESH_US: u64 = 500_000;
 /// Time for the polls to bring one reading of each kind.
 const POLL_LIMIT_US: u64 = 3_000_000;
 
@@ -61,6 +63,8 @@ pub(super) fn read(
                 drive: drive.into(),
             });
         }
+        let now = station.now().as_us();
+        let oldest = Instant::from_us(now.saturating_sub(FRESH_US));
         let is_complete = has_every_reading(&axis);
         if is_complete || station.now().us_since(start) > POLL_LIMIT_US {
             let revision = axis.feedback.revision;
@@ -69,7 +73,7 @@ pub(super) fn read(
             return Ok(Readings::new(
                 drive.get(),
                 protocol,
-                state_of(&axis, Instant::default()),
+                state_of(&axis, oldest),
                 parameters,
             ));
         }
@@ -89,6 +93,7 @@ fn has_every_reading(axis: &AxisSnapshot) -> bool {
 pub(crate) fn state_of(axis: &AxisSnapshot, oldest: Instant) -> DriveState {
     let read = &axis.feedback;
     let status = since(oldest, read.status);
+    let torque = since(oldest, read.torque);
     DriveState {
         enabled: status.map(|status| !status.is_disabled()),
         on_position: status.map(|status| status.on_position()),
@@ -99,7 +104,8 @@ pub(crate) fn state_of(axis: &AxisSnapshot, oldest: Instant) -> DriveState {
             .map(|alarm| alarm.to_string()),
         position_counts: since(oldest, read.position),
         speed_rpm: since(oldest, read.speed_rpm).map(i32::from),
-        torque_share: since(oldest, read.torque).map(|torque| torque.of_peak()),
+        torque_share: torque.map(|torque| torque.of_peak()),
+        torque_in_doubt: torque.is_some_and(|torque| torque.is_beyond_scale()),
     }
 }
 

@@ -41,6 +41,7 @@ impl SerialDrives {
             // The protocol has no speed, and the full scale of its torque differs by drive.
             speed_rpm: None,
             torque_share: None,
+            torque_in_doubt: false,
         })
     }
 }

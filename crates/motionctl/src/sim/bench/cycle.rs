@@ -17,7 +17,7 @@ impl Bench<'_> {
         if !is_missed {
             self.master.begin_cycle(now);
         }
-        self.watch.cycle_begins(now, &self.master, &self.places);
+        self.watch.cycle_begins(&self.master, &self.places);
         self.cycle += 1;
         let end_ns = self.cycle * u64::from(self.setup.cycle_us) * 1_000;
         if is_missed {
@@ -28,6 +28,7 @@ impl Bench<'_> {
         self.drain_log()?;
         let is_late = self.watch.cycle_ends(self.bench.bus());
         self.collect_events();
+        self.watch.note(self.now(), &self.master, &self.places);
         self.record_sample(is_late);
         self.obey_spectator()
     }

@@ -3,6 +3,7 @@
 mod entries;
 mod script;
 
+use crate::counted::counted;
 use core::fmt;
 use core::num::NonZeroU64;
 
@@ -177,7 +178,11 @@ impl fmt::Display for Fault {
             }
             Self::Disable { drive } => write!(f, "drive {drive} disables itself"),
             Self::DropReplies { drive, count } => {
-                write!(f, "drive {drive} does not send its next {count} replies")
+                write!(
+                    f,
+                    "drive {drive} does not send its next {}",
+                    counted(count, "reply", "replies")
+                )
             }
             Self::DelayReply { drive, by_ns } => {
                 write!(
@@ -187,17 +192,33 @@ impl fmt::Display for Fault {
                 )
             }
             Self::RepeatSetPoint { drive, count } => {
-                write!(f, "drive {drive} gets its next {count} set-points twice")
+                write!(
+                    f,
+                    "drive {drive} gets its next {} twice",
+                    counted(count, "set-point", "set-points")
+                )
             }
             Self::LoseSetPoint { drive, count } => {
-                write!(f, "drive {drive} loses its next {count} set-points")
+                write!(
+                    f,
+                    "drive {drive} loses its next {}",
+                    counted(count, "set-point", "set-points")
+                )
             }
             Self::Corrupt { frames, at_bit } => {
-                write!(f, "bit {at_bit} of the next {frames} frames is wrong")
+                write!(
+                    f,
+                    "bit {at_bit} of the next {} is wrong",
+                    counted(frames, "frame", "frames")
+                )
             }
             Self::Block { for_ns } => write!(f, "the bus is blocked for {} ms", ms(for_ns)),
             Self::Disturb { for_ns } => write!(f, "the bus is disturbed for {} ms", ms(for_ns)),
-            Self::MissCycles { cycles } => write!(f, "the application misses {cycles} cycles"),
+            Self::MissCycles { cycles } => write!(
+                f,
+                "the application misses {}",
+                counted(cycles, "cycle", "cycles")
+            ),
         }
     }
 }

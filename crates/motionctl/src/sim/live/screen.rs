@@ -240,9 +240,9 @@ impl Screen<'_> {
         };
         let axis = happening
             .axis
-            .map_or("bus   ".to_owned(), |axis| format!("axis {axis}"));
+            .map_or("bus".to_owned(), |axis| self.recording.name(axis));
         let text = format!(
-            "{:9.3} s  {axis:7} {happening}",
+            "{:9.3} s  {axis:8} {happening}",
             happening.at_us as f64 * 1e-6,
         );
         Line::styled(text, Style::new().fg(color))
@@ -322,7 +322,7 @@ mod tests {
             "12.3",
             "bus load 38 %",
             "1 late cycles",
-            "1.400 s  axis 1  the drive does not answer",
+            "1.400 s  drive 2  the drive does not answer",
             "keys a and p are for drive 2",
             "p pull/plug",
         ] {

@@ -2,6 +2,7 @@
 
 mod frames;
 mod intervals;
+mod words;
 
 use core::fmt;
 
@@ -11,6 +12,7 @@ use dyn_can::DriveId;
 
 pub(crate) use frames::{Frames, Sighting};
 pub(crate) use intervals::Intervals;
+use words::words;
 
 /// One axis at the end of a cycle; positions in command counts as the master counts them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,6 +79,13 @@ pub(crate) struct Recording {
 }
 
 impl Recording {
+    /// What an axis is called: by the drive that the user knows.
+    pub(crate) fn name(&self, axis: usize) -> String {
+        self.drives
+            .get(axis)
+            .map_or_else(|| format!("axis {axis}"), |drive| format!("drive {drive}"))
+    }
+
     pub(crate) fn new(drives: Vec<DriveId>, master: NodeId, cycle_us: u32, bit_ns: u64) -> Self {
         Self {
             intervals: Intervals::new(master, &drives),
@@ -97,7 +106,7 @@ impl Recording {
 
     /// `axis` is its place in the motion, not in the master.
     pub(crate) fn event(&mut self, event: &Event<EventKind>, axis: Option<usize>) {
-        let (kind, text) = words(event);
+        let (kind, text) = words(event.kind);
         self.happened(event.at.as_us(), axis, kind, text);
     }
 
@@ -163,61 +172,5 @@ impl AxisSample {
     /// Target minus the motor's position.
     pub(crate) fn error(&self) -> i64 {
         i64::from(self.target) - self.drive
-    }
-}
-
-/// An event of the master in plain words.
-fn words(event: &Event<EventKind>) -> (Kind, String) {
-    use can_motion::EventKind as E;
-    match event.kind {
-        E::State { from, to, reason } => (
-            Kind::State,
-            format!("{from} -> {to} ({})", reason_words(reason)),
-        ),
-        E::Fault(fault) => (Kind::Fault, fault.to_string()),
-        E::FoundOn => (
-            Kind::Notice,
-            "the drive is enabled, and this master did not enable it".to_owned(),
-        ),
-        E::DisableUnconfirmed { repeated } => (
-            Kind::Notice,
-            format!(
-                "the drive did not confirm that it is disabled; told again, {repeated} times so far"
-            ),
-        ),
-        E::Revision(revision) => (Kind::Notice, format!("the drive has revision {revision}")),
-        E::SetPointMerged => (
-            Kind::Notice,
-            "a set-point missed its cycle; its step is in the next".to_owned(),
-        ),
-        E::CyclesMissed(missed) => (Kind::Notice, format!("{missed} cycles missed")),
-        E::ReplyTimeout(kind) => (Kind::Notice, format!("no reply to {}", kind.function())),
-        E::LateReply(function) => (
-            Kind::Notice,
-            format!("a reply to {function} came late or twice and was dropped"),
-        ),
-        E::StrayReply(function) => (Kind::Notice, format!("nobody asked for this {function}")),
-        E::BadReply(error) => (Kind::Notice, format!("a reply does not decode: {error}")),
-        E::BusOff => (Kind::Fault, "the master's controller is bus-off".to_owned()),
-        E::BusRecovered => (Kind::Notice, "the controller is back on the bus".to_owned()),
-        E::BusError(kind) => (
-            Kind::Notice,
-            format!("the controller reports: {kind:?} error"),
-        ),
-        other => (Kind::Notice, format!("{other:?}")),
-    }
-}
-
-const fn reason_words(reason: can_motion::Reason) -> &'static str {
-    use can_motion::Reason as R;
-    match reason {
-        R::Command => "command",
-        R::Reading => "reading",
-        R::Sent => "sent",
-        R::Displaced => "displaced",
-        R::Elapsed => "time is over",
-        R::Standstill => "standstill",
-        R::Group => "the group is ready",
-        R::Fault => "fault",
     }
 }

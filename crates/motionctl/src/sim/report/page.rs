@@ -3,7 +3,8 @@
 use core::fmt::Write as _;
 
 use super::{charts, frame_block, palette};
-use crate::sim::axis_summary::AxisSummary;
+use crate::counted::counted;
+use crate::sim::axis_summary::{AxisSummary, age_text};
 use crate::sim::recording::{Kind, Recording};
 use crate::sim::summary::Summary;
 
@@ -80,14 +81,14 @@ fn verdict(summary: &Summary) -> String {
 
 fn facts(recording: &Recording, summary: &Summary) -> String {
     format!(
-        "{} cycles of {} us at {} kbit/s, {} of them late; bus load {:.1} % mean, {:.1} % peak; {} faults; {:.3} s of virtual time.",
-        summary.cycles,
+        "{} of {} us at {} kbit/s, {} of them late; bus load {:.1} % mean, {:.1} % peak; {}; {:.3} s of virtual time.",
+        counted(summary.cycles, "cycle", "cycles"),
         summary.cycle_us,
         summary.bit_rate_kbit,
         summary.late_cycles,
         100.0 * summary.mean_bus_load,
         100.0 * summary.peak_bus_load,
-        summary.faults,
+        counted(summary.faults, "fault", "faults"),
         recording.end_s(),
     )
 }
@@ -108,8 +109,8 @@ fn summary_row(axis: &AxisSummary) -> String {
         difference.to_string(),
         axis.largest_backlog_counts.to_string(),
         axis.position_error_counts.to_string(),
-        format!("{:.1}", axis.worst_status_age_ms),
-        format!("{:.1}", axis.worst_position_age_ms),
+        age_text(axis.worst_status_age_ms),
+        age_text(axis.worst_position_age_ms),
         axis.reply_timeouts.to_string(),
     ];
     let state = axis.fault.as_ref().unwrap_or(&axis.state);
@@ -126,8 +127,8 @@ fn summary_row(axis: &AxisSummary) -> String {
 fn jitter_facts(recording: &Recording) -> String {
     let intervals = &recording.intervals;
     format!(
-        "{} intervals: {:.2} % within 10 us of the cycle, {:.2} % within 100 us.",
-        intervals.deviations_us().len(),
+        "{}: {:.2} % within 10 us of the cycle, {:.2} % within 100 us.",
+        counted(intervals.deviations_us().len(), "interval", "intervals"),
         100.0 * intervals.share_within(10.0),
         100.0 * intervals.share_within(100.0),
     )
@@ -136,9 +137,10 @@ fn jitter_facts(recording: &Recording) -> String {
 fn strip_note(recording: &Recording) -> String {
     let frames = recording.frames.sightings().len();
     match recording.frames.forgotten() {
-        0 => format!("All {frames} frames of the run."),
+        0 => format!("The whole run, {}.", counted(frames, "frame", "frames")),
         forgotten => format!(
-            "The newest {frames} frames; the {forgotten} before them are not in the page, --candump keeps everything."
+            "The newest {}; {forgotten} before them are not in the page, --candump keeps everything.",
+            counted(frames, "frame", "frames")
         ),
     }
 }
@@ -155,7 +157,7 @@ fn event_rows(recording: &Recording) -> String {
         };
         let axis = happening
             .axis
-            .map_or(String::new(), |axis| axis.to_string());
+            .map_or(String::new(), |axis| recording.name(axis));
         let _ = writeln!(
             rows,
             "<tr><td>{:.6}</td><td>{axis}</td><td class=\"words {}\">{}</td><td class=\"words\">{}</td></tr>",
@@ -182,7 +184,7 @@ fn data(recording: &Recording) -> String {
         .map(|happening| {
             let axis = happening
                 .axis
-                .map_or(String::new(), |axis| format!("axis {axis}: "));
+                .map_or(String::new(), |axis| format!("{}: ", recording.name(axis)));
             (happening.at_us, format!("{axis}{happening}"))
         })
         .collect();

@@ -105,7 +105,7 @@ fn colours_come_from_the_style_sheet() {
 fn texts_cannot_leave_their_place() {
     let page = text();
     assert!(page.contains("drive 1 &lt;/script&gt; &amp; &lt;b&gt;"));
-    assert!(page.contains("axis 0: drive 1 \\u003c/script>"));
+    assert!(page.contains("drive 1: drive 1 \\u003c/script>"));
     assert_eq!(page.matches("</script>").count(), 2);
 }
 
@@ -127,5 +127,5 @@ fn a_text_is_in_the_page_once() {
             .count(),
         1
     );
-    assert!(page.contains("All 2 frames of the run."));
+    assert!(page.contains("The whole run, 2 frames."));
 }

@@ -7,6 +7,7 @@ use comfy_table::presets::UTF8_BORDERS_ONLY;
 use serde::Serialize;
 
 use super::setup::Setup;
+use crate::counted::counted;
 use crate::table::align_numbers;
 
 /// Largest difference between the way that was commanded and the way that the wheel made, in turns: a hundredth.
@@ -136,13 +137,13 @@ impl fmt::Display for Summary {
         writeln!(f, "{}", self.table())?;
         writeln!(
             f,
-            "{} cycles of {} us at {} kbit/s, {} late; bus load {:.1} % mean; {} faults",
-            self.cycles,
+            "{} of {} us at {} kbit/s, {} late; bus load {:.1} % mean; {}",
+            counted(self.cycles, "cycle", "cycles"),
             self.cycle_us,
             self.bit_rate_kbit,
             self.late_cycles,
             100.0 * self.mean_bus_load,
-            self.faults,
+            counted(self.faults, "fault", "faults"),
         )?;
         f.write_str(if self.promises_kept {
             "Every promise kept: each drive took every set-point, each wheel made its way and stands, and no cycle was late."

@@ -61,7 +61,7 @@ fn draw_events(area: &Area<'_>, recording: &Recording, rows: &[Option<usize>]) -
     let style = font().pos(Pos::new(HPos::Right, VPos::Center));
     let (left, top) = area.get_base_pixel();
     for (row, of) in rows.iter().enumerate() {
-        let name = of.map_or("bus".to_owned(), |axis| format!("axis {axis}"));
+        let name = of.map_or("bus".to_owned(), |axis| recording.name(axis));
         let (x, y) = chart.backend_coord(&(0.0, middle(row)));
         area.draw_text(&name, &style, (x - left - 8, y - top))
             .map_err(reason)?;

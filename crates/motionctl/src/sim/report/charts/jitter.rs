@@ -50,10 +50,11 @@ pub(in crate::sim::report) fn jitter(recording: &Recording) -> Drawn<String> {
 
 /// With its sign, but for 0.
 fn deviation(us: f64) -> String {
-    if us.abs() < 0.5 {
-        "0".to_owned()
-    } else {
-        format!("{us:+.0}")
+    // Bins may be narrower than a microsecond, and no two labels may be the same.
+    match us.abs() {
+        size if size < 0.05 => "0".to_owned(),
+        size if size < 10.0 => format!("{us:+.1}"),
+        _ => format!("{us:+.0}"),
     }
 }
 
@@ -69,4 +70,15 @@ fn bars(histogram: &Histogram) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
         ];
         Rectangle::new(corners, palette::BUS.filled())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_of_narrow_bins_differ() {
+        let labels = [-2.5, -1.5, -0.5, 0.0, 0.5, 12.4].map(deviation);
+        assert_eq!(labels, ["-2.5", "-1.5", "-0.5", "0", "+0.5", "+12"]);
+    }
 }
