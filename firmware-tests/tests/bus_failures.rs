@@ -78,7 +78,10 @@ fn all_drives_unplugged_for_a_second_in_motion_are_a_fault_and_no_large_step_aft
             rig.largest_step_since(unplugged_ns)
         );
         if out_ms < 20 {
-            assert!(!rig.has_logged("no set-point got out"), "{out_ms} ms are no outage");
+            assert!(
+                !rig.has_logged("no set-point got out"),
+                "{out_ms} ms are no outage"
+            );
             continue;
         }
         assert!(rig.has_logged("no set-point got out"), "{out_ms} ms");

@@ -80,12 +80,19 @@ fn an_alarm_ends_the_set_points_of_all_axes_in_the_same_cycle() {
         .expect("the alarm frame of drive 4 is on the wire");
     assert!(rig.set_points_since(alarm_ns).count() <= on_their_way());
     assert_eq!(rig.set_points_since(alarm_ns + MS).count(), 0);
-    assert!(rig.run_until_logged("alarm, its shaft is free", 20) || rig.has_logged("alarm, its shaft is free"));
+    assert!(
+        rig.run_until_logged("alarm, its shaft is free", 20)
+            || rig.has_logged("alarm, its shaft is free")
+    );
     let from_ns = rig.board().soc().now_ns();
     rig.run_ms(1_000);
     assert_eq!(rig.set_points_since(from_ns).count(), 0);
     // What was taken back does not count as sent: the other drives hold where the master believes them to be.
-    assert!(!rig.has_logged("counts at rest, as after"), "{:#?}", rig.board().log());
+    assert!(
+        !rig.has_logged("counts at rest, as after"),
+        "{:#?}",
+        rig.board().log()
+    );
 }
 
 #[test]
