@@ -48,6 +48,27 @@ const STAGES: [Stage; 9] = [
     Stage::Disabling,
 ];
 
+/// One test for each stage, so that they run side by side.
+macro_rules! in_each_stage {
+    ($check:expr) => {
+        in_each_stage!(
+            $check,
+            from_bring_up: BringUp, from_ready: Ready, from_enabling: Enabling,
+            from_confirming: Confirming, from_motion: Moving, from_a_ramp: Stopping,
+            from_a_stop: Held, from_a_halt: Halted, from_a_disable: Disabling
+        );
+    };
+    ($check:expr, $($name:ident: $stage:ident),+) => {
+        $(
+            #[test]
+            fn $name() {
+                let check: fn(Stage) = $check;
+                check(Stage::$stage);
+            }
+        )+
+    };
+}
+
 /// Of how many pairs of calls one is tried in the usual run; which one differs from trouble to trouble.
 const ONE_OF: usize = 7;
 
@@ -265,50 +286,7 @@ fn broken_at(stage: Stage, one_of: usize) -> Vec<String> {
 mod servos_know_their_power_and_move_only_by_a_word {
     use super::{ONE_OF, Stage, assert_none, broken_at};
 
-    #[test]
-    fn from_bring_up() {
-        assert_none(&broken_at(Stage::BringUp, ONE_OF));
-    }
-
-    #[test]
-    fn from_ready() {
-        assert_none(&broken_at(Stage::Ready, ONE_OF));
-    }
-
-    #[test]
-    fn from_enabling() {
-        assert_none(&broken_at(Stage::Enabling, ONE_OF));
-    }
-
-    #[test]
-    fn from_confirming() {
-        assert_none(&broken_at(Stage::Confirming, ONE_OF));
-    }
-
-    #[test]
-    fn from_motion() {
-        assert_none(&broken_at(Stage::Moving, ONE_OF));
-    }
-
-    #[test]
-    fn from_a_ramp() {
-        assert_none(&broken_at(Stage::Stopping, ONE_OF));
-    }
-
-    #[test]
-    fn from_a_stop() {
-        assert_none(&broken_at(Stage::Held, ONE_OF));
-    }
-
-    #[test]
-    fn from_a_halt() {
-        assert_none(&broken_at(Stage::Halted, ONE_OF));
-    }
-
-    #[test]
-    fn from_a_disable() {
-        assert_none(&broken_at(Stage::Disabling, ONE_OF));
-    }
+    in_each_stage!(|stage| assert_none(&broken_at(stage, ONE_OF)));
 }
 
 /// What may happen to a wheel.
@@ -529,50 +507,7 @@ fn broken_wheels_at(stage: Stage, one_of: usize) -> Vec<String> {
 mod wheels_know_their_power_and_move_only_by_a_word {
     use super::{ONE_OF, Stage, assert_none, broken_wheels_at};
 
-    #[test]
-    fn from_bring_up() {
-        assert_none(&broken_wheels_at(Stage::BringUp, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_ready() {
-        assert_none(&broken_wheels_at(Stage::Ready, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_enabling() {
-        assert_none(&broken_wheels_at(Stage::Enabling, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_confirming() {
-        assert_none(&broken_wheels_at(Stage::Confirming, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_motion() {
-        assert_none(&broken_wheels_at(Stage::Moving, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_a_ramp() {
-        assert_none(&broken_wheels_at(Stage::Stopping, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_a_stop() {
-        assert_none(&broken_wheels_at(Stage::Held, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_a_halt() {
-        assert_none(&broken_wheels_at(Stage::Halted, 2 * ONE_OF));
-    }
-
-    #[test]
-    fn from_a_disable() {
-        assert_none(&broken_wheels_at(Stage::Disabling, 2 * ONE_OF));
-    }
+    in_each_stage!(|stage| assert_none(&broken_wheels_at(stage, 2 * ONE_OF)));
 }
 
 /// Every pair of calls, for servos and wheels.
