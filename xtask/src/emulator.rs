@@ -254,6 +254,10 @@ impl Emulator {
             // This cargo runs for another workspace.
             .env_remove("CARGO_MANIFEST_DIR")
             .env_remove("RUSTC");
+        if system_unicorn().is_none() {
+            // An older one would be linked without a word.
+            command.env("UNICORN_NO_PKG_CONFIG", "1");
+        }
         if let Some(tools) = &self.tools {
             command
                 .env("PATH", with_first(&tools.join("bin"))?)
@@ -264,14 +268,24 @@ impl Emulator {
     }
 }
 
-/// The version of the Unicorn that this system has, as its package for development says (Debian: libunicorn-dev).
+/// The oldest Unicorn of a system on which the images run right: with the 2.0.1 of Debian 12 interrupts get lost and 8 axes never start.
+const LEAST_UNICORN: (u32, u32) = (2, 1);
+
+fn is_recent(version: &str) -> bool {
+    let mut parts = version.split('.').map(|part| part.parse().unwrap_or(0));
+    let version: (u32, u32) = (parts.next().unwrap_or(0), parts.next().unwrap_or(0));
+    version >= LEAST_UNICORN
+}
+
+/// The version of the Unicorn that this system has and that is recent enough, as its package for development says (Debian:
+/// libunicorn-dev).
 fn system_unicorn() -> Option<String> {
     let output = Command::new("pkg-config")
         .args(["--modversion", "unicorn"])
         .output()
         .ok()?;
     let version = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    (output.status.success() && !version.is_empty()).then_some(version)
+    (output.status.success() && is_recent(&version)).then_some(version)
 }
 
 fn first_build(system_unicorn: Option<&str>) -> String {
@@ -279,8 +293,8 @@ fn first_build(system_unicorn: Option<&str>) -> String {
         Some(version) => {
             format!("the emulator is built, once, with the Unicorn {version} of this system")
         }
-        None => "the emulator is built, once: Unicorn is compiled from its source, which takes some minutes. Debian's package \
-                 libunicorn-dev saves that time"
+        None => "the emulator is built, once: Unicorn is compiled from its source, which takes some minutes. A package \
+                 libunicorn-dev of 2.1 or newer saves that time"
             .to_owned(),
     }
 }
@@ -370,6 +384,21 @@ mod tests {
     fn a_long_build_is_announced_with_what_would_shorten_it() {
         let from_source = first_build(None);
         assert!(from_source.contains("some minutes") && from_source.contains("libunicorn-dev"));
-        assert!(first_build(Some("2.0.1")).contains("Unicorn 2.0.1 of this system"));
+        assert!(first_build(Some("2.1.5")).contains("Unicorn 2.1.5 of this system"));
+    }
+
+    #[test]
+    fn an_old_unicorn_is_not_used() {
+        for (version, expected) in [
+            ("2.0.1", false),
+            ("2.1.0", true),
+            ("2.1.5", true),
+            ("2.10.0", true),
+            ("3.0", true),
+            ("1.9", false),
+            ("", false),
+        ] {
+            assert_eq!(is_recent(version), expected, "{version}");
+        }
     }
 }
