@@ -380,6 +380,21 @@ fn nothing_drifts() {
     assert_eq!(state.position.counts(), sum as i32);
 }
 
+/// A longer or shorter cruise makes the end exact; nothing is left to spread.
+#[test]
+fn a_cruise_takes_what_rounding_leaves_over() {
+    for target in [100_000, 123_456_789, -134_217_727] {
+        let target = Position::from_counts(target);
+        let profile = Profile::to_rest(&State::at_rest(0), target, &LIMITS).unwrap();
+        assert_eq!(profile.end_position(), target);
+        assert!(
+            profile
+                .stretches()
+                .all(|stretch| stretch.velocity_correction == 0.0)
+        );
+    }
+}
+
 /// A stop from the limit of the velocity to a place that is a millionth of the way further: the stretches below the limit take it.
 #[test]
 fn what_is_spread_leads_beyond_no_limit() {
