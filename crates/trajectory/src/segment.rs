@@ -92,3 +92,28 @@ impl Segment {
 
 /// What the terms of a segment may sum up to, in counts: half the range of a position. They are up to ten times the way.
 const LARGEST_COUNTS: f32 = (1_u64 << 38) as f32;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_highest_velocity_is_at_an_end_or_between_them() {
+        let highest = |acceleration, jerk, direction, cycles: u64| {
+            let segment = Segment {
+                velocity: 3.0,
+                acceleration,
+                jerk,
+                ..Segment::EMPTY
+            };
+            segment.velocity_towards(direction, cycles << TIME_BITS)
+        };
+        assert_eq!(highest(2.0, -1.0, 1.0, 4), 5.0);
+        assert_eq!(highest(2.0, -1.0, 0.5, 1), 4.5);
+        assert_eq!(highest(2.0, -1.0, -1.0, 4), -3.0);
+        assert_eq!(highest(2.0, -1.0, -1.0, 6), 3.0);
+        assert_eq!(highest(-2.0, 1.0, -7.0, 4), -1.0);
+        assert_eq!(highest(-2.0, 1.0, 1.0, 1), 3.0);
+        assert_eq!(highest(0.0, 0.0, 1.0, 4), 3.0);
+    }
+}

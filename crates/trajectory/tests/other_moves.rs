@@ -380,6 +380,41 @@ fn nothing_drifts() {
     assert_eq!(state.position.counts(), sum as i32);
 }
 
+/// A longer or shorter cruise makes the end exact; nothing is left to spread.
+#[test]
+fn a_cruise_takes_what_rounding_leaves_over() {
+    for target in [100_000, 123_456_789, -134_217_727] {
+        let target = Position::from_counts(target);
+        let profile = Profile::to_rest(&State::at_rest(0), target, &LIMITS).unwrap();
+        assert_eq!(profile.end_position(), target);
+        assert!(
+            profile
+                .stretches()
+                .all(|stretch| stretch.velocity_correction == 0.0)
+        );
+    }
+}
+
+/// A stop from the limit of the velocity to a place that is a millionth of the way further: the stretches below the limit take it.
+#[test]
+fn what_is_spread_leads_beyond_no_limit() {
+    for sign in [1.0, -1.0] {
+        let start = State {
+            velocity: sign * LIMITS.velocity(),
+            ..State::at_rest(0)
+        };
+        let end = Profile::stop(&start, &LIMITS).unwrap().end_position();
+        for share in [-1.5e-6, -0.5e-6, 0.5e-6, 1.5e-6] {
+            let by = Position::from_units((end.units() as f64 * share) as i64);
+            let profile = Profile::to_rest(&start, end.moved_by(by), &LIMITS).unwrap();
+            assert_eq!(profile.stretches().count(), 3);
+            for (point, _) in all_extrema(&profile) {
+                assert!(point.v.abs() <= 100.0, "{share}: {point:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_extent_is_where_the_axis_turns() {
     // Too fast for its target: overshoots and comes back.
