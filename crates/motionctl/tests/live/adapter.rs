@@ -109,6 +109,8 @@ pub(crate) struct End {
     pub(crate) spoilt: usize,
     /// Set-points of each drive that were refused.
     pub(crate) refused: [u64; 2],
+    /// The longest time for which the machine let the adapter wait.
+    pub(crate) longest_wait: Duration,
 }
 
 /// How far the tool has come, as its frames tell.
@@ -186,7 +188,10 @@ impl FakeAdapter {
         let frozen = Arc::clone(&is_frozen);
         let thread = std::thread::spawn(move || {
             let mut device = Device::new(manner, seen);
+            let mut ran_at = Instant::now();
             while !over.load(Ordering::Relaxed) {
+                let wait = std::mem::replace(&mut ran_at, Instant::now()).elapsed();
+                device.end.longest_wait = device.end.longest_wait.max(wait);
                 if frozen.load(Ordering::Relaxed) {
                     std::thread::sleep(Duration::from_millis(5));
                     continue;
@@ -317,6 +322,7 @@ impl Device {
                 early: 0,
                 spoilt: 0,
                 refused: [0; 2],
+                longest_wait: Duration::ZERO,
             },
         }
     }

@@ -122,7 +122,8 @@ impl Case {
         let mut adapter = Some(adapter);
         match self.ending {
             Ending::Signal(signal) => {
-                kill_process(Pid::from_child(&child), signal).expect("the process is there");
+                // One that has ended by itself says by its status and its words why.
+                let _ = kill_process(Pid::from_child(&child), signal);
             }
             Ending::ClosedOutput => drop(child.stdout.take()),
             Ending::ClosedErrors => drop(child.stderr.take()),
@@ -151,9 +152,27 @@ impl Case {
         (status, said, drives)
     }
 
+    /// A machine that lets the adapter wait shows a broken adapter, which is another case: then it is played again.
+    fn play_undisturbed(&self) -> (Option<i32>, String, End) {
+        let mut played = self.play();
+        for _ in 0..3 {
+            let (_, _, end) = &played;
+            if end.longest_wait < LONGEST_WAIT {
+                break;
+            }
+            println!(
+                "{}: again, the adapter had to wait for {:?}",
+                self.name(),
+                end.longest_wait
+            );
+            played = self.play();
+        }
+        played
+    }
+
     fn check(&self) {
         let name = self.name();
-        let (status, said, end) = self.play();
+        let (status, said, end) = self.play_undisturbed();
         let [first, second] = end.drives;
         let case = format!("{name}: status {status:?}, {end:?}, said:\n{said}");
         assert!(second.enabled || self.ending == Ending::Alarm, "{case}");
@@ -200,8 +219,8 @@ impl Case {
     }
 }
 
-/// Cases at a time; more would keep simulated adapters waiting for so long that they seem to be gone.
-const LANES: usize = 2;
+/// An eighth of the time after which the tool takes the fate of its frames for unknown.
+const LONGEST_WAIT: Duration = Duration::from_millis(50);
 
 /// All cases of a command with these endings.
 fn all(command: Command, endings: &[Ending]) {
@@ -221,17 +240,7 @@ fn all(command: Command, endings: &[Ending]) {
             })
         })
         .collect();
-    std::thread::scope(|scope| {
-        let tasks: Vec<_> = (0..LANES)
-            .map(|lane| {
-                let cases = cases.iter().skip(lane).step_by(LANES);
-                scope.spawn(move || cases.for_each(Case::check))
-            })
-            .collect();
-        for task in tasks {
-            task.join().expect("every case of the lane");
-        }
-    });
+    cases.iter().for_each(Case::check);
     println!("{command:?}: {} cases", cases.len());
 }
 

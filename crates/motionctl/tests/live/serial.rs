@@ -69,7 +69,7 @@ fn what_is_written_over_serial_is_read_over_can() {
     let write = [
         &["write", "--drive", "3"],
         &settings[..],
-        &["--yes", "--json"],
+        &["--yes", "--allow-absolute-mode", "--json"],
     ]
     .concat();
     let changes = json_of(serial(&bench, &write));
