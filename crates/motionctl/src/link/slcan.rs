@@ -24,6 +24,8 @@ use window::{Answer, MOST_UNANSWERED, Window};
 
 /// How long a command may wait for room in the port.
 const WRITE_TIME: Duration = Duration::from_millis(2);
+/// How long the last frame may take before the channel is closed behind it.
+const CLOSE_TIME: Duration = Duration::from_millis(100);
 
 /// What the adapter does on the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -236,6 +238,11 @@ impl Can for Slcan {
 impl Drop for Slcan {
     /// Takes the adapter off the bus, so that it does not fill up with frames that nobody reads.
     fn drop(&mut self) {
+        // An adapter that takes one command at a time would not hear the next one.
+        let until = Instant::now() + CLOSE_TIME;
+        while !self.window.has_room() && self.fault.is_none() && Instant::now() < until {
+            self.wait(Duration::from_millis(5));
+        }
         if self.fault.is_none() {
             self.outgoing.extend([b'C', CR]);
             // The port is about to be closed; there is nobody left to tell.

@@ -105,12 +105,15 @@ fn an_adapter_that_takes_one_command_a_packet_gets_one_at_a_time() {
         line => set_up_answer(line),
     });
     let mut slcan = open(&adapter).unwrap();
+    // The second command of the question, and of those that a slow answer made the tool repeat.
+    let of_questions = adapter.dropped();
+    assert!(of_questions > 0);
     assert_eq!(slcan.transmit(&frame(1)), Ok(None));
     for byte in 2..50 {
         assert_eq!(transmit(&mut slcan, &frame(byte)), None);
     }
     drop(slcan);
-    assert_eq!(adapter.dropped(), 1, "the second command of the question");
+    assert_eq!(adapter.dropped(), of_questions, "no frame");
 }
 
 #[test]
