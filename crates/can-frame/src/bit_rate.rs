@@ -57,6 +57,18 @@ impl BitRate {
         Err(UnsupportedBitRate { kbit_per_s })
     }
 
+    /// Whether a list has this rate.
+    #[must_use]
+    pub const fn is_one_of(self, mut rates: &[Self]) -> bool {
+        while let Some((rate, others)) = rates.split_first() {
+            if rate.kbit_per_s() == self.kbit_per_s() {
+                return true;
+            }
+            rates = others;
+        }
+        false
+    }
+
     /// The rate in kbit/s.
     #[must_use]
     pub const fn kbit_per_s(self) -> u32 {

@@ -18,14 +18,7 @@ pub const BIT_RATES: [BitRate; 8] = [
 /// Whether the drives know a bit rate.
 #[must_use]
 pub const fn knows_bit_rate(bit_rate: BitRate) -> bool {
-    let mut known: &[BitRate] = &BIT_RATES;
-    while let Some((rate, others)) = known.split_first() {
-        if rate.kbit_per_s() == bit_rate.kbit_per_s() {
-            return true;
-        }
-        known = others;
-    }
-    false
+    bit_rate.is_one_of(&BIT_RATES)
 }
 
 #[cfg(test)]

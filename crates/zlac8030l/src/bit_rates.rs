@@ -17,14 +17,7 @@ pub const FACTORY_BIT_RATE: BitRate = BitRate::Kbit500;
 /// Whether the drive knows a bit rate.
 #[must_use]
 pub const fn knows_bit_rate(bit_rate: BitRate) -> bool {
-    let mut known: &[BitRate] = &BIT_RATES;
-    while let Some((rate, others)) = known.split_first() {
-        if rate.kbit_per_s() == bit_rate.kbit_per_s() {
-            return true;
-        }
-        known = others;
-    }
-    false
+    bit_rate.is_one_of(&BIT_RATES)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Mistakes seeded into the lines of the core that the last change touched.
 //!
-//! In ten minutes this is a sample: survivors are told, and only `cargo xtask mutants` over all of them is a verdict.
+//! In five minutes this is a sample: survivors are told, and only `cargo xtask mutants` over all of them is a verdict.
 
 use std::path::Path;
 use std::process::Command;

@@ -168,7 +168,7 @@ pub(super) const STEPS: &[Step] = &[
     .needs(&[&PYTHON]),
     Step::call(
         "mutants",
-        "how many mistakes in the lines of the core that the last change touched are found, ten minutes at most",
+        "how many mistakes in the lines of the core that the last change touched are found, five minutes at most",
         seeded_mistakes::run,
     ),
 ];
