@@ -3,8 +3,8 @@
 //! It shares nothing with the tool: it reads the text of the Lawicel protocol by itself, and the drives count what reaches them.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -27,6 +27,8 @@ const SET_POINTS: [StandardId; 2] = match (StandardId::new(0x03C), StandardId::n
     (Some(one), Some(two)) => [one, two],
     _ => panic!("identifiers"),
 };
+/// After so long the tool has read what was left in the line from before.
+const SETTLED: Duration = Duration::from_secs(1);
 /// Longer than a drive takes to start.
 const POWERED_NS: u64 = 1_000_000_000;
 
@@ -109,13 +111,13 @@ pub(crate) struct End {
     pub(crate) spoilt: usize,
     /// Set-points of each drive that were refused.
     pub(crate) refused: [u64; 2],
-    /// The longest time for which the machine let the adapter wait.
-    pub(crate) longest_wait: Duration,
 }
 
 /// How far the tool has come, as its frames tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Stage {
+    /// It opened the channel, to send or to listen, a second ago.
+    Listens,
     /// It has asked something.
     Looks,
     /// It has told drive 1 to switch on.
@@ -129,6 +131,7 @@ pub(crate) enum Stage {
 /// What the tool has sent so far.
 #[derive(Debug, Default)]
 struct Progress {
+    opened: OnceLock<Instant>,
     frames: AtomicU32,
     enables: AtomicU32,
     set_points: AtomicU32,
@@ -151,6 +154,10 @@ impl Progress {
 
     fn has_reached(&self, stage: Stage) -> bool {
         let (count, least) = match stage {
+            Stage::Listens => {
+                let opened = self.opened.get();
+                return opened.is_some_and(|opened| opened.elapsed() >= SETTLED);
+            }
             Stage::Looks => (&self.frames, 1),
             Stage::Enables => (&self.enables, 1),
             Stage::Streams => (&self.set_points, 30),
@@ -160,48 +167,59 @@ impl Progress {
     }
 }
 
+/// What goes wrong at a stage, by itself: nobody who waits for the stage can be too late.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Mishap {
+    /// It is pulled out.
+    Vanishes,
+    /// It does nothing any more.
+    Freezes,
+    /// The drive at this place raises an alarm.
+    Alarm(usize),
+}
+
 /// An adapter that is running, with drive 1 off and drive 2 on.
 pub(crate) struct FakeAdapter {
     link: PathBuf,
     is_over: Arc<AtomicBool>,
     progress: Arc<Progress>,
-    /// The drive whose alarm is to be raised, 0 for none.
-    alarm: Arc<AtomicUsize>,
-    is_frozen: Arc<AtomicBool>,
     thread: Option<JoinHandle<End>>,
 }
 
 impl FakeAdapter {
     pub(crate) fn start(name: &str, manner: Manner) -> Self {
-        Self::start_at(scratch(&format!("adapter-{name}")), manner)
+        Self::start_until(name, manner, None)
     }
 
-    /// The same with its terminal at a path.
-    pub(crate) fn start_at(link: PathBuf, manner: Manner) -> Self {
+    /// One to which something happens with the frame that begins a stage.
+    pub(crate) fn start_until(name: &str, manner: Manner, mishap: Option<(Stage, Mishap)>) -> Self {
+        let link = scratch(&format!("adapter-{name}"));
+        let mut mishap = mishap;
         let mut terminal = Terminal::new(&link);
         let is_over = Arc::new(AtomicBool::new(false));
         let over = Arc::clone(&is_over);
         let progress = Arc::new(Progress::default());
-        let alarm = Arc::new(AtomicUsize::new(0));
-        let (seen, raised) = (Arc::clone(&progress), Arc::clone(&alarm));
-        let is_frozen = Arc::new(AtomicBool::new(false));
-        let frozen = Arc::clone(&is_frozen);
+        let (seen, place) = (Arc::clone(&progress), link.clone());
         let thread = std::thread::spawn(move || {
             let mut device = Device::new(manner, seen);
-            let mut ran_at = Instant::now();
             while !over.load(Ordering::Relaxed) {
-                let wait = std::mem::replace(&mut ran_at, Instant::now()).elapsed();
-                device.end.longest_wait = device.end.longest_wait.max(wait);
-                if frozen.load(Ordering::Relaxed) {
-                    std::thread::sleep(Duration::from_millis(5));
-                    continue;
-                }
-                if let Some(place) = raised.swap(0, Ordering::Relaxed).checked_sub(1) {
-                    let drive = device.bench.device_mut(device.drives[place]);
-                    drive.faults_mut().raise_alarm(Alarm::OverCurrent);
-                }
                 let heard = terminal.read();
                 device.hear(&heard);
+                let is_time =
+                    |(stage, _): &mut (Stage, Mishap)| device.progress.has_reached(*stage);
+                match mishap.take_if(is_time) {
+                    Some((_, Mishap::Vanishes)) => {
+                        // Nobody shall find another terminal there.
+                        let _ = std::fs::remove_file(&place);
+                        break;
+                    }
+                    Some((_, Mishap::Freezes)) => {
+                        wait_until("it is taken away", || over.load(Ordering::Relaxed));
+                        break;
+                    }
+                    Some((_, Mishap::Alarm(place))) => device.raise_alarm(place),
+                    None => {}
+                }
                 device.pass_on();
                 terminal.write(&mut device.to_host, manner.portions);
             }
@@ -211,8 +229,6 @@ impl FakeAdapter {
             link,
             is_over,
             progress,
-            alarm,
-            is_frozen,
             thread: Some(thread),
         }
     }
@@ -233,16 +249,6 @@ impl FakeAdapter {
         self.progress.has_reached(stage)
     }
 
-    /// From now on it does nothing at all.
-    pub(crate) fn freeze(&self) {
-        self.is_frozen.store(true, Ordering::Relaxed);
-    }
-
-    /// Raises an alarm of a drive.
-    pub(crate) fn raise_alarm(&self, drive: usize) {
-        self.alarm.store(drive, Ordering::Relaxed);
-    }
-
     pub(crate) fn path(&self) -> &str {
         self.link.to_str().expect("a path of plain text")
     }
@@ -258,6 +264,10 @@ impl FakeAdapter {
 impl Drop for FakeAdapter {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // The test fails for its own reason already.
+            let _ = thread.join();
+        }
         let _ = std::fs::remove_file(&self.link);
     }
 }
@@ -322,9 +332,13 @@ impl Device {
                 early: 0,
                 spoilt: 0,
                 refused: [0; 2],
-                longest_wait: Duration::ZERO,
             },
         }
+    }
+
+    fn raise_alarm(&mut self, place: usize) {
+        let drive = self.bench.device_mut(self.drives[place]);
+        drive.faults_mut().raise_alarm(Alarm::OverCurrent);
     }
 
     fn hear(&mut self, bytes: &[u8]) {
@@ -380,6 +394,9 @@ impl Device {
             _ if self.manner.ignores_unknown => return,
             _ => false,
         };
+        if done && matches!(command.as_slice(), [b'O' | b'L']) {
+            self.progress.opened.get_or_init(Instant::now);
+        }
         if self.manner.acknowledges {
             self.to_host.push(if done { b'\r' } else { 0x07 });
         }

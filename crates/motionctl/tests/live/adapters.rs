@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::adapter::{DriveEnd, End, FakeAdapter, Manner};
+use crate::adapter::{DriveEnd, End, FakeAdapter, Manner, Mishap, Stage};
 use crate::bench::{Scratch, interrupt, motionctl, status_and_errors};
+use crate::undisturbed::undisturbed;
 
 /// Two axes, one turn and half a turn back, in half a second; a turn of the default gear number is 16384 counts.
 const MOTION: &str = "time_s,a,b\n0,0,0\n0.25,180,-90\n0.5,360,-180\n";
@@ -99,211 +100,241 @@ fn moves(name: &str, adapter: FakeAdapter, motion: Motion) -> End {
 
 #[test]
 fn as_the_manual_says() {
-    is_used("lawicel", Manner::LAWICEL, Motion::Completes);
+    undisturbed(|| {
+        is_used("lawicel", Manner::LAWICEL, Motion::Completes);
+    });
 }
 
 #[test]
 fn without_a_version() {
-    let manner = Manner {
-        version: None,
-        ..Manner::LAWICEL
-    };
-    is_used("no-version", manner, Motion::Completes);
-    let manner = Manner {
-        ignores_unknown: true,
-        ..manner
-    };
-    let adapter = FakeAdapter::start("ignores-version", manner);
-    moves("ignores-version", adapter, Motion::Completes);
+    undisturbed(|| {
+        let manner = Manner {
+            version: None,
+            ..Manner::LAWICEL
+        };
+        is_used("no-version", manner, Motion::Completes);
+        let manner = Manner {
+            ignores_unknown: true,
+            ..manner
+        };
+        let adapter = FakeAdapter::start("ignores-version", manner);
+        moves("ignores-version", adapter, Motion::Completes);
+    });
 }
 
 #[test]
 fn with_a_version_that_begins_with_another_letter() {
-    let manner = Manner {
-        version: Some("1a2b3c4 github.com/somebody/slcan-firmware.git"),
-        ..Manner::LAWICEL
-    };
-    is_used("odd-version", manner, Motion::Completes);
+    undisturbed(|| {
+        let manner = Manner {
+            version: Some("1a2b3c4 github.com/somebody/slcan-firmware.git"),
+            ..Manner::LAWICEL
+        };
+        is_used("odd-version", manner, Motion::Completes);
+    });
 }
 
 #[test]
 fn without_acknowledgements() {
-    let manner = Manner {
-        acknowledges: false,
-        ..Manner::LAWICEL
-    };
-    is_used("no-ack", manner, Motion::Completes);
-    let adapter = FakeAdapter::start("no-ack-note", manner);
-    let enable = ["enable", "--drives", "1,2", "--for", "1", "--yes"];
-    let (status, _, errors) = command(&adapter, &enable);
-    assert_eq!(status, Some(0), "{errors}");
-    let note = "acknowledges no frame";
-    assert!(errors.contains(note), "the doubt is to be seen: {errors}");
+    undisturbed(|| {
+        let manner = Manner {
+            acknowledges: false,
+            ..Manner::LAWICEL
+        };
+        is_used("no-ack", manner, Motion::Completes);
+        let adapter = FakeAdapter::start("no-ack-note", manner);
+        let enable = ["enable", "--drives", "1,2", "--for", "1", "--yes"];
+        let (status, _, errors) = command(&adapter, &enable);
+        assert_eq!(status, Some(0), "{errors}");
+        let note = "acknowledges no frame";
+        assert!(errors.contains(note), "the doubt is to be seen: {errors}");
+    });
 }
 
 #[test]
 fn that_starts_for_three_seconds() {
-    let manner = Manner {
-        boots: Duration::from_millis(3_000),
-        ..Manner::LAWICEL
-    };
-    is_used("slow-boot", manner, Motion::Completes);
+    undisturbed(|| {
+        let manner = Manner {
+            boots: Duration::from_millis(3_000),
+            ..Manner::LAWICEL
+        };
+        is_used("slow-boot", manner, Motion::Completes);
+    });
 }
 
 #[test]
 fn that_takes_one_command_a_packet() {
-    let manner = Manner {
-        one_command_a_packet: true,
-        ..Manner::LAWICEL
-    };
-    is_used("one-a-packet", manner, Motion::Completes);
+    undisturbed(|| {
+        let manner = Manner {
+            one_command_a_packet: true,
+            ..Manner::LAWICEL
+        };
+        is_used("one-a-packet", manner, Motion::Completes);
+    });
 }
 
 #[test]
 fn that_writes_in_portions() {
-    let manner = Manner {
-        portions: Some(3),
-        ..Manner::LAWICEL
-    };
-    is_used("portions", manner, Motion::Completes);
+    undisturbed(|| {
+        let manner = Manner {
+            portions: Some(3),
+            ..Manner::LAWICEL
+        };
+        is_used("portions", manner, Motion::Completes);
+    });
 }
 
 #[test]
 fn with_time_stamps_of_four_and_eight_digits() {
-    for stamp_digits in [4, 8] {
-        let manner = Manner {
-            stamp_digits,
-            ..Manner::LAWICEL
-        };
-        is_used(&format!("stamps-{stamp_digits}"), manner, Motion::Completes);
-    }
+    undisturbed(|| {
+        for stamp_digits in [4, 8] {
+            let manner = Manner {
+                stamp_digits,
+                ..Manner::LAWICEL
+            };
+            is_used(&format!("stamps-{stamp_digits}"), manner, Motion::Completes);
+        }
+    });
 }
 
 #[test]
 fn that_repeats_its_last_command_on_an_empty_line() {
-    let manner = Manner {
-        version: Some("1a2b3c4 github.com/somebody/slcan-firmware.git"),
-        acknowledges: false,
-        knows_listen: false,
-        repeats: true,
-        // A step of 7 counts of drive 2, which is on.
-        left_open_after: Some("t05C107"),
-        ..Manner::LAWICEL
-    };
-    is_used("repeats", manner, Motion::Completes);
+    undisturbed(|| {
+        let manner = Manner {
+            version: Some("1a2b3c4 github.com/somebody/slcan-firmware.git"),
+            acknowledges: false,
+            knows_listen: false,
+            repeats: true,
+            // A step of 7 counts of drive 2, which is on.
+            left_open_after: Some("t05C107"),
+            ..Manner::LAWICEL
+        };
+        is_used("repeats", manner, Motion::Completes);
+    });
 }
 
 #[test]
 fn with_half_a_set_point_of_an_earlier_user() {
-    for half_a_command in ["t05C10", "t05C", "t05C2010"] {
-        let manner = Manner {
-            left_open_after: Some("t05C107"),
-            half_a_command,
-            ..Manner::LAWICEL
-        };
-        let adapter = FakeAdapter::start(half_a_command, manner);
-        moves(half_a_command, adapter, Motion::Completes);
-    }
+    undisturbed(|| {
+        for half_a_command in ["t05C10", "t05C", "t05C2010"] {
+            let manner = Manner {
+                left_open_after: Some("t05C107"),
+                half_a_command,
+                ..Manner::LAWICEL
+            };
+            let adapter = FakeAdapter::start(half_a_command, manner);
+            moves(half_a_command, adapter, Motion::Completes);
+        }
+    });
 }
 
 #[test]
 fn that_loses_answers() {
-    let motions = [
-        (7, Motion::Stops),
-        (40, Motion::MayStop),
-        (400, Motion::MayStop),
-    ];
-    for (period, motion) in motions {
-        let manner = Manner {
-            loses_every: Some(period),
-            ..Manner::LAWICEL
-        };
-        let end = is_used(&format!("loses-{period}"), manner, motion);
-        assert!(end.spoilt > 0, "{end:?}");
-    }
+    undisturbed(|| {
+        let motions = [
+            (7, Motion::Stops),
+            (40, Motion::MayStop),
+            (400, Motion::MayStop),
+        ];
+        for (period, motion) in motions {
+            let manner = Manner {
+                loses_every: Some(period),
+                ..Manner::LAWICEL
+            };
+            let end = is_used(&format!("loses-{period}"), manner, motion);
+            assert!(end.spoilt > 0, "{end:?}");
+        }
+    });
 }
 
 #[test]
 fn that_answers_too_often() {
-    for period in [3, 40] {
-        let manner = Manner {
-            doubles_every: Some(period),
-            ..Manner::LAWICEL
-        };
-        let end = is_used(&format!("doubles-{period}"), manner, Motion::Completes);
-        assert!(end.spoilt > 0, "{end:?}");
-    }
+    undisturbed(|| {
+        for period in [3, 40] {
+            let manner = Manner {
+                doubles_every: Some(period),
+                ..Manner::LAWICEL
+            };
+            let end = is_used(&format!("doubles-{period}"), manner, Motion::Completes);
+            assert!(end.spoilt > 0, "{end:?}");
+        }
+    });
 }
 
 #[test]
 fn with_bells_that_belong_to_nothing() {
-    let manner = Manner {
-        bell_every: Some(60),
-        ..Manner::LAWICEL
-    };
-    let end = is_used("bells", manner, Motion::Completes);
-    assert!(end.spoilt > 0, "{end:?}");
+    undisturbed(|| {
+        let manner = Manner {
+            bell_every: Some(60),
+            ..Manner::LAWICEL
+        };
+        let end = is_used("bells", manner, Motion::Completes);
+        assert!(end.spoilt > 0, "{end:?}");
+    });
 }
 
 #[test]
 fn that_refuses_a_frame_now_and_then() {
-    let manner = Manner {
-        refuses_every: Some(150),
-        ..Manner::LAWICEL
-    };
-    let adapter = FakeAdapter::start("refuses", manner);
-    let end = moves("refuses", adapter, Motion::Completes);
-    assert!(end.refused.iter().sum::<u64>() > 0, "{end:?}");
+    undisturbed(|| {
+        let manner = Manner {
+            refuses_every: Some(150),
+            ..Manner::LAWICEL
+        };
+        let adapter = FakeAdapter::start("refuses", manner);
+        let end = moves("refuses", adapter, Motion::Completes);
+        assert!(end.refused.iter().sum::<u64>() > 0, "{end:?}");
+    });
 }
 
 #[test]
 fn that_cannot_only_listen() {
-    let manner = Manner {
-        knows_listen: false,
-        ..Manner::LAWICEL
-    };
-    is_used("no-listen", manner, Motion::Completes);
-    let adapter = FakeAdapter::start("no-listen-decode", manner);
-    let (status, _, errors) = command(&adapter, &["decode"]);
-    assert_eq!(status, Some(3), "{errors}");
-    assert!(errors.contains("--acknowledge"), "{errors}");
+    undisturbed(|| {
+        let manner = Manner {
+            knows_listen: false,
+            ..Manner::LAWICEL
+        };
+        is_used("no-listen", manner, Motion::Completes);
+        let adapter = FakeAdapter::start("no-listen-decode", manner);
+        let (status, _, errors) = command(&adapter, &["decode"]);
+        assert_eq!(status, Some(3), "{errors}");
+        assert!(errors.contains("--acknowledge"), "{errors}");
+    });
 }
 
 #[test]
 fn a_listener_hears_an_alarm_through_every_kind_that_listens() {
-    let silent = Manner {
-        acknowledges: false,
-        ..Manner::LAWICEL
-    };
-    let no_listen = Manner {
-        knows_listen: false,
-        ..Manner::LAWICEL
-    };
-    let active = &["--acknowledge"][..];
-    let cases = [
-        ("listen", Manner::LAWICEL, &[][..]),
-        ("listen-silent", silent, &[]),
-        ("listen-active", no_listen, active),
-    ];
-    for (name, manner, options) in cases {
-        let adapter = FakeAdapter::start(name, manner);
-        let link = ["decode", "--slcan", adapter.path(), "--baud", "921600"];
-        let mut child = motionctl(&[&link[..], options].concat())
-            .spawn()
-            .expect("motionctl starts");
-        // The adapter is opened.
-        std::thread::sleep(Duration::from_secs(2));
-        adapter.raise_alarm(2);
-        let mut line = String::new();
-        let mut lines = BufReader::new(child.stdout.take().expect("it is piped"));
-        while !line.contains("over-current") && !line.contains("Drive_Error") {
-            line.clear();
-            let length = lines.read_line(&mut line).expect("a line");
-            assert_ne!(length, 0, "{name}: it ended");
+    undisturbed(|| {
+        let silent = Manner {
+            acknowledges: false,
+            ..Manner::LAWICEL
+        };
+        let no_listen = Manner {
+            knows_listen: false,
+            ..Manner::LAWICEL
+        };
+        let active = &["--acknowledge"][..];
+        let cases = [
+            ("listen", Manner::LAWICEL, &[][..]),
+            ("listen-silent", silent, &[]),
+            ("listen-active", no_listen, active),
+        ];
+        for (name, manner, options) in cases {
+            let alarm = Some((Stage::Listens, Mishap::Alarm(1)));
+            let adapter = FakeAdapter::start_until(name, manner, alarm);
+            let link = ["decode", "--slcan", adapter.path(), "--baud", "921600"];
+            let mut child = motionctl(&[&link[..], options].concat())
+                .spawn()
+                .expect("motionctl starts");
+            let mut line = String::new();
+            let mut lines = BufReader::new(child.stdout.take().expect("it is piped"));
+            while !line.contains("over-current") && !line.contains("Drive_Error") {
+                line.clear();
+                let length = lines.read_line(&mut line).expect("a line");
+                assert_ne!(length, 0, "{name}: it ended");
+            }
+            interrupt(&child);
+            assert_eq!(child.wait().expect("its end").code(), Some(0), "{name}");
+            let end = adapter.stop();
+            assert_eq!((end.repeated, end.early), (0, 0), "{name}: {end:?}");
         }
-        interrupt(&child);
-        assert_eq!(child.wait().expect("its end").code(), Some(0), "{name}");
-        let end = adapter.stop();
-        assert_eq!((end.repeated, end.early), (0, 0), "{name}: {end:?}");
-    }
+    });
 }

@@ -12,3 +12,4 @@ mod run;
 mod serial;
 mod serial_echo;
 mod terminal;
+mod undisturbed;

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::bench::{BenchProcess, interrupt, motionctl, start_and_wait_for, status_and_errors};
+use crate::undisturbed::undisturbed;
 
 /// Runs a command with its link; returns its exit status, what it printed, and its errors.
 fn run(link: [&str; 2], arguments: &[&str]) -> (Option<i32>, String, String) {
@@ -33,151 +34,165 @@ fn parameter(readings: &Value, name: &str) -> Option<i64> {
 
 #[test]
 fn scan_finds_every_drive_of_the_line() {
-    let bench = BenchProcess::start_with_serial("serial-scan", "1,9,63", &["--fresh"]);
-    let found = |drive| json!({ "drive": drive, "protocol": "DYN232M (serial)" });
-    assert_eq!(
-        json_of(serial(&bench, &["scan", "--json"])),
-        json!({ "drives": [found(0), found(1), found(9), found(63)] })
-    );
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-scan", "1,9,63", &["--fresh"]);
+        let found = |drive| json!({ "drive": drive, "protocol": "DYN232M (serial)" });
+        assert_eq!(
+            json_of(serial(&bench, &["scan", "--json"])),
+            json!({ "drives": [found(0), found(1), found(9), found(63)] })
+        );
+    });
 }
 
 #[test]
 fn a_fresh_drive_is_drive_0_here_and_has_no_address_on_can() {
-    let bench = BenchProcess::start_with_serial("serial-fresh", "1", &["--fresh"]);
-    let write = ["write", "--drive", "0", "speed-gain=33", "--yes", "--json"];
-    json_of(serial(&bench, &write));
-    let readings = json_of(serial(&bench, &["read", "--drive", "0", "--json"]));
-    assert_eq!(readings["drive"], 0);
-    assert_eq!(parameter(&readings, "speed-gain"), Some(33));
-    let (status, _, errors) = run(["--slcan", bench.path()], &["read", "--drive", "0"]);
-    assert_eq!(status, Some(2));
-    assert!(errors.contains("0 is every drive on CAN"), "{errors}");
-    let (status, _, errors) = serial(&bench, &["read", "--drive", "64"]);
-    assert_eq!(status, Some(2));
-    assert!(errors.contains("must be 0..=63, got 64"), "{errors}");
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-fresh", "1", &["--fresh"]);
+        let write = ["write", "--drive", "0", "speed-gain=33", "--yes", "--json"];
+        json_of(serial(&bench, &write));
+        let readings = json_of(serial(&bench, &["read", "--drive", "0", "--json"]));
+        assert_eq!(readings["drive"], 0);
+        assert_eq!(parameter(&readings, "speed-gain"), Some(33));
+        let (status, _, errors) = run(["--slcan", bench.path()], &["read", "--drive", "0"]);
+        assert_eq!(status, Some(2));
+        assert!(errors.contains("0 is every drive on CAN"), "{errors}");
+        let (status, _, errors) = serial(&bench, &["read", "--drive", "64"]);
+        assert_eq!(status, Some(2));
+        assert!(errors.contains("must be 0..=63, got 64"), "{errors}");
+    });
 }
 
 #[test]
 fn what_is_written_over_serial_is_read_over_can() {
-    let bench = BenchProcess::start_with_serial("serial-write", "3", &[]);
-    let settings = [
-        "main-gain=100",
-        "config=0x04",
-        "gear-number=8192",
-        "speed-gain=20",
-    ];
-    let write = [
-        &["write", "--drive", "3"],
-        &settings[..],
-        &["--yes", "--allow-absolute-mode", "--json"],
-    ]
-    .concat();
-    let changes = json_of(serial(&bench, &write));
-    let results: Vec<_> = changes["changes"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|change| (change["parameter"].as_str(), change["result"].as_str()))
-        .collect();
-    let end = |parameter, result| (Some(parameter), Some(result));
-    assert_eq!(
-        results,
-        [
-            end("speed-gain", "unchanged"),
-            end("main-gain", "written"),
-            end("config", "written"),
-            end("gear-number", "written"),
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-write", "3", &[]);
+        let settings = [
+            "main-gain=100",
+            "config=0x04",
+            "gear-number=8192",
+            "speed-gain=20",
+        ];
+        let write = [
+            &["write", "--drive", "3"],
+            &settings[..],
+            &["--yes", "--allow-absolute-mode", "--json"],
         ]
-    );
-    let read = ["read", "--drive", "3", "--json"];
-    for readings in [
-        json_of(run(["--slcan", bench.path()], &read)),
-        json_of(serial(&bench, &read)),
-    ] {
-        assert_eq!(parameter(&readings, "main-gain"), Some(100));
-        assert_eq!(parameter(&readings, "config"), Some(4));
-        assert_eq!(parameter(&readings, "gear-number"), Some(8_192));
-        assert_eq!(parameter(&readings, "torque-filter"), Some(127));
-    }
+        .concat();
+        let changes = json_of(serial(&bench, &write));
+        let results: Vec<_> = changes["changes"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|change| (change["parameter"].as_str(), change["result"].as_str()))
+            .collect();
+        let end = |parameter, result| (Some(parameter), Some(result));
+        assert_eq!(
+            results,
+            [
+                end("speed-gain", "unchanged"),
+                end("main-gain", "written"),
+                end("config", "written"),
+                end("gear-number", "written"),
+            ]
+        );
+        let read = ["read", "--drive", "3", "--json"];
+        for readings in [
+            json_of(run(["--slcan", bench.path()], &read)),
+            json_of(serial(&bench, &read)),
+        ] {
+            assert_eq!(parameter(&readings, "main-gain"), Some(100));
+            assert_eq!(parameter(&readings, "config"), Some(4));
+            assert_eq!(parameter(&readings, "gear-number"), Some(8_192));
+            assert_eq!(parameter(&readings, "torque-filter"), Some(127));
+        }
+    });
 }
 
 #[test]
 fn what_cannot_be_sent_is_refused_with_a_reason() {
-    let bench = BenchProcess::start_with_serial("serial-refusals", "3", &[]);
-    let write = |setting| serial(&bench, &["write", "--drive", "3", setting, "--yes"]);
-    let (status, _, errors) = write("line-number=600");
-    assert_eq!(status, Some(1));
-    assert!(errors.contains("use CAN"), "{errors}");
-    let (status, _, errors) = write("gear-number=16384");
-    assert_eq!(status, Some(1));
-    assert!(
-        errors.contains("must be 500..=16383, got 16384"),
-        "{errors}"
-    );
-    let (status, _, errors) = serial(&bench, &["read", "--drive", "4"]);
-    assert_eq!(status, Some(1));
-    assert!(errors.contains("drive 4 does not answer"), "{errors}");
-    let (status, _, errors) = run(["--serial", "/dev/no-such-port"], &["scan"]);
-    assert_eq!(status, Some(3));
-    assert!(errors.contains("there is no port"), "{errors}");
-    let both = ["--can", "can0", "--drive", "3"];
-    let (status, ..) = serial(&bench, &[&["read"], &both[..]].concat());
-    assert_eq!(status, Some(2));
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-refusals", "3", &[]);
+        let write = |setting| serial(&bench, &["write", "--drive", "3", setting, "--yes"]);
+        let (status, _, errors) = write("line-number=600");
+        assert_eq!(status, Some(1));
+        assert!(errors.contains("use CAN"), "{errors}");
+        let (status, _, errors) = write("gear-number=16384");
+        assert_eq!(status, Some(1));
+        assert!(
+            errors.contains("must be 500..=16383, got 16384"),
+            "{errors}"
+        );
+        let (status, _, errors) = serial(&bench, &["read", "--drive", "4"]);
+        assert_eq!(status, Some(1));
+        assert!(errors.contains("drive 4 does not answer"), "{errors}");
+        let (status, _, errors) = run(["--serial", "/dev/no-such-port"], &["scan"]);
+        assert_eq!(status, Some(3));
+        assert!(errors.contains("there is no port"), "{errors}");
+        let both = ["--can", "can0", "--drive", "3"];
+        let (status, ..) = serial(&bench, &[&["read"], &both[..]].concat());
+        assert_eq!(status, Some(2));
+    });
 }
 
 #[test]
 fn jog_moves_only_when_the_parameters_of_the_drive_are_slow_enough() {
-    let bench = BenchProcess::start_with_serial("serial-jog", "1", &[]);
-    let jog = ["jog", "--drive", "1", "--turns", "-0.25", "--yes", "--json"];
-    let (status, _, errors) = serial(&bench, &jog);
-    assert_eq!(status, Some(1));
-    assert!(errors.contains("more than --rpm 60"), "{errors}");
-    assert!(errors.contains("max-speed=5"), "{errors}");
-    let slower = ["write", "--drive", "1", "max-speed=5", "--yes", "--json"];
-    json_of(serial(&bench, &slower));
-    assert_eq!(
-        json_of(serial(&bench, &jog)),
-        json!({
-            "asked_counts": -4_096, "sent_counts": -4_096, "read_counts": -4_096,
-            "interrupted": false, "enabled": true,
-        })
-    );
-    // A position in another unit than expected is noticed.
-    let wrong_unit = [&jog[..], &["--read-back", "encoder"]].concat();
-    let (status, _, errors) = serial(&bench, &wrong_unit);
-    assert_eq!(status, Some(1), "{errors}");
-    assert!(errors.contains("reports -1024"), "{errors}");
-    let report = bench.stop();
-    assert_eq!(report["drives"][0]["position_counts"], -8_192);
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-jog", "1", &[]);
+        let jog = ["jog", "--drive", "1", "--turns", "-0.25", "--yes", "--json"];
+        let (status, _, errors) = serial(&bench, &jog);
+        assert_eq!(status, Some(1));
+        assert!(errors.contains("more than --rpm 60"), "{errors}");
+        assert!(errors.contains("max-speed=5"), "{errors}");
+        let slower = ["write", "--drive", "1", "max-speed=5", "--yes", "--json"];
+        json_of(serial(&bench, &slower));
+        assert_eq!(
+            json_of(serial(&bench, &jog)),
+            json!({
+                "asked_counts": -4_096, "sent_counts": -4_096, "read_counts": -4_096,
+                "interrupted": false, "enabled": true,
+            })
+        );
+        // A position in another unit than expected is noticed.
+        let wrong_unit = [&jog[..], &["--read-back", "encoder"]].concat();
+        let (status, _, errors) = serial(&bench, &wrong_unit);
+        assert_eq!(status, Some(1), "{errors}");
+        assert!(errors.contains("reports -1024"), "{errors}");
+        let report = bench.stop();
+        assert_eq!(report["drives"][0]["position_counts"], -8_192);
+    });
 }
 
 #[test]
 fn ctrl_c_stops_a_jog_on_its_way() {
-    let bench = BenchProcess::start_with_serial("serial-stop", "1", &[]);
-    let slower = ["write", "--drive", "1", "max-speed=5", "--yes", "--json"];
-    json_of(serial(&bench, &slower));
-    let port = ["jog", "--serial", bench.serial_path()];
-    let long = ["--drive", "1", "--turns", "10", "--yes", "--json"];
-    let child = start_and_wait_for(motionctl(&[port.as_slice(), &long].concat()), "moves");
-    interrupt(&child);
-    let output = child.wait_with_output().expect("its output");
-    let (status, errors) = status_and_errors(&output);
-    assert_eq!(status, Some(130), "{errors}");
-    let end: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(end["interrupted"], true);
-    let read = end["read_counts"].as_i64().expect("a position");
-    assert!((0..163_840).contains(&read), "{read}");
-    // The motor stands where the tool has left it.
-    assert_eq!(bench.stop()["drives"][0]["position_counts"], read);
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-stop", "1", &[]);
+        let slower = ["write", "--drive", "1", "max-speed=5", "--yes", "--json"];
+        json_of(serial(&bench, &slower));
+        let port = ["jog", "--serial", bench.serial_path()];
+        let long = ["--drive", "1", "--turns", "10", "--yes", "--json"];
+        let child = start_and_wait_for(motionctl(&[port.as_slice(), &long].concat()), "moves");
+        interrupt(&child);
+        let output = child.wait_with_output().expect("its output");
+        let (status, errors) = status_and_errors(&output);
+        assert_eq!(status, Some(130), "{errors}");
+        let end: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(end["interrupted"], true);
+        let read = end["read_counts"].as_i64().expect("a position");
+        assert!((0..163_840).contains(&read), "{read}");
+        // The motor stands where the tool has left it.
+        assert_eq!(bench.stop()["drives"][0]["position_counts"], read);
+    });
 }
 
 #[test]
 fn a_vanished_port_ends_a_read() {
-    let mut bench = BenchProcess::start_with_serial("serial-vanish", "1", &[]);
-    let port = ["scan", "--serial", bench.serial_path()];
-    let child = motionctl(&port).spawn().expect("motionctl runs");
-    bench.kill();
-    let output = child.wait_with_output().expect("its output");
-    let (status, errors) = status_and_errors(&output);
-    assert_eq!(status, Some(3), "{errors}");
+    undisturbed(|| {
+        let mut bench = BenchProcess::start_with_serial("serial-vanish", "1", &[]);
+        let port = ["scan", "--serial", bench.serial_path()];
+        let child = motionctl(&port).spawn().expect("motionctl runs");
+        bench.kill();
+        let output = child.wait_with_output().expect("its output");
+        let (status, errors) = status_and_errors(&output);
+        assert_eq!(status, Some(3), "{errors}");
+    });
 }
