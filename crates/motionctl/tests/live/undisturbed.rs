@@ -21,10 +21,22 @@ pub(crate) fn undisturbed(test: impl Fn()) {
         match result {
             Ok(()) => return,
             Err(failure) if wait < LONGEST_WAIT => resume_unwind(failure),
-            Err(_) => println!("played again: the machine let a thread wait for {wait:?}"),
+            Err(_) => println!("to be played again: the machine let a thread wait for {wait:?}"),
         }
+        await_calm();
     }
     test();
+}
+
+/// Waits for a second in which no thread has to wait, at most a minute.
+fn await_calm() {
+    for _ in 0..60 {
+        let watch = Watch::start();
+        std::thread::sleep(Duration::from_secs(1));
+        if watch.stop() < LONGEST_WAIT {
+            return;
+        }
+    }
 }
 
 /// A thread that wakes every millisecond and notes how late it was.
