@@ -94,3 +94,24 @@ fn everything_about_wheels_is_in_the_docs() {
         ],
     );
 }
+
+#[test]
+fn every_test_that_the_findings_name_exists() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("../docs/findings.md")).expect("docs/findings.md");
+    let named: Vec<&str> = page
+        .lines()
+        .filter_map(|line| line.split("| `").nth(1)?.split('`').next())
+        .collect();
+    assert!(named.len() > 60, "only {} tests are named", named.len());
+    for path in named {
+        let (file, rest) = path.split_once("::").expect(path);
+        let test = rest.rsplit("::").next().expect(path);
+        let source = root.join(format!("tests/findings/{file}.rs"));
+        let source = std::fs::read_to_string(&source).expect(path);
+        // One of a macro is written `name: Stage`.
+        let is_there =
+            source.contains(&format!("fn {test}()")) || source.contains(&format!("{test}: "));
+        assert!(is_there, "docs/findings.md names {path}, which is gone");
+    }
+}
