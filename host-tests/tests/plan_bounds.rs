@@ -190,9 +190,12 @@ impl Judge<'_> {
             _ if record.node == self.master => {
                 let cycle = record.start_ns / BIT_NS / self.cycle_bits;
                 self.asked_in[usize::from(drive)] = cycle;
-                (cycle, self.plan.requests())
+                (cycle, self.plan.cycle().requests())
             }
-            _ => (self.asked_in[usize::from(drive)], self.plan.replies()),
+            _ => (
+                self.asked_in[usize::from(drive)],
+                self.plan.cycle().replies(),
+            ),
         };
         let bound = bound.and_then(|bound| bound.bits).expect("a bound");
         let took_bits = record.free_ns / BIT_NS - from * self.cycle_bits;

@@ -1,8 +1,5 @@
 //! Procedures beside the cycle, and commissioning before it, on simulated drives.
 
-use can_motion::commission::{
-    AssignId, AssignResult, ByteOrderProbe, ByteOrderResult, Commissioner, Scan, Script,
-};
 use can_motion::{
     AxisState, Confirmation, EventKind, GroupId, Instant, MasterConfig, Procedure, ProcedureEnd,
     ProcedureError, service,
@@ -13,6 +10,9 @@ use drive_sim::{
 use dyn_can::{
     Alarm, ByteOrder, Dialect, DriveId, MaxSpeed, OnPosRange, Reply, Revision, SetParamGroup2,
     SetParamGroup3,
+};
+use dyn_commission::{
+    AssignId, AssignResult, ByteOrderProbe, ByteOrderResult, Commissioner, Scan, Script,
 };
 use host_tests::rig::{GROUP, Rig};
 

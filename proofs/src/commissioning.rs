@@ -1,7 +1,7 @@
 //! The commissioning scripts, on a driver that does anything.
 
-use can_motion::commission::{AssignId, ByteOrderProbe, Commissioner, Scan, Script};
 use can_motion::{Instant, service};
+use dyn_commission::{AssignId, ByteOrderProbe, Commissioner, Scan, Script};
 
 use crate::codec::{dialect, drive};
 use crate::fake_can::FakeCan;

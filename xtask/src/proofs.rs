@@ -61,7 +61,8 @@ const UNDEFINED: &str = "error(panic-never)";
 const MEMORY: &str = "memory";
 const MASTER_OF: &str = "MASTER_OF_";
 /// The crates that need none but [`SHARED`], and the small crates that they share, which need none.
-const ALONE: [&str; 5] = [
+const ALONE: [&str; 6] = [
+    "bus-plan",
     "can-frame",
     "dyn-can",
     "dyn-serial",

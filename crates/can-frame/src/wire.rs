@@ -137,6 +137,15 @@ mod tests {
     }
 
     #[test]
+    fn a_byte_more_is_always_longer() {
+        for id in 0..=0x7FF {
+            for len in 0..8 {
+                assert!(worst_bits(id, len) < worst_bits(id, len + 1));
+            }
+        }
+    }
+
+    #[test]
     fn without_payload_the_worst_case_is_the_frame() {
         for id in 0..=0x7FF {
             assert_eq!(worst_bits(id, 0), exact_bits(id, &[]));

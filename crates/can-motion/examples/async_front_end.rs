@@ -7,7 +7,11 @@ use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 use std::collections::VecDeque;
 
-use can_motion::{BusUser, Instant, Outcome, Progress};
+use can_motion::{
+    AxisConfig, BusUser, Instant, Limits, MasterConfig, MotorLimits, Outcome, Progress,
+    ServoMaster, Travel,
+};
+use dyn_can::{DriveId, DynFrame, FunctionCode, GearNumber};
 
 /// What an async driver offers.
 trait AsyncCan<Fr> {
@@ -68,15 +72,28 @@ impl<Fr> AsyncCan<Fr> for Queue<Fr> {
     }
 }
 
-fn main() {
-    use can_motion::commission::{Commissioner, Scan};
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (drive, gear) = (DriveId::new(1)?, GearNumber::new(4_096)?);
+    let config = MasterConfig::DEFAULT;
+    let slow = MotorLimits {
+        speed_rpm: 60,
+        acceleration_rpm_per_s: 300,
+    };
+    let limits = Limits::of_motor(slow, Travel::WHOLE, gear, config.cycle_us)?;
+    let mut master = ServoMaster::<1>::new(config, &[AxisConfig::new(drive, gear, limits)])?;
     let mut can = Queue(VecDeque::new());
-    let mut task = Commissioner::new(Scan::default());
     for ms in 0..3_000_u64 {
         let now = Instant::from_us(ms * 1_000);
-        task.tick(now);
-        let _ = poll_once(turn(&mut task, &mut can, now));
+        master.begin_cycle(now);
+        let _ = poll_once(turn(&mut master, &mut can, now));
     }
-    println!("a scan of an empty bus sent {} frames", can.0.len());
-    assert!(task.result().is_some() && can.0.len() >= 63);
+    let frames = can.0;
+    println!(
+        "a master whose drive does not answer sent {} frames",
+        frames.len()
+    );
+    // It asks again and again, and moves and switches nothing.
+    let asks = [FunctionCode::EchoFunction, FunctionCode::ReadDriveStatus];
+    assert!(frames.len() > 10 && frames.iter().all(|frame| asks.contains(&frame.function())));
+    Ok(())
 }

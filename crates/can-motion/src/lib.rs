@@ -5,9 +5,7 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod commission;
 mod core;
-pub mod plan;
 mod servo;
 #[cfg(feature = "zlac")]
 pub mod wheel;
@@ -28,6 +26,16 @@ pub use servo::{
     Procedure, ProcedureEnd, ProcedureError, Reactions, ReadBackScale, Servo, ServoMaster,
     StepChange, Timeouts, Travel, WearLimits,
 };
+
+/// Whether a bus carries its axes, proved before anything moves: the crate [`bus_plan`], and what servo axes put on a bus.
+pub mod plan {
+    pub use crate::servo::bus_frames as frames;
+    pub use crate::servo::plan::BusPlan;
+    pub use bus_plan::{
+        BitRate, BusSetup, Canopen, CanopenService, Clash, Refusal, Remedies, RequestMix,
+        ResponseWindow, TxOrder, Warning, analysis, streams, wire,
+    };
+}
 
 /// The facts of an axis, the pure function that changes them, and the exit for frames.
 pub mod facts {

@@ -31,6 +31,8 @@ pub(super) const STEPS: &[Step] = &[
         "features",
         "each feature of the libraries builds alone, and all build together",
         &[
+            "check -p bus-plan --no-default-features",
+            "check -p bus-plan --all-features",
             "check -p can-frame --no-default-features",
             "check -p can-frame --no-default-features --features embedded-can",
             "check -p can-frame --no-default-features --features defmt",
@@ -38,6 +40,8 @@ pub(super) const STEPS: &[Step] = &[
             "check -p dyn-can --no-default-features --features embedded-can",
             "check -p dyn-can --no-default-features --features defmt",
             "check -p dyn-can --all-features",
+            "check -p dyn-commission --no-default-features",
+            "check -p dyn-commission --all-features",
             "check -p dyn-values --no-default-features",
             "check -p dyn-values --all-features",
             "check -p dyn-serial --no-default-features",
@@ -65,7 +69,7 @@ pub(super) const STEPS: &[Step] = &[
         &[
             "run -q -p can-motion --example servo",
             "run -q -p can-motion --example group_stop",
-            "run -q -p can-motion --example bring_up",
+            "run -q -p dyn-commission --example bring_up",
             "run -q -p can-motion --example third_family",
             "run -q -p can-motion --example async_front_end",
             "run -q -p can-motion --features zlac --example wheels",

@@ -6,6 +6,8 @@
 
 use core::fmt::Debug;
 
+use bus_plan::ResponseWindow;
+
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
@@ -15,7 +17,6 @@ use crate::core::sink::BusFrame;
 use crate::core::state::{AxisState, Stage};
 use crate::core::step::Loss;
 use crate::core::time::Instant;
-use crate::plan::ResponseWindow;
 
 /// Axes with the same group stop together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -3,8 +3,9 @@
 use core::cmp::Ordering;
 use core::fmt::Debug;
 
+use bus_plan::ResponseWindow;
+
 use crate::core::time::Instant;
-use crate::plan::ResponseWindow;
 
 /// A strategy. [`BehindFrames`] is the simplest one.
 pub trait RequestPlacement: Debug {

@@ -2,11 +2,12 @@
 
 use core::cmp::Ordering;
 
+use bus_plan::ResponseWindow;
+
 use crate::core::family::{CycleConfig, Drive, Family, Wanted};
 use crate::core::group::Axes;
 use crate::core::placement::RequestPlacement;
 use crate::core::time::Instant;
-use crate::plan::union;
 
 /// So many cycles a poll may go before one that is due longer, to even out the length of a cycle.
 const COUNTERWEIGHT_CYCLES: i32 = 14;
@@ -45,7 +46,7 @@ impl<F: Family> Schedule<F> {
         self.left = config.requests_per_cycle();
         self.placement.begin_cycle(cycle, axes.len() as u8, || {
             let windows = axes.iter().map(|axis| axis.drive.response_window());
-            windows.fold(None, union)
+            windows.fold(None, ResponseWindow::union)
         });
         self.choose(now, cycle, axes);
     }

@@ -1,5 +1,7 @@
 //! One DYN drive: its frames, its readings, its ledger, and the one request that it may owe.
 
+use bus_plan::ResponseWindow;
+use can_frame::wire::exact_bits;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
 use crate::core::event::EventLog;
@@ -11,8 +13,6 @@ use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::time::Instant;
-use crate::plan::ResponseWindow;
-use crate::plan::wire::exact_bits;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;

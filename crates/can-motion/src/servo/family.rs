@@ -4,13 +4,13 @@ use dyn_can::{DataFrame, DynFrame, FrameError, Request};
 
 use crate::core::family::{Family, Plan};
 use crate::core::master::Master;
-use crate::plan::BusPlan;
 use crate::servo::config::{AxisConfig, ConfigError, MasterConfig};
 use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::placement::Aligned;
+use crate::servo::plan::BusPlan;
 use crate::servo::procedure::{Procedure, ProcedureError};
 use crate::servo::snapshot::AxisSnapshot;
 
@@ -80,12 +80,13 @@ impl Plan<Dyn> for BusPlan<'_> {
     fn placement(&self) -> Aligned {
         Aligned::new(
             self.config().cycle_us,
-            self.burst(),
-            self.has_room_for_requests(),
+            self.cycle().burst(),
+            self.cycle().has_room_for_requests(),
         )
     }
 
     fn warnings(&self) -> impl Iterator<Item = EventKind> {
-        self.warnings().into_iter().flatten().map(EventKind::Plan)
+        let warnings = self.cycle().warnings();
+        warnings.into_iter().flatten().map(EventKind::Plan)
     }
 }

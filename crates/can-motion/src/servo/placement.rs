@@ -8,9 +8,11 @@
 
 use core::cmp::Ordering;
 
+use bus_plan::{Burst, ResponseWindow};
+
 use crate::core::placement::RequestPlacement;
 use crate::core::time::Instant;
-use crate::plan::{Burst, BusPlan, ResponseWindow};
+use crate::servo::plan::BusPlan;
 
 /// Cycles from one choice of the place of requests to the next.
 const PLACEMENT_CYCLES: u32 = 32;
@@ -123,9 +125,9 @@ impl BusPlan<'_> {
     /// of its configuration; `None`: all of them.
     #[must_use]
     pub fn requests_behind(&self) -> Option<u8> {
-        let may_choose = self.has_room_for_requests();
+        let may_choose = self.cycle().has_room_for_requests();
         let config = self.config();
-        let mut placement = Aligned::new(config.cycle_us, self.burst(), may_choose);
+        let mut placement = Aligned::new(config.cycle_us, self.cycle().burst(), may_choose);
         placement.choose(self.axes().len() as u8, Some(config.bus.response));
         placement.before
     }

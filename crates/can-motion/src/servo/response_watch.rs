@@ -1,7 +1,8 @@
 //! How long a drive takes to answer: learned from the first reply on, and tracked.
 
+use bus_plan::ResponseWindow;
+
 use crate::core::time::Instant;
-use crate::plan::{ResponseWindow, union};
 
 /// Replies after which the older half of what was seen is forgotten: a single late reply does not count for ever.
 const HALF: u8 = 64;
@@ -38,12 +39,12 @@ impl ResponseWatch {
             min_us: us,
             max_us: us,
         };
-        self.latest = union(self.latest, Some(one));
+        self.latest = ResponseWindow::union(self.latest, Some(one));
     }
 
     /// What was seen; `None` before the first reply.
     pub(crate) fn window(&self) -> Option<ResponseWindow> {
-        union(self.latest, self.earlier)
+        ResponseWindow::union(self.latest, self.earlier)
     }
 }
 

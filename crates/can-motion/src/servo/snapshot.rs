@@ -1,12 +1,12 @@
 //! A servo axis at one moment, for the application to look at.
 
+use bus_plan::ResponseWindow;
 use dyn_can::DriveId;
 
 use crate::core::facts::Facts;
 use crate::core::family::GroupId;
 use crate::core::snapshot::Counters;
 use crate::core::state::AxisState;
-use crate::plan::ResponseWindow;
 use crate::servo::fault::Fault;
 use crate::servo::feedback::Feedback;
 

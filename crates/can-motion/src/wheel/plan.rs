@@ -1,9 +1,10 @@
 //! Whether a bus carries its wheels: the list of their frames.
 
+use bus_plan::analysis::Response;
+use bus_plan::streams::{FrameStream, first_late, response_times};
+
 use crate::core::family::Plan;
 use crate::core::placement::BehindFrames;
-use crate::plan::analysis::Response;
-use crate::plan::streams::{FrameStream, first_late, response_times};
 use crate::wheel::config::{FeedbackTiming, WheelConfig, WheelConfigError, WheelMasterConfig};
 use crate::wheel::event::WheelEventKind;
 use crate::wheel::zlac_family::Zlac;

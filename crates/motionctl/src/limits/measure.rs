@@ -63,10 +63,10 @@ impl Measurements {
                 .map_or(0, u64::from)
         };
         Self {
-            cycle_bits: plan.cycle_bits(),
+            cycle_bits: plan.cycle().cycle_bits(),
             set_point_bounds: (0..axes).map(|axis| bits(plan.set_point(axis))).collect(),
-            request_bound: bits(plan.requests()),
-            reply_bound: bits(plan.replies()),
+            request_bound: bits(plan.cycle().requests()),
+            reply_bound: bits(plan.cycle().replies()),
             asked_in: vec![0; 2_048],
             late_set_points: 0,
             own_collisions: 0,

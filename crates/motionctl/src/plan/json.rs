@@ -30,14 +30,15 @@ impl Verdict {
             refusal: refusal.map(|refusal| refusal.to_string()),
             remedies: refusal.map(|_| plan.remedies().to_string()),
             warnings: plan
+                .cycle()
                 .warnings()
                 .iter()
                 .flatten()
                 .map(ToString::to_string)
                 .collect(),
             frames: rows(plan),
-            load_bits: plan.load_bits(),
-            cycle_bits: plan.cycle_bits(),
+            load_bits: plan.cycle().load_bits(),
+            cycle_bits: plan.cycle().cycle_bits(),
             most_axes,
             requests_behind: plan.requests_behind(),
         }

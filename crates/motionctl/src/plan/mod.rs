@@ -55,7 +55,7 @@ fn words(
 ) -> Result<String, core::fmt::Error> {
     let mut text = String::new();
     writeln!(text, "{}", table::of(plan))?;
-    let (load, cycle) = (plan.load_bits(), plan.cycle_bits());
+    let (load, cycle) = (plan.cycle().load_bits(), plan.cycle().cycle_bits());
     let percent = 100.0 * load as f64 / cycle as f64;
     write!(
         text,
@@ -70,7 +70,7 @@ fn words(
         "with drives 1, 2, 3 ... and these polls at most {most_axes} axes fit\n"
     )?;
     writeln!(text, "{}", text::draw(picture))?;
-    for warning in plan.warnings().into_iter().flatten() {
+    for warning in plan.cycle().warnings().into_iter().flatten() {
         writeln!(text, "note: {warning}")?;
     }
     match plan.check() {

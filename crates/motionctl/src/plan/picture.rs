@@ -39,7 +39,7 @@ impl Picture {
             blocks: Vec::new(),
             replies_in_slack: true,
         };
-        let requests = plan.requests_per_cycle();
+        let requests = plan.cycle().requests_per_cycle();
         let polls = longest_poll(axes);
         let place = plan.requests_behind().map_or(axes.len(), usize::from);
         let mut at_us = 0.0;

@@ -55,7 +55,7 @@ pub(super) fn rows(plan: &BusPlan<'_>) -> Vec<Row> {
     for kind in PollKind::ALL {
         rows.extend(poll(plan, kind));
     }
-    if let Some(response) = plan.alarms() {
+    if let Some(response) = plan.cycle().alarms() {
         let kind = Kind {
             frame: format!("alarms, {} in two cycles", config.bus.alarm_burst),
             period_us: 2 * config.cycle_us,
@@ -64,7 +64,7 @@ pub(super) fn rows(plan: &BusPlan<'_>) -> Vec<Row> {
         };
         let frames = axes.iter().map(|axis| {
             let id = axis.drive.can_id(FunctionCode::DriveError);
-            (id, frames::alarm_bits(core::slice::from_ref(axis)))
+            (id, frames::alarm_bits(axis))
         });
         rows.push(kind.row(config, frames));
     }
@@ -95,7 +95,7 @@ fn poll(plan: &BusPlan<'_>, kind: PollKind) -> Vec<Row> {
         .filter(|axis| axis.polls.of(kind).is_some());
     let period_us = asked.clone().filter_map(|axis| axis.polls.of(kind)).min();
     let (Some(period_us), Some(request), Some(reply)) =
-        (period_us, plan.requests(), plan.replies())
+        (period_us, plan.cycle().requests(), plan.cycle().replies())
     else {
         return Vec::new();
     };
@@ -110,7 +110,7 @@ fn poll(plan: &BusPlan<'_>, kind: PollKind) -> Vec<Row> {
     let replies = Kind {
         frame: format!("{kind} replies"),
         period_us,
-        jitter_us: us(plan.reply_jitter_bits()),
+        jitter_us: us(plan.cycle().reply_jitter_bits()),
         response: reply,
     };
     vec![

@@ -2,10 +2,10 @@
 
 use core::fmt;
 
+use bus_plan::{Refusal, Remedies};
 use can_frame::BitRate;
 use dyn_can::DriveId;
 
-use crate::plan::{Refusal, Remedies};
 use crate::servo::poll_kind::PollKind;
 
 /// A configuration that cannot work.

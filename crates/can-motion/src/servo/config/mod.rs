@@ -7,6 +7,7 @@ mod read_back;
 mod timeouts;
 mod validate;
 
+use bus_plan::BusSetup;
 use dyn_can::{Dialect, DriveId, GearNumber, Revision};
 
 pub use error::ConfigError;
@@ -16,7 +17,6 @@ pub use read_back::ReadBackScale;
 pub use timeouts::Timeouts;
 
 use crate::core::family::{CycleConfig, GroupId};
-use crate::plan::BusSetup;
 use crate::servo::fault::Reactions;
 use crate::servo::procedure::WearLimits;
 

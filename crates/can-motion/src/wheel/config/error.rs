@@ -2,9 +2,8 @@
 
 use core::fmt;
 
+use bus_plan::analysis::Response;
 use can_frame::BitRate;
-
-use crate::plan::analysis::Response;
 use zlac8030l::NodeId;
 
 /// A configuration that cannot work.

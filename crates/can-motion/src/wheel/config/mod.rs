@@ -3,13 +3,13 @@
 mod error;
 mod validate;
 
+use can_frame::BitRate;
 use zlac8030l::{Firmware, NodeId, SdoQuirks, SdoTimeouts};
 
 pub use error::WheelConfigError;
 
 use crate::core::family::{CycleConfig, GroupId};
 use crate::core::targets::ValueLimits;
-use crate::plan::BitRate;
 use crate::wheel::fault::WheelReactions;
 
 /// Cycles without a frame that are no outage yet.

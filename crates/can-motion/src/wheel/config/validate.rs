@@ -186,8 +186,8 @@ impl WheelConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::BitRate;
     use crate::wheel::config::WheelLimits;
+    use can_frame::BitRate;
 
     fn wheel(node: i32) -> WheelConfig {
         let limits = WheelLimits::speed(1_000, 10);

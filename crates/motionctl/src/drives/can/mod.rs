@@ -6,8 +6,8 @@ mod read;
 mod write;
 
 use can_motion::PollPeriods;
-use can_motion::commission::{Commissioner, Scan};
 use dyn_can::{DriveId, GearNumber, Revision, StoredDriveId};
+use dyn_commission::{Commissioner, Scan};
 
 use super::{Drives, DrivesError, FoundDrive, Jog, JogEnd, Parameter, Readings, Setting, WriteEnd};
 use crate::link::Link;

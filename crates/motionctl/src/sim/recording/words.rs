@@ -137,7 +137,7 @@ mod tests {
             E::FoundOn,
             E::DisableUnconfirmed { repeated: 1 },
             E::DisableUnconfirmed { repeated: 4 },
-            E::Plan(Warning::Drive63),
+            E::Plan(Warning::HighIdentifiers { drive: 63 }),
             E::Plan(Warning::PollsStretched { permille: 1_500 }),
             E::Revision(Revision::V1_2A),
             E::SetPointMerged,

@@ -1,7 +1,6 @@
-//! Commissioning: find drives, give one an id, find out its byte order. On a bus on which nothing streams.
-//!
-//! Each task is a script of exchanges: send one frame, listen until the answer or the end of a window, decide. Sans-I/O
-//! like the master, and driven by the same [`service`](crate::service): call it until [`Commissioner::result`] is there.
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
 
 mod assign;
 mod byte_order;
@@ -9,15 +8,12 @@ mod scan;
 
 pub use assign::{AssignId, AssignResult};
 pub use byte_order::{ByteOrderProbe, ByteOrderResult};
-pub use scan::{Scan, ScanResult};
+pub use scan::{FoundDrive, Scan, ScanResult};
 
+use can_motion::{BusErrorKind, BusUser, Instant, Outcome, Progress, Sink};
 use dyn_can::{
     Address, DataFrame, Dialect, DriveError, DynFrame, FrameError, Reply, ReplyKind, Request,
 };
-
-use crate::core::event::BusErrorKind;
-use crate::core::sink::{BusUser, Outcome, Progress, Sink};
-use crate::core::time::Instant;
 
 /// Time to listen for a reply, and for a data error after a command. Longer than any response that was measured (D65).
 const LISTEN_US: u32 = 20_000;

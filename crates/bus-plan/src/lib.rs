@@ -1,7 +1,4 @@
-//! The bus plan: whether set-points, requests and replies are always in time, proved before anything moves.
-//!
-//! [`BusPlan`] is the verdict on a bus with its servo axes; [`streams`] that on any list of frames, which hub motors use; [`analysis`] the response time analysis of any set of CAN frames; [`wire`]
-//! the exact length of frames. Everything is a `const fn` in whole bit times, without an allocation or a float.
+#![doc = include_str!("../README.md")]
 //!
 //! # What a plan proves
 //!
@@ -16,36 +13,41 @@
 //! # What it takes for granted
 //!
 //! - The master offers its frames at the start of the cycle (within [`BusSetup::release_jitter_us`]) and refills the controller
-//!   before it runs empty: call [`service`](crate::service) from the transmit interrupt, or often enough.
+//!   before it runs empty.
 //! - Its frames leave in the configured [`TxOrder`]. A mailbox controller that sends by identifier while the plan says
 //!   first-in-first-out makes the plan void.
 //! - Drives answer within [`BusSetup::response`], once. Nothing else sends, apart from the alarms, errors and CANopen devices
 //!   that are planned. Traffic of CANopen devices is checked for identifiers, not for its load.
 //! - One identifier never has two senders at the same instant; the master sees to that with one request at a time for each drive.
 //! - Axes that are parameterised while others stream are asked for more than their polls: say so with [`RequestMix::Any`]. It is taken
-//!   for granted where axes have several groups, because one group is brought up and enabled while another streams.
+//!   for granted where drives have several groups, because one group is brought up and enabled while another streams.
 //! - The clock of the master and the bit clock agree: a cycle that is planned to the last bit has no room for their drift.
 //!
 //! # What it gives away
 //!
-//! Every request of the budget counts as the longest poll of any axis, every reply as the longest reply, and a cycle may see
+//! Every request of the budget counts as the longest poll of any drive, every reply as the longest reply, and a cycle may see
 //! as many late replies as the response window allows. Polls that are rarer than the budget, and replies that are kept out of
 //! the set-points by the place of their request, gain nothing here. Where requests may come before set-points without harm,
 //! the bounds are those for the worst place.
 //!
 //! # Cost
 //!
-//! In a `const`, compile time. At run time the master needs the table of [`wire::worst_bits`] in flash (8 KiB).
+//! In a `const`, compile time. At run time the table of [`wire::worst_bits`] is needed in flash (8 KiB).
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
 
 mod advice;
 pub mod analysis;
 mod burst;
-mod bus_plan;
 mod canopen;
-mod clash;
 mod cycle;
+mod cycle_plan;
 mod demand;
-pub mod frames;
+mod drive;
 mod refusal;
 mod remedies;
 mod setup;
@@ -54,10 +56,10 @@ mod text;
 
 pub use can_frame::{BitRate, wire};
 
-pub(crate) use burst::Burst;
-pub use bus_plan::BusPlan;
-pub use canopen::{Canopen, CanopenService, Clash};
+pub use burst::Burst;
+pub use canopen::{Canopen, CanopenService, Clash, Identifier};
+pub use cycle_plan::CyclePlan;
+pub use drive::{Drive, Requests};
 pub use refusal::{Refusal, Warning};
 pub use remedies::Remedies;
-pub(crate) use setup::union;
-pub use setup::{BusSetup, RequestMix, ResponseWindow, TxOrder};
+pub use setup::{BusSetup, CycleSetup, RequestMix, ResponseWindow, TxOrder};

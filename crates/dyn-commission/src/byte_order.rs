@@ -5,7 +5,7 @@ use dyn_can::{
     Revision, ServoSwitch,
 };
 
-use super::{Exchange, Heard, LISTEN_US, Script};
+use crate::{Exchange, Heard, LISTEN_US, Script};
 
 /// What the probe found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,9 +1,9 @@
-//! A lone fresh drive gets its first id, then it is scanned for and read. `cargo run -p can-motion --example bring_up`
+//! A lone fresh drive gets its first id, then it is scanned for and read. `cargo run -p dyn-commission --example bring_up`
 
-use can_motion::commission::{AssignId, AssignResult, Commissioner, Scan, Script};
 use can_motion::{Instant, service};
 use drive_sim::{Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, NodeId, TxOrder};
 use dyn_can::{DriveId, Revision};
+use dyn_commission::{AssignId, AssignResult, Commissioner, Scan, Script};
 
 /// Runs one task of commissioning to its end.
 fn run<S: Script>(bench: &mut Bench<DynDrive>, port: NodeId, script: S) -> Option<S::Result>

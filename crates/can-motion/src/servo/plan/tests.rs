@@ -1,6 +1,6 @@
 use super::*;
-use crate::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use crate::servo::config::{PollPeriods, test_axis as axis};
+use bus_plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder, Warning};
 use std::string::ToString;
 use std::vec::Vec;
 
@@ -120,14 +120,15 @@ fn set_points_end_one_behind_the_other() {
     let ends: Vec<_> = (0..4)
         .map(|axis| plan.set_point(axis).and_then(|response| response.bits))
         .collect();
-    let bits = |drive: u16| u32::from(crate::plan::wire::worst_bits(drive << 5 | 0x1C, 2));
+    let bits = |drive: u16| u32::from(can_frame::wire::worst_bits(drive << 5 | 0x1C, 2));
     let (first, second) = (bits(1), bits(1) + bits(2));
     assert_eq!(
         ends,
         [Some(first), Some(second), Some(second + bits(3)), None]
     );
+    let cycle = plan.cycle();
     assert_eq!(
-        (plan.requests(), plan.replies(), plan.alarms()),
+        (cycle.requests(), cycle.replies(), cycle.alarms()),
         (None, None, None)
     );
 }
@@ -179,14 +180,18 @@ fn broadcast_and_reserved_ids_cannot_even_be_named() {
 fn drive_63_and_stretched_polls_are_warned_about() {
     let mut twelve = axes(11, PollPeriods::DEFAULT);
     assert_eq!(
-        BusPlan::new(&MasterConfig::DEFAULT, &twelve).warnings(),
+        BusPlan::new(&MasterConfig::DEFAULT, &twelve)
+            .cycle()
+            .warnings(),
         [None, Some(Warning::PollsStretched { permille: 1_100 })]
     );
     twelve.truncate(2);
     twelve.push(axis(63));
     assert_eq!(
-        BusPlan::new(&MasterConfig::DEFAULT, &twelve).warnings(),
-        [Some(Warning::Drive63), None]
+        BusPlan::new(&MasterConfig::DEFAULT, &twelve)
+            .cycle()
+            .warnings(),
+        [Some(Warning::HighIdentifiers { drive: 63 }), None]
     );
 }
 
@@ -220,5 +225,66 @@ fn the_master_takes_no_axes_that_the_plan_refuses_and_tells_its_warnings() {
 
     let mut master = ServoMaster::<1>::new(config, &[axis(63)]).unwrap();
     let warning = master.next_event().map(|event| event.kind);
-    assert_eq!(warning, Some(EventKind::Plan(Warning::Drive63)));
+    assert_eq!(
+        warning,
+        Some(EventKind::Plan(Warning::HighIdentifiers { drive: 63 }))
+    );
+}
+
+/// NMT is a broadcast Set_Origin; D9: PDOs of node 1 are Go_Absolute, of node 3 Go_Relative, of node 10 Turn_ConstSpeed, of drive
+/// base / 32 + n / 32.
+#[test]
+fn identifiers_of_canopen_that_move_motors_or_zero_positions_are_found() {
+    let clash = |canopen, drives: &[i32]| {
+        let axes: Vec<_> = drives.iter().map(|drive| axis(*drive)).collect();
+        let bus = BusSetup {
+            canopen: Some(canopen),
+            ..BusSetup::DEFAULT
+        };
+        let config = MasterConfig {
+            bus,
+            ..MasterConfig::DEFAULT
+        };
+        match BusPlan::new(&config, &axes).check() {
+            Err(Refusal::Clash(clash)) => Some((clash.canopen.id, clash.drive, clash.meaning)),
+            Err(other) => panic!("{other}"),
+            Ok(()) => None,
+        }
+    };
+    let nmt = Canopen {
+        uses_nmt: true,
+        ..Canopen::NONE
+    };
+    assert_eq!(clash(nmt, &[60]), Some((0x000, None, "Set_Origin")));
+    let sync = Canopen {
+        uses_sync: true,
+        ..Canopen::NONE
+    };
+    let zeroes_drive_4 = Some((0x080, Some(4), "Set_Origin"));
+    assert_eq!(clash(sync, &[1, 4]), zeroes_drive_4);
+    assert_eq!(clash(sync, &[1, 2, 3, 5]), None);
+    let nodes: [(&[u8], _); 3] = [
+        (&[1], FunctionCode::GoAbsolutePosPtp),
+        (&[3], FunctionCode::GoRelativePosPtp),
+        (&[10], FunctionCode::TurnConstSpeed),
+    ];
+    for (nodes, function) in nodes {
+        let canopen = Canopen {
+            nodes,
+            ..Canopen::NONE
+        };
+        let id = 0x180 + u16::from(nodes[0]);
+        let moves_drive_12 = Some((id, Some(12), function.name()));
+        assert_eq!(clash(canopen, &[12]), moves_drive_12);
+        assert_eq!(clash(canopen, &[1, 2, 3, 5]), None);
+    }
+}
+
+/// 64 axes cannot have 64 drives: whatever comes behind them, the drive that is there twice is found.
+#[test]
+fn more_axes_than_drive_ids_are_refused_for_their_order() {
+    let mut many = axes(63, PollPeriods::OFF);
+    many.extend(axes(3, PollPeriods::OFF));
+    let refusal = BusPlan::new(&MasterConfig::DEFAULT, &many).check();
+    assert_eq!(refusal, Err(Refusal::Order { drive: 1 }));
 }

@@ -76,7 +76,7 @@ impl Message {
     }
 
     /// Most bits released in a half-open interval.
-    pub(super) const fn demand(&self, interval_bits: u64) -> u64 {
+    pub(crate) const fn demand(&self, interval_bits: u64) -> u64 {
         self.released(interval_bits)
             .saturating_mul(self.bits as u64)
     }
@@ -128,7 +128,7 @@ pub struct Response {
 
 impl Response {
     /// Without a bound there is no meeting any deadline.
-    pub(super) const fn new(bits: Option<u64>, deadline_bits: u32) -> Self {
+    pub(crate) const fn new(bits: Option<u64>, deadline_bits: u32) -> Self {
         let bits = match bits {
             Some(bits) if bits < u32::MAX as u64 => Some(bits as u32),
             _ => None,
@@ -274,7 +274,7 @@ impl<'a> Level<'a> {
     }
 }
 
-pub(super) const fn max(left: u64, right: u64) -> u64 {
+pub(crate) const fn max(left: u64, right: u64) -> u64 {
     if left > right { left } else { right }
 }
 

@@ -1,24 +1,26 @@
 //! The usual time on the wire of the frames of a cycle, and what it leaves to replies.
 
-use super::setup::ResponseWindow;
+use crate::setup::ResponseWindow;
 
 /// Usual times on the wire, interframe space included, in microseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Burst {
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Burst {
     /// A set-point, half way between its shortest and its longest frame.
-    pub(crate) set_point_us: u32,
+    pub set_point_us: u32,
     /// The longest request.
-    pub(crate) request_us: u32,
+    pub request_us: u32,
     /// The longest reply.
-    pub(crate) reply_us: u32,
+    pub reply_us: u32,
     /// Requests of a cycle.
-    pub(crate) requests: u32,
+    pub requests: u32,
 }
 
 impl Burst {
     /// How far replies stay away from set-points at least, when the requests of a cycle go out behind `before` of its set-points;
     /// `None` when they may meet.
-    pub(crate) fn slack_us(
+    #[must_use]
+    pub fn slack_us(
         &self,
         cycle_us: u32,
         set_points: u8,

@@ -6,8 +6,8 @@
 //!
 //! # What is assumed
 //!
-//! 1. At the start of each cycle, at most `release_jitter_us` late, the master offers one set-point for each axis in ascending order
-//!    of drive id and at most r requests ([`MasterConfig::requests_per_cycle`](crate::MasterConfig)), and it refills the
+//! 1. At the start of each cycle, at most `release_jitter_us` late, the master offers one set-point for each drive in ascending
+//!    order and at most r requests ([`CycleSetup::requests_per_cycle`](crate::CycleSetup)), and it refills the
 //!    controller while the last frame in it is still on the wire, so that the bus never idles while the cycle has frames left.
 //! 2. A drive answers a request once, within the response window, and sends nothing else but alarm frames.
 //! 3. Nobody else sends. No frame exceeds the length that the plan takes for it; errors keep their distance.
@@ -41,8 +41,8 @@
 //! With a first-in-first-out controller a request may end in the next cycle: the set-points there are behind it, and the busy
 //! period that they share is what the bound follows. Sorted by identifier it must be through before, or it would meet them.
 
-use super::analysis::{ERROR_FRAME_BITS, Message, Response, Rules, max, response};
-use super::setup::TxOrder;
+use crate::analysis::{ERROR_FRAME_BITS, Message, Response, Rules, max, response};
+use crate::setup::TxOrder;
 
 /// Cycles after which an end counts as unbounded.
 const HORIZON_CYCLES: u64 = 64;
@@ -58,46 +58,46 @@ pub(crate) enum RequestPlace {
 
 /// The frames of a cycle, in bit times.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cycle {
+pub(crate) struct Cycle {
     /// The cycle, rounded down.
-    pub(super) bits: u64,
+    pub(crate) bits: u64,
     /// The cycle, rounded up.
-    pub(super) bits_rounded_up: u64,
+    pub(crate) bits_rounded_up: u64,
     /// All set-points together.
-    pub(super) set_points_bits: u64,
+    pub(crate) set_points_bits: u64,
     /// The longest set-point.
-    pub(super) set_point_bits: u64,
+    pub(crate) set_point_bits: u64,
     /// Requests of a cycle.
-    pub(super) requests: u64,
+    pub(crate) requests: u64,
     /// The longest request.
-    pub(super) request_bits: u64,
+    pub(crate) request_bits: u64,
     /// The shortest request without its interframe space.
-    pub(super) shortest_request_bits: u64,
+    pub(crate) shortest_request_bits: u64,
     /// The longest reply.
-    pub(super) reply_bits: u64,
+    pub(crate) reply_bits: u64,
     /// Shortest time from a request to its reply.
-    pub(super) response_min_bits: u64,
+    pub(crate) response_min_bits: u64,
     /// Longest time from a request to its reply.
-    pub(super) response_max_bits: u64,
+    pub(crate) response_max_bits: u64,
     /// Alarms in two cycles.
-    pub(super) alarms: u64,
+    pub(crate) alarms: u64,
     /// The longest alarm.
-    pub(super) alarm_bits: u64,
+    pub(crate) alarm_bits: u64,
     /// Longest delay from the start of the cycle to its frames.
-    pub(super) jitter_bits: u64,
+    pub(crate) jitter_bits: u64,
     /// From the acceptance of a request until the master stops waiting.
-    pub(super) reply_timeout_bits: u64,
+    pub(crate) reply_timeout_bits: u64,
     /// Where the requests are.
-    pub(super) place: RequestPlace,
+    pub(crate) place: RequestPlace,
     /// Order of transmission of the frames of the master.
-    pub(super) order: TxOrder,
+    pub(crate) order: TxOrder,
     /// Shortest time between two errors.
-    pub(super) error_interval_bits: Option<u32>,
+    pub(crate) error_interval_bits: Option<u32>,
 }
 
 impl Cycle {
     /// What a cycle may have to carry if everything comes together, with only so many bits of set-points.
-    pub(super) const fn load_bits(&self, set_points_bits: u64) -> u64 {
+    pub(crate) const fn load_bits(&self, set_points_bits: u64) -> u64 {
         self.jitter_bits
             .saturating_add(set_points_bits)
             .saturating_add(self.requests * (self.request_bits + self.reply_bits))
@@ -118,7 +118,7 @@ impl Cycle {
     }
 
     /// When the last request of a cycle is through.
-    pub(super) const fn requests_end_bits(&self) -> Option<u64> {
+    pub(crate) const fn requests_end_bits(&self) -> Option<u64> {
         let frames_bits = self.set_points_bits + self.requests * self.request_bits;
         // The reply to the last request comes behind it.
         let own_replies = self.requests.saturating_sub(1);
@@ -133,7 +133,7 @@ impl Cycle {
     }
 
     /// The last request, judged by the end of its cycle, or of the next one where it may end in that.
-    pub(super) const fn request_response(&self, requests_end_bits: Option<u64>) -> Response {
+    pub(crate) const fn request_response(&self, requests_end_bits: Option<u64>) -> Response {
         let deadline_bits = match self.order {
             TxOrder::Fifo => 2 * self.bits,
             TxOrder::Identifier => self.bits,
@@ -142,7 +142,7 @@ impl Cycle {
     }
 
     /// The last of the first set-points, `up_to_bits` together, judged by the end of its cycle.
-    pub(super) const fn set_point_response(
+    pub(crate) const fn set_point_response(
         &self,
         up_to_bits: u64,
         requests_end_bits: Option<u64>,
@@ -219,7 +219,7 @@ impl Cycle {
 
     /// The last reply to the requests of a cycle, from the start of that cycle. The master waits from the acceptance of the
     /// request on, which is not before the start of its cycle.
-    pub(super) const fn reply_response(&self, requests_end_bits: Option<u64>) -> Response {
+    pub(crate) const fn reply_response(&self, requests_end_bits: Option<u64>) -> Response {
         let deadline_bits = narrow(self.reply_timeout_bits);
         let Some(requests_end_bits) = requests_end_bits else {
             return Response::new(None, deadline_bits);
@@ -234,7 +234,7 @@ impl Cycle {
     }
 
     /// The last alarm of a burst, from when the drive offers it, judged by the span in which the burst must be over.
-    pub(super) const fn alarm_response(&self, requests_end_bits: Option<u64>) -> Response {
+    pub(crate) const fn alarm_response(&self, requests_end_bits: Option<u64>) -> Response {
         let alarms = self.alarm_burst();
         let Some(requests_end_bits) = requests_end_bits else {
             return Response::new(None, alarms.deadline_bits);
@@ -267,7 +267,7 @@ impl Cycle {
     }
 
     /// From the earliest to the latest offer of a reply.
-    pub(super) const fn reply_jitter_bits(&self, requests_end_bits: u64) -> u64 {
+    pub(crate) const fn reply_jitter_bits(&self, requests_end_bits: u64) -> u64 {
         let latest_bits = self.reply_latest_bits(requests_end_bits);
         latest_bits.saturating_sub(self.reply_earliest_bits())
     }
@@ -297,7 +297,7 @@ impl Cycle {
 }
 
 /// The number, or the largest that fits: every quantity here is one that a plan only gets away with when it is small.
-pub(super) const fn narrow(number: u64) -> u32 {
+pub(crate) const fn narrow(number: u64) -> u32 {
     if number > u32::MAX as u64 {
         u32::MAX
     } else {

@@ -1,6 +1,6 @@
 //! The worst case of a bus from a list of the frames on it: what a family supplies that is not planned frame by frame.
 
-use super::analysis::{Message, Response, Rules, response};
+use crate::analysis::{Message, Response, Rules, response};
 use can_frame::{BitRate, wire};
 
 /// Busy periods up to this many periods of a stream are looked through.

@@ -2,7 +2,7 @@
 
 use dyn_can::{Address, Dialect, DriveId, Reply, Request, Revision, ZeroAddress};
 
-use super::{Exchange, Heard, LISTEN_US, Script};
+use crate::{Exchange, Heard, LISTEN_US, Script};
 
 /// How an assignment ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

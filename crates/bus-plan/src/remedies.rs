@@ -4,7 +4,7 @@ use core::fmt;
 
 use can_frame::BitRate;
 
-use super::text::Text;
+use crate::text::Text;
 
 /// Changes of one setting each with which a refused plan would be admitted; the number of axes is always one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -23,7 +23,7 @@ pub struct Remedies {
 }
 
 impl Remedies {
-    pub(super) const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         requests_per_cycle: None,
         no_polls: false,
         bit_rate: None,
@@ -31,7 +31,7 @@ impl Remedies {
         axes: 0,
     };
 
-    pub(super) const fn add_to(&self, text: Text) -> Text {
+    pub(crate) const fn add_to(&self, text: Text) -> Text {
         let mut text = text.str("it would fit with ");
         let mut separator = "";
         if let Some(requests) = self.requests_per_cycle {

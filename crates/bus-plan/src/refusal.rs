@@ -2,23 +2,21 @@
 
 use core::fmt;
 
-use dyn_can::DriveId;
-
-use super::analysis::Response;
-use super::canopen::Clash;
-use super::setup::{BusSetup, ResponseWindow};
-use super::text::Text;
-use crate::servo::config::AxisConfig;
+use crate::analysis::Response;
+use crate::canopen::Clash;
+use crate::drive::Drive;
+use crate::setup::{CycleSetup, ResponseWindow};
+use crate::text::Text;
 
 /// Why the bus cannot carry what is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The axes are not in ascending order of drive id, or a drive is given twice.
+    /// The drives are not in ascending order of their numbers, or a drive is given twice.
     Order {
         /// The drive that is not above the one before it.
-        drive: DriveId,
+        drive: u8,
     },
     /// The response window ends before it begins.
     ResponseWindow {
@@ -35,7 +33,7 @@ pub enum Refusal {
     /// The frames of a cycle are longer than the cycle.
     Overload {
         /// The first drive whose set-point does not fit any more.
-        drive: DriveId,
+        drive: u8,
         /// Bit times of requests, replies, alarms and errors of a cycle, and of the set-points up to this one.
         load_bits: u64,
         /// Bit times of a cycle.
@@ -44,7 +42,7 @@ pub enum Refusal {
     /// A set-point may still be on its way when the next cycle starts.
     LateSetPoint {
         /// The first drive to which that may happen.
-        drive: DriveId,
+        drive: u8,
         /// From the start of the cycle.
         response: Response,
     },
@@ -54,7 +52,7 @@ pub enum Refusal {
         /// From the start of the cycle.
         response: Response,
     },
-    /// A reply may come after [`Timeouts::reply_us`](crate::Timeouts).
+    /// A reply may come after [`CycleSetup::reply_us`].
     LateReply {
         /// From the start of the cycle of the request.
         response: Response,
@@ -67,35 +65,37 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// What no rate and no number of axes would help against.
-    pub(super) const fn outright(setup: &BusSetup, axes: &[AxisConfig]) -> Option<Self> {
-        let mut rest = axes;
+    /// What no rate and no number of drives would help against.
+    pub(crate) const fn outright(setup: &CycleSetup, drives: &[Drive]) -> Option<Self> {
+        let mut rest = drives;
         while let [lower, behind @ ..] = rest {
             if let [upper, ..] = behind
-                && upper.drive.get() <= lower.drive.get()
+                && upper.number <= lower.number
             {
-                return Some(Self::Order { drive: upper.drive });
+                return Some(Self::Order {
+                    drive: upper.number,
+                });
             }
             rest = behind;
         }
-        let window = setup.response;
+        let window = setup.bus.response;
         if window.min_us > window.max_us {
             return Some(Self::ResponseWindow { window });
         }
-        let Some(canopen) = &setup.canopen else {
-            return None;
-        };
-        if let Some(actual) = canopen.invalid_node() {
+        if let Some(canopen) = &setup.bus.canopen
+            && let Some(actual) = canopen.invalid_node()
+        {
             return Some(Self::CanopenNode { actual });
         }
-        match canopen.clash(axes) {
+        match setup.clash {
             Some(clash) => Some(Self::Clash(clash)),
             None => None,
         }
     }
 
     /// Whether other rates, polls or axes would help.
-    pub(crate) const fn is_about_time(&self) -> bool {
+    #[must_use]
+    pub const fn is_about_time(&self) -> bool {
         !matches!(
             self,
             Self::Order { .. }
@@ -105,11 +105,11 @@ impl Refusal {
         )
     }
 
-    pub(super) const fn text(&self) -> Text {
+    pub(crate) const fn text(&self) -> Text {
         match *self {
             Self::Order { drive } => Text::EMPTY
                 .str("list the axes in ascending order of drive id, each once: drive ")
-                .number(drive.get() as u64)
+                .number(drive as u64)
                 .str(" is not above the one before it"),
             Self::ResponseWindow {
                 window: ResponseWindow { min_us, max_us },
@@ -129,14 +129,14 @@ impl Refusal {
                 cycle_bits,
             } => Text::EMPTY
                 .str("set-point of drive ")
-                .number(drive.get() as u64)
+                .number(drive as u64)
                 .str(" does not fit: with it a cycle carries ")
                 .number(load_bits)
                 .str(" bit times, but lasts ")
                 .number(cycle_bits),
             Self::LateSetPoint { drive, response } => {
                 let frame = Text::EMPTY.str("set-point of drive ");
-                late(frame.number(drive.get() as u64), &response)
+                late(frame.number(drive as u64), &response)
             }
             Self::LateRequest { response } => {
                 late(Text::EMPTY.str("last request of a cycle"), &response)
@@ -161,12 +161,12 @@ const fn late(frame: Text, response: &Response) -> Text {
 const fn clash_text(clash: &Clash) -> Text {
     let text = Text::EMPTY
         .str("CANopen ")
-        .str(clash.service.name())
+        .str(clash.canopen.service.name())
         .str(" ");
-    let text = text.hex(clash.id as u64).str(" is ");
-    let text = text.str(clash.function.name()).str(" of ");
-    let text = match clash.address.drive() {
-        Some(drive) => text.str("drive ").number(drive.get() as u64),
+    let text = text.hex(clash.canopen.id as u64).str(" is ");
+    let text = text.str(clash.meaning).str(" of ");
+    let text = match clash.drive {
+        Some(drive) => text.str("drive ").number(drive as u64),
         None => text.str("every drive"),
     };
     text.str(": use separate buses")
@@ -185,8 +185,11 @@ impl core::error::Error for Refusal {}
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Warning {
-    /// Identifiers of drive 63 from 0x7F0 on begin with seven recessive bits, which some old controllers cannot send (D4).
-    Drive63,
+    /// Identifiers from 0x7F0 on begin with seven recessive bits, which some old controllers cannot send.
+    HighIdentifiers {
+        /// The drive that has them.
+        drive: u8,
+    },
     /// More polls are due than requests may go out: every period gets longer.
     PollsStretched {
         /// Real period per configured period in thousandths, above 1000.
@@ -197,8 +200,9 @@ pub enum Warning {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Drive63 => f.write_str(
-                "identifiers of drive 63 from 0x7F0 on cannot be sent by some old controllers: choose another id",
+            Self::HighIdentifiers { drive } => write!(
+                f,
+                "identifiers of drive {drive} from 0x7F0 on cannot be sent by some old controllers: choose another id"
             ),
             Self::PollsStretched { permille } => write!(
                 f,

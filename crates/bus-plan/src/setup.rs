@@ -3,7 +3,8 @@
 use can_frame::BitRate;
 use can_frame::wire::{INTERFRAME_BITS, bound_bits};
 
-use super::canopen::Canopen;
+use crate::canopen::{Canopen, Clash};
+use crate::drive::Requests;
 
 /// Which of the waiting frames of the master takes part in arbitration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -34,8 +35,8 @@ pub struct ResponseWindow {
 pub enum RequestMix {
     /// The polls of the axes: all axes are brought up before the first one streams.
     Polls,
-    /// Anything up to the longest request (5 bytes) and reply (6 bytes): axes are brought up, or parameters read and
-    /// written, while other axes stream.
+    /// Anything up to the longest request and reply of the protocol: axes are brought up, or parameters read and written, while
+    /// other axes stream.
     Any,
 }
 
@@ -80,9 +81,24 @@ impl BusSetup {
     };
 }
 
+impl ResponseWindow {
+    /// What covers both windows.
+    #[must_use]
+    pub fn union(left: Option<Self>, right: Option<Self>) -> Option<Self> {
+        match (left, right) {
+            (Some(left), Some(right)) => Some(Self {
+                min_us: left.min_us.min(right.min_us),
+                max_us: left.max_us.max(right.max_us),
+            }),
+            (one, other) => one.or(other),
+        }
+    }
+}
+
 impl BusSetup {
     /// Time on the wire of a frame with so many bytes, half way between its shortest and its longest form.
-    pub(crate) const fn usual_us(&self, len: u8) -> u32 {
+    #[must_use]
+    pub const fn usual_us(&self, len: u8) -> u32 {
         let shortest_bits = 44 + 8 * len as u32;
         let longest_bits = (bound_bits(len) - INTERFRAME_BITS) as u32;
         self.bit_rate
@@ -96,16 +112,22 @@ impl Default for BusSetup {
     }
 }
 
-/// What covers both windows.
-pub(crate) fn union(
-    left: Option<ResponseWindow>,
-    right: Option<ResponseWindow>,
-) -> Option<ResponseWindow> {
-    match (left, right) {
-        (Some(left), Some(right)) => Some(ResponseWindow {
-            min_us: left.min_us.min(right.min_us),
-            max_us: left.max_us.max(right.max_us),
-        }),
-        (one, other) => one.or(other),
-    }
+/// What a plan of cycles is made for, apart from its drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CycleSetup {
+    /// The bus.
+    pub bus: BusSetup,
+    /// Time from one cycle to the next in microseconds.
+    pub cycle_us: u32,
+    /// Requests that may go out in one cycle.
+    pub requests_per_cycle: u8,
+    /// How long the master waits for a reply, in microseconds.
+    pub reply_us: u32,
+    /// Every request of the protocol and its reply, for [`RequestMix::Any`].
+    pub any_request: Requests,
+    /// The bit rates that the drives know.
+    pub bit_rates: &'static [BitRate],
+    /// An identifier that one of the drives and a CANopen device would both take for theirs.
+    pub clash: Option<Clash>,
 }

@@ -3,7 +3,7 @@
 use dyn_can::{Address, Dialect, DriveId, Request, Revision};
 use heapless::Vec;
 
-use super::{Exchange, Heard, LISTEN_US, Script};
+use crate::{Exchange, Heard, LISTEN_US, Script};
 
 /// A drive that answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

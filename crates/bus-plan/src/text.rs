@@ -4,13 +4,13 @@ const CAPACITY: usize = 320;
 
 /// Up to 320 bytes of ASCII; what does not fit is left out.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Text {
+pub(crate) struct Text {
     bytes: [u8; CAPACITY],
     len: usize,
 }
 
 impl Text {
-    pub(super) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         bytes: [b' '; CAPACITY],
         len: 0,
     };
@@ -25,7 +25,7 @@ impl Text {
         self
     }
 
-    pub(super) const fn str(mut self, text: &str) -> Self {
+    pub(crate) const fn str(mut self, text: &str) -> Self {
         let mut rest = text.as_bytes();
         while let Some((byte, behind)) = rest.split_first() {
             self = self.byte(*byte);
@@ -34,11 +34,11 @@ impl Text {
         self
     }
 
-    pub(super) const fn number(self, number: u64) -> Self {
+    pub(crate) const fn number(self, number: u64) -> Self {
         self.digits::<10>(number)
     }
 
-    pub(super) const fn hex(self, number: u64) -> Self {
+    pub(crate) const fn hex(self, number: u64) -> Self {
         self.str("0x").digits::<16>(number)
     }
 
@@ -60,7 +60,7 @@ impl Text {
         self
     }
 
-    pub(super) const fn as_str(&self) -> &str {
+    pub(crate) const fn as_str(&self) -> &str {
         if let Some((text, _)) = self.bytes.split_at_checked(self.len)
             && let Ok(text) = core::str::from_utf8(text)
         {
