@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use adapter::{FakeAdapter, Manner};
+use adapter::{FakeAdapter, Manner, Mishap, Stage};
 use bench::BenchProcess;
 use relay::{Line, Relay};
 use terminal::Terminal;
@@ -334,7 +334,7 @@ impl Attached {
                 format!("A device that answers `{}` to everything", text.trim_end()),
             ),
             Device::Adapter(manner) => (
-                vec![Box::new(FakeAdapter::start_at(link, manner))],
+                vec![Box::new(FakeAdapter::start_at(link, manner, None))],
                 if manner.knows_listen {
                     "An adapter for 1000 kbit/s with drives 1 and 2".to_owned()
                 } else {
@@ -342,8 +342,8 @@ impl Attached {
                 },
             ),
             Device::Alarm => {
-                let adapter = FakeAdapter::start_at(link, Manner::LAWICEL);
-                adapter.raise_alarm(2);
+                let alarm = Some((Stage::Looks, Mishap::Alarm(1)));
+                let adapter = FakeAdapter::start_at(link, Manner::LAWICEL, alarm);
                 let text = "An adapter with drives 1 and 2, of which drive 2 has an alarm,";
                 (vec![Box::new(adapter)], text.to_owned())
             }

@@ -193,8 +193,15 @@ impl FakeAdapter {
 
     /// One to which something happens with the frame that begins a stage.
     pub(crate) fn start_until(name: &str, manner: Manner, mishap: Option<(Stage, Mishap)>) -> Self {
-        let link = scratch(&format!("adapter-{name}"));
-        let mut mishap = mishap;
+        Self::start_at(scratch(&format!("adapter-{name}")), manner, mishap)
+    }
+
+    /// The same with its terminal at a path.
+    pub(crate) fn start_at(
+        link: PathBuf,
+        manner: Manner,
+        mut mishap: Option<(Stage, Mishap)>,
+    ) -> Self {
         let mut terminal = Terminal::new(&link);
         let is_over = Arc::new(AtomicBool::new(false));
         let over = Arc::clone(&is_over);
