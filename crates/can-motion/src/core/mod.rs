@@ -2,6 +2,7 @@
 
 mod axis;
 pub(crate) mod command;
+pub(crate) mod counts;
 pub(crate) mod event;
 pub(crate) mod exit;
 pub(crate) mod facts;

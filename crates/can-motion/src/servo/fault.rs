@@ -4,32 +4,43 @@ use core::fmt;
 
 use dyn_can::{Alarm, ConfigByte};
 
+use crate::core::counts::Counts;
 use crate::core::family::{CommonFault, FaultKind, Reaction};
 use crate::core::step::Loss;
 
 /// Why an axis stopped. A fault is latched and leaves only by an explicit `clear`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Fault {
     /// The drive sent Drive_Error EE. Read the status for the cause; most alarms need a power cycle (D36).
+    #[error("the drive reports an alarm")]
     AlarmFrame,
     /// The status byte shows an alarm.
+    #[error("the status shows: {0}")]
     AlarmStatus(Alarm),
     /// The drive sent Drive_Error FF: it refused a command, and does not say which.
+    #[error("the drive refused a command as out of range")]
     DataError,
     /// The drive sent a Drive_Error that no document lists: another byte, or not one byte.
+    #[error(fmt = unknown_error)]
     UnknownError {
         /// The first byte; `None` for an empty frame.
         byte: Option<u8>,
     },
     /// The status byte says disabled although this master enabled the drive.
+    #[error("the drive is disabled although it was enabled by this master")]
     SwitchedOff,
     /// The status byte says enabled although this master did not enable the drive: is there a second master?
+    #[error(
+        "the drive is enabled although this master did not enable it: look for a second master"
+    )]
     SwitchedOn,
     /// The drive is not in command mode 0 and position mode; set it with the serial tool or Set_Drive_Config (D45).
+    #[error("the drive must be in command mode 0 and position mode, its configuration byte is 0x{:02X}", _0.to_byte())]
     Config(ConfigByte),
     /// The gear number of the drive is not that of the configuration: each step would turn the shaft by another angle.
+    #[error(fmt = gear)]
     Gear {
         /// The gear number of the configuration.
         expected: u16,
@@ -37,15 +48,21 @@ pub enum Fault {
         actual: Option<u16>,
     },
     /// A load can fall, and the drive has no brake output (on-position range 127, D54).
+    #[error(
+        "the load of the axis can fall, and the drive has no brake output (on-position range 127)"
+    )]
     NoBrake,
     /// The drive did not answer several times in a row. Check power, wiring, termination and drive id.
+    #[error("the drive does not answer")]
     Lost,
     /// The axis fell too far behind its target. The target moves too fast, or the bus is blocked.
+    #[error("the axis is {} behind its target", Counts(*.counts))]
     Backlog {
         /// What was owed, in command counts.
         counts: i32,
     },
     /// At standstill the position is not where the sent set-points should have taken it. Anchor the axis anew.
+    #[error("at standstill the position is {} off, as after {cause}", Counts(*.counts))]
     Drift {
         /// Position minus expected position, in command counts.
         counts: i32,
@@ -53,17 +70,20 @@ pub enum Fault {
         cause: DriftCause,
     },
     /// The drive follows too far behind its set-points: it is blocked, too slow, or the read-back scale is wrong (D44).
+    #[error("the drive is {} off its set-points while moving", Counts(*.counts))]
     FollowingError {
         /// Position minus expected position, in command counts.
         counts: i32,
     },
     /// From one reading to the next the position changed by more than the set-points between them: the shaft was turned, the drive
     /// started again, or a set-point was lost or doubled.
+    #[error("the position jumped by {} from one reading to the next", Counts(*.counts))]
     PositionJump {
         /// Change of the position minus change of the set-points, in command counts.
         counts: i32,
     },
     /// The drive started again: its diagnostic counter restarted.
+    #[error("the drive started again: its counter should be {expected}, it is {actual}")]
     Reboot {
         /// The counter that should have come.
         expected: u8,
@@ -71,15 +91,19 @@ pub enum Fault {
         actual: u8,
     },
     /// The bus failed; which of the latest set-points arrived is unknown.
+    #[error("the bus failed, the fate of the latest set-points is unknown")]
     Bus,
     /// The shaft did not stand still, or the drive did not confirm, in time.
+    #[error("the drive did not confirm in time, or its shaft turns")]
     ConfirmTimeout,
     /// The position read back leaves the travel or 28 bit.
+    #[error("the position {read_back} is outside the travel")]
     PositionRange {
         /// The position as read, in read-back counts.
         read_back: i32,
     },
     /// Another axis of the group has a fault.
+    #[error("another axis of the group has a fault")]
     Group,
 }
 
@@ -144,94 +168,23 @@ impl fmt::Display for DriftCause {
     }
 }
 
-/// The noun that fits a number of counts.
-const fn counts_noun(counts: i32) -> &'static str {
-    match counts {
-        1 | -1 => "count",
-        _ => "counts",
+fn unknown_error(byte: &Option<u8>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match byte {
+        Some(byte) => write!(f, "the drive reports the undocumented error 0x{byte:02X}"),
+        None => f.write_str("the drive reports an error without saying which"),
     }
 }
 
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::AlarmFrame => f.write_str("the drive reports an alarm"),
-            Self::AlarmStatus(alarm) => write!(f, "the status shows: {alarm}"),
-            Self::DataError => f.write_str("the drive refused a command as out of range"),
-            Self::UnknownError { byte: Some(byte) } => {
-                write!(f, "the drive reports the undocumented error 0x{byte:02X}")
-            }
-            Self::UnknownError { byte: None } => {
-                f.write_str("the drive reports an error without saying which")
-            }
-            Self::SwitchedOff => {
-                f.write_str("the drive is disabled although it was enabled by this master")
-            }
-            Self::SwitchedOn => f.write_str(
-                "the drive is enabled although this master did not enable it: look for a second master",
-            ),
-            Self::Gear {
-                expected,
-                actual: Some(actual),
-            } => write!(
-                f,
-                "the drive has gear number {actual}, the configuration says {expected}: correct one of the two"
-            ),
-            Self::Gear {
-                expected,
-                actual: None,
-            } => write!(
-                f,
-                "the gear number of the drive cannot be read, the configuration says {expected}: check the dialect"
-            ),
-            Self::NoBrake => f.write_str(
-                "the load of the axis can fall, and the drive has no brake output (on-position range 127)",
-            ),
-            Self::Config(config) => write!(
-                f,
-                "the drive must be in command mode 0 and position mode, its configuration byte is 0x{:02X}",
-                config.to_byte()
-            ),
-            Self::Lost => f.write_str("the drive does not answer"),
-            Self::Backlog { counts } => write!(
-                f,
-                "the axis is {counts} {} behind its target",
-                counts_noun(*counts)
-            ),
-            Self::Drift { counts, cause } => {
-                write!(
-                    f,
-                    "at standstill the position is {counts} {} off, as after {cause}",
-                    counts_noun(*counts)
-                )
-            }
-            Self::FollowingError { counts } => {
-                write!(
-                    f,
-                    "the drive is {counts} {} off its set-points while moving",
-                    counts_noun(*counts)
-                )
-            }
-            Self::PositionJump { counts } => write!(
-                f,
-                "the position jumped by {counts} {} from one reading to the next",
-                counts_noun(*counts)
-            ),
-            Self::Reboot { expected, actual } => write!(
-                f,
-                "the drive started again: its counter should be {expected}, it is {actual}"
-            ),
-            Self::Bus => {
-                f.write_str("the bus failed, the fate of the latest set-points is unknown")
-            }
-            Self::ConfirmTimeout => {
-                f.write_str("the drive did not confirm in time, or its shaft turns")
-            }
-            Self::PositionRange { read_back } => {
-                write!(f, "the position {read_back} is outside the travel")
-            }
-            Self::Group => f.write_str("another axis of the group has a fault"),
-        }
+fn gear(expected: &u16, actual: &Option<u16>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match actual {
+        Some(actual) => write!(
+            f,
+            "the drive has gear number {actual}, the configuration says {expected}: correct one of the two"
+        ),
+        None => write!(
+            f,
+            "the gear number of the drive cannot be read, the configuration says {expected}: check the dialect"
+        ),
     }
 }
 

@@ -4,35 +4,49 @@ use core::fmt;
 
 use zlac8030l::{Emcy, FaultCode, NmtState, SdoEnd, SetUpError};
 
+use crate::core::counts::Counts;
 use crate::core::family::{CommonFault, FaultKind, Reaction};
 use crate::core::step::Loss;
 
 /// Why a wheel stopped. A fault is latched and leaves only by an explicit `clear`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum WheelFault {
     /// The drive reports fault bits (603Fh). `clear` resets them once their cause is gone.
+    #[error("the drive reports {0}")]
     Drive(FaultCode),
     /// The drive sent an emergency message.
+    #[error("{0}")]
     Emergency(Emcy),
     /// An emergency stop input of the drive is active.
+    #[error("an emergency stop input of the drive is active")]
     EmergencyInput,
     /// The drive left operation enabled, or its quick stop holds, without a command.
+    #[error("the drive is not enabled any more")]
     NotEnabled,
     /// The drive is enabled although this master did not enable it: is there a second master?
+    #[error(
+        "the drive is enabled although this master did not enable it: look for a second master"
+    )]
     SwitchedOn,
     /// The drive left the operational state of NMT: it takes no targets any more.
+    #[error("the drive is {0} and takes no targets")]
     NotOperational(NmtState),
     /// The drive does not answer, or sends no feedback or heartbeat. Check power, wiring, termination, node and bit rate.
+    #[error("the drive does not answer")]
     Lost,
     /// The drive started again: what was set up is gone.
+    #[error("the drive started again")]
     Reboot,
     /// The drive cannot be set up.
+    #[error("set-up: {0}")]
     SetUp(SetUpError),
     /// A transfer that a state needs failed.
+    #[error("a transfer failed: {0}")]
     Transfer(SdoEnd),
     /// 202Fh:05 of the drive is not what the configuration says: its speeds would be wrong by that factor.
+    #[error("speeds must count 1/{expected} r/min (202Fh:05), the drive counts 1/{actual}")]
     SpeedResolution {
         /// What the configuration says.
         expected: u16,
@@ -40,11 +54,13 @@ pub enum WheelFault {
         actual: u32,
     },
     /// The wheel is too far from the position that was sent: it is blocked, slips, or is too slow.
+    #[error("the wheel is {} from where it was sent", Counts(*.counts))]
     FollowingError {
         /// Position read minus position sent, in counts.
         counts: i32,
     },
     /// The wheel turns at another speed than it was told for too long: it is blocked, too slow, or driven by something else.
+    #[error("the wheel turns at {} in place of {} r/min", Tenths(*.actual_decirpm), Tenths(*.sent_decirpm))]
     FollowingSpeed {
         /// Speed that was sent, in 0.1 r/min.
         sent_decirpm: i32,
@@ -52,15 +68,19 @@ pub enum WheelFault {
         actual_decirpm: i32,
     },
     /// The bus failed.
+    #[error("the bus failed")]
     Bus,
     /// The wheel did not stand still, or the drive did not confirm, in time.
+    #[error("the drive did not confirm in time, or its wheel turns")]
     ConfirmTimeout,
     /// The position read leaves the range of targets.
+    #[error("the position {actual} is outside the range of targets")]
     PositionRange {
         /// The position in counts.
         actual: i32,
     },
     /// Another wheel of the group has a fault.
+    #[error("another wheel of the group has a fault")]
     Group,
 }
 
@@ -109,54 +129,6 @@ impl fmt::Display for Tenths {
         let sign = if self.0 < 0 { "-" } else { "" };
         let tenths = self.0.unsigned_abs();
         write!(f, "{sign}{}.{}", tenths / 10, tenths % 10)
-    }
-}
-
-impl fmt::Display for WheelFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Drive(code) => write!(f, "the drive reports {code}"),
-            Self::Emergency(emergency) => emergency.fmt(f),
-            Self::EmergencyInput => f.write_str("an emergency stop input of the drive is active"),
-            Self::NotEnabled => f.write_str("the drive is not enabled any more"),
-            Self::SwitchedOn => f.write_str(
-                "the drive is enabled although this master did not enable it: look for a second master",
-            ),
-            Self::NotOperational(state) => write!(f, "the drive is {state} and takes no targets"),
-            Self::Lost => f.write_str("the drive does not answer"),
-            Self::Reboot => f.write_str("the drive started again"),
-            Self::SetUp(error) => write!(f, "set-up: {error}"),
-            Self::Transfer(end) => write!(f, "a transfer failed: {end}"),
-            Self::SpeedResolution { expected, actual } => write!(
-                f,
-                "speeds must count 1/{expected} r/min (202Fh:05), the drive counts 1/{actual}"
-            ),
-            Self::FollowingError { counts } => {
-                let noun = if counts.unsigned_abs() == 1 {
-                    "count"
-                } else {
-                    "counts"
-                };
-                write!(f, "the wheel is {counts} {noun} from where it was sent")
-            }
-            Self::FollowingSpeed {
-                sent_decirpm,
-                actual_decirpm,
-            } => write!(
-                f,
-                "the wheel turns at {} in place of {} r/min",
-                Tenths(*actual_decirpm),
-                Tenths(*sent_decirpm)
-            ),
-            Self::Bus => f.write_str("the bus failed"),
-            Self::ConfirmTimeout => {
-                f.write_str("the drive did not confirm in time, or its wheel turns")
-            }
-            Self::PositionRange { actual } => {
-                write!(f, "the position {actual} is outside the range of targets")
-            }
-            Self::Group => f.write_str("another wheel of the group has a fault"),
-        }
     }
 }
 

@@ -1,35 +1,40 @@
 //! Transfers of the application: which are refused.
 
-use core::fmt;
-
 use zlac8030l::{NodeId, SdoRequest, objects};
 
 use crate::core::family::ProcedureRefusal;
 use crate::core::state::AxisState;
 
 /// A transfer that was not started; nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TransferError {
     /// There is no such wheel.
+    #[error("there is no wheel {actual}")]
     NoSuchAxis {
         /// The wheel asked for.
         actual: usize,
     },
     /// The drive is not known yet or lost; or it is to be written to, and is not [`AxisState::Ready`].
+    #[error(
+        "the wheel is {actual}: reading needs a drive that answers, writing one that is ready and not enabled"
+    )]
     State {
         /// The state of the wheel.
         actual: AxisState,
     },
     /// Another transfer waits: wait for its event.
+    #[error("another transfer of this wheel waits: wait for its event")]
     Busy,
     /// The master itself writes this object; a second writer could move the wheel.
+    #[error("the master writes this object of node {node} itself: use set_target, enable, disable")]
     Owned {
         /// The object.
         node: NodeId,
     },
     /// Saving and restoring parameters (2009h) wears the drive: it needs [`Confirmation::Given`](crate::Confirmation::Given).
+    #[error("saving parameters wears the drive: it needs a confirmation")]
     Unconfirmed,
 }
 
@@ -42,28 +47,6 @@ impl From<ProcedureRefusal> for TransferError {
         }
     }
 }
-
-impl fmt::Display for TransferError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoSuchAxis { actual } => write!(f, "there is no wheel {actual}"),
-            Self::State { actual } => write!(
-                f,
-                "the wheel is {actual}: reading needs a drive that answers, writing one that is ready and not enabled"
-            ),
-            Self::Busy => f.write_str("another transfer of this wheel waits: wait for its event"),
-            Self::Owned { node } => write!(
-                f,
-                "the master writes this object of node {node} itself: use set_target, enable, disable"
-            ),
-            Self::Unconfirmed => {
-                f.write_str("saving parameters wears the drive: it needs a confirmation")
-            }
-        }
-    }
-}
-
-impl core::error::Error for TransferError {}
 
 /// What the master writes: control word, mode, targets, PDO parameters, supervision, and what its stops rely on.
 pub(super) fn is_owned(request: &SdoRequest) -> bool {

@@ -9,11 +9,12 @@ use dyn_can::DriveId;
 use crate::servo::poll_kind::PollKind;
 
 /// A configuration that cannot work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
     /// No axis, or more than the master has room for.
+    #[error("this master holds 1 to {most} axes, got {actual}")]
     AxisCount {
         /// The most that this master holds: its const parameter, at most the 63 drives that a bus can carry.
         most: usize,
@@ -22,23 +23,30 @@ pub enum ConfigError {
     },
     /// The axes are not in ascending order of drive id, which is the order of their set-points on the wire, or a
     /// drive is given twice.
+    #[error(
+        "list the axes in ascending order of drive id, each once: drive {drive} is not above the one before it"
+    )]
     Order {
         /// The drive that is not above the one before it.
         drive: DriveId,
     },
     /// The cycle is outside 250 ..= 1_000_000 us.
+    #[error("the cycle must be 250..=1000000 us, got {actual_us}")]
     Cycle {
         /// The cycle given.
         actual_us: u32,
     },
     /// A bit rate that no DYN drive knows.
+    #[error("DYN drives know 10, 20, 50, 125, 250, 500, 800 and 1000 kbit/s, not {}", .actual.kbit_per_s())]
     BitRate {
         /// The bit rate given.
         actual: BitRate,
     },
     /// No request may go out in a cycle, so no drive could ever be probed.
+    #[error("requests_per_cycle must be at least 1")]
     NoRequests,
     /// A waiting time cannot work with the others or with the cycle.
+    #[error("{name} must be at least {least}, got {actual}")]
     Timeout {
         /// The field of [`Timeouts`](crate::servo::Timeouts).
         name: &'static str,
@@ -48,6 +56,7 @@ pub enum ConfigError {
         actual: u32,
     },
     /// The travel of an axis is empty or leaves the 28 bit of the protocol.
+    #[error("travel of drive {drive} must be a range within -2^27..2^27-1, got {min}..={max}")]
     Travel {
         /// The drive of the axis.
         drive: DriveId,
@@ -57,6 +66,9 @@ pub enum ConfigError {
         max: i32,
     },
     /// The backlog of an axis is smaller than one step, so that it would fault in normal motion.
+    #[error(
+        "backlog_counts of drive {drive} must be at least one step of {max_step} counts, got {actual}"
+    )]
     Backlog {
         /// The drive of the axis.
         drive: DriveId,
@@ -66,6 +78,9 @@ pub enum ConfigError {
         actual: u32,
     },
     /// The tolerance at standstill is wider than the one in motion.
+    #[error(
+        "drift_tolerance_counts of drive {drive} must be at most following_error_counts, {following_error}, got {actual}"
+    )]
     Tolerance {
         /// The drive of the axis.
         drive: DriveId,
@@ -75,16 +90,23 @@ pub enum ConfigError {
         actual: u32,
     },
     /// The status of a drive is not polled, and the axis is not declared as unwatched.
+    #[error(
+        "poll the status of drive {drive}, or set unwatched: without polls nobody notices that it left the bus or lost its power"
+    )]
     Unwatched {
         /// The drive of the axis.
         drive: DriveId,
     },
     /// A part of the read-back scale is 0.
+    #[error("both parts of read_back of drive {drive} must be at least 1")]
     ReadBack {
         /// The drive of the axis.
         drive: DriveId,
     },
     /// Positions within the travel leave the 28 bit of the read-back, where what the drive reports is not stated (D17).
+    #[error(
+        "position {actual} of drive {drive} reads back as more than {most} counts: narrow its travel, or correct read_back"
+    )]
     ReadBackRange {
         /// The drive of the axis.
         drive: DriveId,
@@ -94,6 +116,9 @@ pub enum ConfigError {
         actual: i32,
     },
     /// A poll is due more than once a cycle.
+    #[error(
+        "the {kind} poll of drive {drive} must be at least one cycle apart, got {actual_us} us"
+    )]
     PollPeriod {
         /// The drive of the axis.
         drive: DriveId,
@@ -103,6 +128,7 @@ pub enum ConfigError {
         actual_us: u32,
     },
     /// The bus cannot carry these axes in time.
+    #[error(fmt = plan)]
     Plan {
         /// The frame that is late, or what cannot be on one bus at all.
         refusal: Refusal,
@@ -111,87 +137,10 @@ pub enum ConfigError {
     },
 }
 
-impl fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::AxisCount { most, actual } => {
-                write!(f, "this master holds 1 to {most} axes, got {actual}")
-            }
-            Self::Order { drive } => {
-                write!(
-                    f,
-                    "list the axes in ascending order of drive id, each once: drive {drive} is not above the one before it"
-                )
-            }
-            Self::Cycle { actual_us } => {
-                write!(f, "the cycle must be 250..=1000000 us, got {actual_us}")
-            }
-            Self::BitRate { actual } => write!(
-                f,
-                "DYN drives know 10, 20, 50, 125, 250, 500, 800 and 1000 kbit/s, not {}",
-                actual.kbit_per_s()
-            ),
-            Self::NoRequests => f.write_str("requests_per_cycle must be at least 1"),
-            Self::Timeout {
-                name,
-                least,
-                actual,
-            } => write!(f, "{name} must be at least {least}, got {actual}"),
-            Self::Travel { drive, min, max } => write!(
-                f,
-                "travel of drive {drive} must be a range within -2^27..2^27-1, got {min}..={max}"
-            ),
-            Self::Backlog {
-                drive,
-                max_step,
-                actual,
-            } => write!(
-                f,
-                "backlog_counts of drive {drive} must be at least one step of {max_step} counts, got {actual}"
-            ),
-            Self::Tolerance {
-                drive,
-                following_error,
-                actual,
-            } => write!(
-                f,
-                "drift_tolerance_counts of drive {drive} must be at most following_error_counts, {following_error}, got {actual}"
-            ),
-            Self::Unwatched { drive } => write!(
-                f,
-                "poll the status of drive {drive}, or set unwatched: without polls nobody notices that it left the bus or lost its power"
-            ),
-            Self::ReadBack { drive } => {
-                write!(
-                    f,
-                    "both parts of read_back of drive {drive} must be at least 1"
-                )
-            }
-            Self::ReadBackRange {
-                drive,
-                most,
-                actual,
-            } => write!(
-                f,
-                "position {actual} of drive {drive} reads back as more than {most} counts: narrow its travel, or correct read_back"
-            ),
-            Self::PollPeriod {
-                drive,
-                kind,
-                actual_us,
-            } => write!(
-                f,
-                "the {kind} poll of drive {drive} must be at least one cycle apart, got {actual_us} us"
-            ),
-            Self::Plan { refusal, remedies } => {
-                write!(f, "{refusal}")?;
-                if refusal.is_about_time() {
-                    write!(f, "; {remedies}")?;
-                }
-                Ok(())
-            }
-        }
+fn plan(refusal: &Refusal, remedies: &Remedies, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    write!(f, "{refusal}")?;
+    if refusal.is_about_time() {
+        write!(f, "; {remedies}")?;
     }
+    Ok(())
 }
-
-impl core::error::Error for ConfigError {}

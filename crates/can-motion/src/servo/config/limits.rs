@@ -1,7 +1,5 @@
 //! Limits of motion. There is no default: whoever builds a machine knows how fast it may move and where it ends.
 
-use core::fmt;
-
 use dyn_can::units::command_counts_per_turn;
 use dyn_can::{Counts28, GearNumber, StepLimit};
 
@@ -95,11 +93,14 @@ pub struct MotorLimits {
 }
 
 /// Limits that the protocol cannot express.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LimitsError {
     /// The speed is no step of 1 ..= 16384 counts in one cycle.
+    #[error(
+        "a speed must be a step of 1..=16384 counts in one cycle, {actual_rpm} r/min are {step_counts}: choose another speed, cycle or gear number"
+    )]
     Speed {
         /// The speed given.
         actual_rpm: u32,
@@ -107,6 +108,9 @@ pub enum LimitsError {
         step_counts: u64,
     },
     /// The acceleration is less than 1/256 count, or more than 16384 counts, per cycle and cycle.
+    #[error(
+        "an acceleration must be at least {least_rpm_per_s} r/min per second in this cycle, got {actual_rpm_per_s}"
+    )]
     Acceleration {
         /// The acceleration given.
         actual_rpm_per_s: u32,
@@ -114,29 +118,6 @@ pub enum LimitsError {
         least_rpm_per_s: u64,
     },
 }
-
-impl fmt::Display for LimitsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Speed {
-                actual_rpm,
-                step_counts,
-            } => write!(
-                f,
-                "a speed must be a step of 1..=16384 counts in one cycle, {actual_rpm} r/min are {step_counts}: choose another speed, cycle or gear number"
-            ),
-            Self::Acceleration {
-                actual_rpm_per_s,
-                least_rpm_per_s,
-            } => write!(
-                f,
-                "an acceleration must be at least {least_rpm_per_s} r/min per second in this cycle, got {actual_rpm_per_s}"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for LimitsError {}
 
 /// Limits of one axis, in command counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

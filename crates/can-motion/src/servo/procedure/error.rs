@@ -1,41 +1,49 @@
 //! Why a procedure is not started.
 
-use core::fmt;
-
 use dyn_can::Refusal;
 
 use crate::core::family::ProcedureRefusal;
 use crate::core::state::AxisState;
 
 /// Why a procedure was not started; nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ProcedureError {
     /// There is no such axis.
+    #[error("there is no axis {actual}")]
     NoSuchAxis {
         /// The axis asked for.
         actual: usize,
     },
     /// The axis has a procedure under way: wait for its end.
+    #[error("another procedure of this axis is under way: wait for its end")]
     Busy,
     /// Writes need an axis that is [`AxisState::Ready`], or faulted with a drive that reports no power.
+    #[error(
+        "the axis is {actual}: writing needs a drive that was checked and reports no power; disable it first"
+    )]
     State {
         /// The state of the axis.
         actual: AxisState,
     },
     /// The drive does not answer.
+    #[error("the drive does not answer")]
     Lost,
     /// The drive's revision does not know the command.
+    #[error(transparent)]
     Refused(Refusal),
     /// The procedure needs [`Confirmation::Given`](crate::Confirmation::Given).
+    #[error("this changes the machine for good: it needs a confirmation")]
     Unconfirmed,
     /// The axis has used up its writes: see `WearLimits`.
+    #[error("all {budget} writes that this axis may make have been made")]
     WearBudget {
         /// The writes that it may make.
         budget: u16,
     },
     /// The latest write was too short ago.
+    #[error("the latest write was too short ago: wait {wait_us} us")]
     WearInterval {
         /// How long to wait, in microseconds.
         wait_us: u64,
@@ -57,36 +65,3 @@ impl From<Refusal> for ProcedureError {
         Self::Refused(refusal)
     }
 }
-
-impl fmt::Display for ProcedureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoSuchAxis { actual } => write!(f, "there is no axis {actual}"),
-            Self::Busy => {
-                f.write_str("another procedure of this axis is under way: wait for its end")
-            }
-            Self::State { actual } => {
-                write!(
-                    f,
-                    "the axis is {actual}: writing needs a drive that was checked and reports no power; disable it first"
-                )
-            }
-            Self::Lost => f.write_str("the drive does not answer"),
-            Self::Refused(refusal) => refusal.fmt(f),
-            Self::Unconfirmed => {
-                f.write_str("this changes the machine for good: it needs a confirmation")
-            }
-            Self::WearBudget { budget } => {
-                write!(
-                    f,
-                    "all {budget} writes that this axis may make have been made"
-                )
-            }
-            Self::WearInterval { wait_us } => {
-                write!(f, "the latest write was too short ago: wait {wait_us} us")
-            }
-        }
-    }
-}
-
-impl core::error::Error for ProcedureError {}

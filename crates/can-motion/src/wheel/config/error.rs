@@ -7,11 +7,12 @@ use can_frame::BitRate;
 use zlac8030l::NodeId;
 
 /// A configuration that cannot work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum WheelConfigError {
     /// No wheel, or more than the master has room for.
+    #[error("this master holds 1 to {most} wheels, got {actual}")]
     AxisCount {
         /// The most that this master holds.
         most: usize,
@@ -19,23 +20,30 @@ pub enum WheelConfigError {
         actual: usize,
     },
     /// The wheels are not in ascending order of node, or a node is given twice.
+    #[error(
+        "list the wheels in ascending order of node, each once: node {node} is not above the one before it"
+    )]
     Order {
         /// The node that is not above the one before it.
         node: NodeId,
     },
     /// The cycle is outside 1_000 ..= 1_000_000 us.
+    #[error("the cycle must be 1000..=1000000 us, got {actual_us}")]
     Cycle {
         /// The cycle given.
         actual_us: u32,
     },
     /// A bit rate that the drives do not know.
+    #[error("ZLAC8030L drives know 100, 125, 250, 500 and 1000 kbit/s, not {}", .actual.kbit_per_s())]
     BitRate {
         /// The bit rate given.
         actual: BitRate,
     },
     /// No request may go out in a cycle, so no drive could ever be set up.
+    #[error("requests_per_cycle must be at least 1")]
     NoRequests,
     /// A waiting time cannot work with the others or with the cycle.
+    #[error("{name} must be at least {least}, got {actual}")]
     Timeout {
         /// The field of [`WheelTimeouts`](super::WheelTimeouts).
         name: &'static str,
@@ -45,6 +53,7 @@ pub enum WheelConfigError {
         actual: u32,
     },
     /// A stop option is outside its object: 605Ah 5 ..= 7, 605Bh and 605Ch 0 ..= 1, 605Dh 0 ..= 3.
+    #[error("the stop option {index:04X}h of node {node} must be {least}..={most}, got {actual}")]
     StopOption {
         /// The node.
         node: NodeId,
@@ -58,6 +67,7 @@ pub enum WheelConfigError {
         actual: i16,
     },
     /// The targets of a wheel are an empty range, or leave the range of the object: 1000 r/min, or 3FFFFFFFh counts (Z39).
+    #[error("targets of node {node} must be a range within -{most}..={most}, got {min}..={max}")]
     Range {
         /// The node.
         node: NodeId,
@@ -69,11 +79,13 @@ pub enum WheelConfigError {
         max: i32,
     },
     /// `max_step` or `max_step_change` is 0 or more than 1,000,000: the wheel could never move, never stop, or not be stopped in time.
+    #[error("max_step and max_step_change of node {node} must be 1..=1000000")]
     Step {
         /// The node.
         node: NodeId,
     },
     /// The bus cannot carry these wheels: a frame may come too late.
+    #[error(fmt = late)]
     Late {
         /// Which kind of frame.
         frame: &'static str,
@@ -81,6 +93,7 @@ pub enum WheelConfigError {
         response: Response,
     },
     /// `speed_resolution` is outside 1 ..= 10, or `profile_speed_rpm` outside 1 ..= 1000.
+    #[error("a speed setting of node {node} must be 1..={most}, got {actual}")]
     Speed {
         /// The node.
         node: NodeId,
@@ -91,75 +104,15 @@ pub enum WheelConfigError {
     },
 }
 
-impl fmt::Display for WheelConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::AxisCount { most, actual } => {
-                write!(f, "this master holds 1 to {most} wheels, got {actual}")
-            }
-            Self::Order { node } => write!(
-                f,
-                "list the wheels in ascending order of node, each once: node {node} is not above the one before it"
-            ),
-            Self::Cycle { actual_us } => {
-                write!(f, "the cycle must be 1000..=1000000 us, got {actual_us}")
-            }
-            Self::BitRate { actual } => write!(
-                f,
-                "ZLAC8030L drives know 100, 125, 250, 500 and 1000 kbit/s, not {}",
-                actual.kbit_per_s()
-            ),
-            Self::NoRequests => f.write_str("requests_per_cycle must be at least 1"),
-            Self::Timeout {
-                name,
-                least,
-                actual,
-            } => write!(f, "{name} must be at least {least}, got {actual}"),
-            Self::StopOption {
-                node,
-                index,
-                least,
-                most,
-                actual,
-            } => write!(
-                f,
-                "the stop option {index:04X}h of node {node} must be {least}..={most}, got {actual}"
-            ),
-            Self::Range {
-                node,
-                most,
-                min,
-                max,
-            } => write!(
-                f,
-                "targets of node {node} must be a range within -{most}..={most}, got {min}..={max}"
-            ),
-            Self::Step { node } => {
-                write!(
-                    f,
-                    "max_step and max_step_change of node {node} must be 1..=1000000"
-                )
-            }
-            Self::Late { frame, response } => {
-                write!(f, "a {frame} frame may be late: ")?;
-                match response.bits {
-                    Some(bits) => write!(f, "it takes up to {bits} bit times")?,
-                    None => f.write_str("the bus carries more than it can")?,
-                }
-                write!(
-                    f,
-                    ", its deadline is {}: use a longer cycle, a higher bit rate, slower feedback or fewer requests",
-                    response.deadline_bits
-                )
-            }
-            Self::Speed { node, most, actual } => {
-                write!(
-                    f,
-                    "a speed setting of node {node} must be 1..={most}, got {actual}"
-                )
-            }
-        }
+fn late(frame: &str, response: &Response, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    write!(f, "a {frame} frame may be late: ")?;
+    match response.bits {
+        Some(bits) => write!(f, "it takes up to {bits} bit times")?,
+        None => f.write_str("the bus carries more than it can")?,
     }
+    write!(
+        f,
+        ", its deadline is {}: use a longer cycle, a higher bit rate, slower feedback or fewer requests",
+        response.deadline_bits
+    )
 }
-
-impl core::error::Error for WheelConfigError {}
