@@ -2,13 +2,15 @@
 
 use zlac8030l::NodeId;
 
-use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode, WheelTimeouts};
+use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode};
 use crate::core::group::MOST_AXES;
+use crate::core::settings::{first_out_of_order, first_too_short};
 use crate::core::targets::ValueLimits;
 use crate::wheel::config::FeedbackTiming;
 
 /// Steps and changes of steps with which a ramp can be computed in 64 bit.
 const STEPS: core::ops::RangeInclusive<u32> = 1..=1_000_000;
+
 impl WheelMasterConfig {
     pub(crate) fn validate(
         &self,
@@ -34,12 +36,8 @@ impl WheelMasterConfig {
             return Err(WheelConfigError::NoRequests);
         }
         self.validate_timeouts()?;
-        for pair in wheels.windows(2) {
-            if let [lower, upper] = pair
-                && upper.node <= lower.node
-            {
-                return Err(WheelConfigError::Order { node: upper.node });
-            }
+        if let Some(node) = first_out_of_order(wheels.iter().map(|wheel| wheel.node)) {
+            return Err(WheelConfigError::Order { node });
         }
         wheels.iter().try_for_each(WheelConfig::validate)
     }
@@ -47,76 +45,59 @@ impl WheelMasterConfig {
 
 impl WheelMasterConfig {
     fn validate_timeouts(&self) -> Result<(), WheelConfigError> {
-        let WheelTimeouts {
-            sdo,
-            heartbeat_ms,
-            heartbeat_lost_us,
-            feedback_lost_us,
-            offline_ms,
-            standstill_us,
-            standstill_limit_us,
-            confirm_us,
-            stuck_us,
-            lost_after,
-            ..
-        } = self.timeouts;
+        let times = &self.timeouts;
         let cycle_us = self.cycle_us;
-        // At most 65,535 ticks of 1 ms, which is the longer of the two readings (Z11).
-        let feedback_us = match self.feedback {
-            FeedbackTiming::Timer { ticks } => u32::from(ticks) * 1_000,
-            FeedbackTiming::Sync => cycle_us,
+        // At most 65,535 ticks of 1 ms, which is the longer of the two readings (Z11). An event timer of 0 is off, and the feedback
+        // never comes.
+        let (ticks, feedback_us) = match self.feedback {
+            FeedbackTiming::Timer { ticks } => (u32::from(ticks), u32::from(ticks) * 1_000),
+            FeedbackTiming::Sync => (1, cycle_us),
         };
-        // An event timer of 0 is off, and the feedback never comes.
-        let ticks = match self.feedback {
-            FeedbackTiming::Timer { ticks } => u32::from(ticks),
-            FeedbackTiming::Sync => 1,
-        };
-        let timeouts = [
+        let heartbeat_ms = u32::from(times.heartbeat_ms);
+        let too_short = first_too_short(&[
             ("feedback.ticks", 1, ticks),
-            ("sdo.reply_us", 1, sdo.reply_us),
-            ("heartbeat_ms", 1, u32::from(heartbeat_ms)),
+            ("sdo.reply_us", 1, times.sdo.reply_us),
+            ("heartbeat_ms", 1, heartbeat_ms),
             // One heartbeat may be lost.
             (
                 "heartbeat_lost_us",
-                2_000 * u32::from(heartbeat_ms),
-                heartbeat_lost_us,
+                2_000 * heartbeat_ms,
+                times.heartbeat_lost_us,
             ),
             (
                 "feedback_lost_us",
                 feedback_us.saturating_mul(2).max(1),
-                feedback_lost_us,
+                times.feedback_lost_us,
             ),
             // The drive stops by itself after it: one frame of a cycle may be lost.
             (
                 "offline_ms",
                 cycle_us.saturating_mul(2).div_ceil(1_000),
-                u32::from(offline_ms),
+                u32::from(times.offline_ms),
             ),
-            ("standstill_us", 1, standstill_us),
+            ("standstill_us", 1, times.standstill_us),
             (
                 "standstill_limit_us",
-                standstill_us.saturating_add(1),
-                standstill_limit_us,
+                times.standstill_us.saturating_add(1),
+                times.standstill_limit_us,
             ),
             // Three control words, each after the feedback of the one before.
             (
                 "confirm_us",
                 feedback_us.max(cycle_us).saturating_mul(4),
-                confirm_us,
+                times.confirm_us,
             ),
-            ("stuck_us", 1, stuck_us),
-            ("lost_after", 1, u32::from(lost_after)),
-        ];
-        for (name, least, actual) in timeouts {
-            if actual < least {
-                return Err(WheelConfigError::Timeout {
-                    name,
-                    least,
-                    actual,
-                });
-            }
+            ("stuck_us", 1, times.stuck_us),
+            ("lost_after", 1, u32::from(times.lost_after)),
+        ]);
+        match too_short {
+            None => Ok(()),
+            Some((name, least, actual)) => Err(WheelConfigError::Timeout {
+                name,
+                least,
+                actual,
+            }),
         }
-        Ok(())
     }
 }
 
@@ -186,7 +167,7 @@ impl WheelConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wheel::config::WheelLimits;
+    use crate::wheel::config::{WheelLimits, WheelTimeouts};
     use can_frame::BitRate;
 
     fn wheel(node: i32) -> WheelConfig {
