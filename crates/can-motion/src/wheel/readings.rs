@@ -1,8 +1,8 @@
 //! Frames of one wheel on their way in, and what they mean.
 
 use zlac8030l::{
-    DataFrame, Emcy, HeartbeatEvent, Message, NmtState, ObjectValue, PdoNumber, SdoEnd, SdoEvent,
-    SdoHeard, SdoIgnored, State, StatusWord,
+    DataFrame, DecodeError, Emcy, HeartbeatEvent, Message, NmtState, ObjectValue, PdoNumber,
+    SdoEnd, SdoEvent, SdoHeard, SdoIgnored, State, StatusWord,
 };
 
 use crate::core::facts::{Knowledge, Latch, Power, Work};
@@ -25,38 +25,33 @@ impl Wheel {
         frame: &DataFrame,
         context: &mut Context<'_, Zlac>,
     ) -> Meaning<WheelFault> {
-        match Message::decode(frame) {
+        let meaning = match Message::decode(frame) {
             Ok(Message::Tpdo(_, process_data::STATUS, _)) => self.read_status(frame, context),
             Ok(Message::Tpdo(_, process_data::POSITION, _)) => self.read_position(frame, context),
-            Ok(Message::SdoReply(..)) => self.read_reply(frame, context),
-            Ok(Message::Heartbeat(heartbeat)) => self.read_heartbeat(heartbeat.state, context),
-            Ok(Message::Emcy(_, emergency)) => read_emergency(emergency, &mut context.log),
-            Ok(Message::Tpdo(_, PdoNumber::Pdo2 | PdoNumber::Pdo3, _)) => Meaning::NONE,
+            Ok(Message::SdoReply(..)) => return self.read_reply(frame, context),
+            Ok(Message::Heartbeat(beat)) => return self.read_heartbeat(beat.state, context),
+            Ok(Message::Emcy(_, emergency)) => return read_emergency(emergency, &mut context.log),
+            Ok(Message::Tpdo(_, PdoNumber::Pdo2 | PdoNumber::Pdo3, _)) => return Meaning::NONE,
             Ok(_) => {
                 let event = WheelEventKind::ForeignFrame { id: frame.id() };
                 context.log.push(event);
-                Meaning::NONE
+                return Meaning::NONE;
             }
+            Err(error) => Err(error),
+        };
+        meaning.unwrap_or_else(|error| {
+            context.log.push(WheelEventKind::BadFrame(error));
             // Also what is not expedited: the client has to give up on it.
-            Err(error) => {
-                context.log.push(WheelEventKind::BadFrame(error));
-                self.read_reply(frame, context)
-            }
-        }
+            self.read_reply(frame, context)
+        })
     }
 
     fn read_status(
         &mut self,
         frame: &DataFrame,
-        context: &mut Context<'_, Zlac>,
-    ) -> Meaning<WheelFault> {
-        let (status, fault_code, speed_decirpm) = match process_data::status(frame) {
-            Ok(values) => values,
-            Err(error) => {
-                context.log.push(WheelEventKind::BadFrame(error));
-                return Meaning::NONE;
-            }
-        };
+        context: &Context<'_, Zlac>,
+    ) -> Result<Meaning<WheelFault>, DecodeError> {
+        let (status, fault_code, speed_decirpm) = process_data::status(frame)?;
         let now = context.log.now;
         self.feedback.status = stamped(status, now);
         self.feedback.fault_code = stamped(fault_code, now);
@@ -72,7 +67,7 @@ impl Wheel {
             .status_fault(status, view, context.config, now)
             .filter(|_| is_judged)
             .or_else(|| self.following_speed(speed_decirpm, view, now));
-        Meaning {
+        Ok(Meaning {
             fault,
             power: power_of(status, view).map(|is_on| PowerReport {
                 is_on,
@@ -81,7 +76,7 @@ impl Wheel {
             stage: is_done.then_some(Stage::Locating),
             stands: self.stands(is_still, context),
             ..Meaning::NONE
-        }
+        })
     }
 
     /// The drive was told to start its PDOs and did, and nothing is left to reset.
@@ -126,15 +121,9 @@ impl Wheel {
     fn read_position(
         &mut self,
         frame: &DataFrame,
-        context: &mut Context<'_, Zlac>,
-    ) -> Meaning<WheelFault> {
-        let (position_counts, torque) = match process_data::position(frame) {
-            Ok(values) => values,
-            Err(error) => {
-                context.log.push(WheelEventKind::BadFrame(error));
-                return Meaning::NONE;
-            }
-        };
+        context: &Context<'_, Zlac>,
+    ) -> Result<Meaning<WheelFault>, DecodeError> {
+        let (position_counts, torque) = process_data::position(frame)?;
         let now = context.log.now;
         self.feedback.position_counts = stamped(position_counts, now);
         self.feedback.torque = stamped(torque, now);
@@ -144,13 +133,13 @@ impl Wheel {
             Err(fault) if is_checked => Some(fault),
             _ => self.following_error(position_counts, view),
         };
-        Meaning {
+        Ok(Meaning {
             fault,
             is_checked: is_checked && fault.is_none(),
             work_ended: is_checked && view.facts.work == Work::Repair,
             is_located: true,
             ..Meaning::NONE
-        }
+        })
     }
 
     /// The position that was read last, in counts.

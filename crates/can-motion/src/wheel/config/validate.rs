@@ -5,11 +5,10 @@ use zlac8030l::NodeId;
 use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode};
 use crate::core::group::MOST_AXES;
 use crate::core::settings::{first_out_of_order, first_too_short};
-use crate::core::targets::ValueLimits;
 use crate::wheel::config::FeedbackTiming;
 
 /// Steps and changes of steps with which a ramp can be computed in 64 bit.
-const STEPS: core::ops::RangeInclusive<u32> = 1..=1_000_000;
+const STEPS: core::ops::RangeInclusive<i64> = 1..=1_000_000;
 
 impl WheelMasterConfig {
     pub(crate) fn validate(
@@ -111,19 +110,33 @@ impl WheelConfig {
     }
 
     fn validate(&self) -> Result<(), WheelConfigError> {
-        let node = self.node;
-        let ValueLimits { min, max, .. } = self.limits.values;
-        let mut speeds = [(10, self.speed_resolution); 2];
-        if let ([_, profile], WheelMode::Position { profile_speed_rpm }) = (&mut speeds, self.mode)
-        {
-            *profile = (1_000, profile_speed_rpm);
-        }
-        for (most, actual) in speeds {
-            if actual == 0 || actual > most {
-                return Err(WheelConfigError::Speed { node, most, actual });
+        let (node, stops, values) = (self.node, &self.stops, &self.limits.values);
+        let profile_speed_rpm = match self.mode {
+            WheelMode::Velocity => 1,
+            WheelMode::Position { profile_speed_rpm } => profile_speed_rpm,
+        };
+        let settings = [
+            ("speed_resolution", 1..=10, self.speed_resolution.into()),
+            ("profile_speed_rpm", 1..=1_000, profile_speed_rpm.into()),
+            ("max_step", STEPS, values.max_step.into()),
+            ("max_step_change", STEPS, values.max_step_change.into()),
+            ("the stop option 605Ah", 5..=7, stops.quick_stop.into()),
+            ("the stop option 605Bh", 0..=1, stops.shutdown.into()),
+            ("the stop option 605Ch", 0..=1, stops.disable.into()),
+            ("the stop option 605Dh", 0..=3, stops.halt.into()),
+        ];
+        for (name, range, actual) in settings {
+            if !range.contains(&actual) {
+                return Err(WheelConfigError::Setting {
+                    node,
+                    name,
+                    least: *range.start(),
+                    most: *range.end(),
+                    actual,
+                });
             }
         }
-        let most = self.most();
+        let (most, min, max) = (self.most(), values.min, values.max);
         if min > max || min < -most || max > most {
             return Err(WheelConfigError::Range {
                 node,
@@ -131,34 +144,6 @@ impl WheelConfig {
                 min,
                 max,
             });
-        }
-        let steps = [
-            self.limits.values.max_step,
-            self.limits.values.max_step_change,
-        ];
-        if steps.iter().any(|step| !STEPS.contains(step)) {
-            return Err(WheelConfigError::Step { node });
-        }
-        self.validate_stops()
-    }
-
-    fn validate_stops(&self) -> Result<(), WheelConfigError> {
-        let stops = &self.stops;
-        for (index, least, most, actual) in [
-            (0x605A, 5, 7, stops.quick_stop),
-            (0x605B, 0, 1, stops.shutdown),
-            (0x605C, 0, 1, stops.disable),
-            (0x605D, 0, 3, stops.halt),
-        ] {
-            if actual < least || actual > most {
-                return Err(WheelConfigError::StopOption {
-                    node: self.node,
-                    index,
-                    least,
-                    most,
-                    actual,
-                });
-            }
         }
         Ok(())
     }
@@ -169,6 +154,7 @@ mod tests {
     use super::*;
     use crate::wheel::config::{WheelLimits, WheelTimeouts};
     use can_frame::BitRate;
+    use std::string::ToString;
 
     fn wheel(node: i32) -> WheelConfig {
         let limits = WheelLimits::speed(1_000, 10);
@@ -236,8 +222,8 @@ mod tests {
         odd.stops.quick_stop = 4;
         assert!(matches!(
             refused(odd),
-            WheelConfigError::StopOption {
-                index: 0x605A,
+            WheelConfigError::Setting {
+                name: "the stop option 605Ah",
                 actual: 4,
                 ..
             }
@@ -273,6 +259,50 @@ mod tests {
     }
 
     #[test]
+    fn each_setting_has_its_range() {
+        let text = |change: fn(&mut WheelConfig)| {
+            let mut changed = wheel(1);
+            changed.mode = WheelMode::Position {
+                profile_speed_rpm: 100,
+            };
+            change(&mut changed);
+            refused(changed).to_string()
+        };
+        let of_profile = |rpm| WheelMode::Position {
+            profile_speed_rpm: rpm,
+        };
+        let texts = [
+            text(|wheel| wheel.speed_resolution = 0),
+            text(|wheel| wheel.limits.values.max_step = 0),
+            text(|wheel| wheel.limits.values.max_step_change = 1_000_001),
+            text(|wheel| wheel.stops.quick_stop = 4),
+            text(|wheel| wheel.stops.shutdown = 2),
+            text(|wheel| wheel.stops.disable = -1),
+            text(|wheel| wheel.stops.halt = 4),
+        ];
+        assert_eq!(
+            texts,
+            [
+                "speed_resolution of node 1 must be 1..=10, got 0",
+                "max_step of node 1 must be 1..=1000000, got 0",
+                "max_step_change of node 1 must be 1..=1000000, got 1000001",
+                "the stop option 605Ah of node 1 must be 5..=7, got 4",
+                "the stop option 605Bh of node 1 must be 0..=1, got 2",
+                "the stop option 605Ch of node 1 must be 0..=1, got -1",
+                "the stop option 605Dh of node 1 must be 0..=3, got 4",
+            ]
+        );
+        for rpm in [0, 1_001] {
+            let mut changed = wheel(1);
+            changed.mode = of_profile(rpm);
+            assert_eq!(
+                refused(changed).to_string(),
+                std::format!("profile_speed_rpm of node 1 must be 1..=1000, got {rpm}")
+            );
+        }
+    }
+
+    #[test]
     fn targets_stay_within_their_object() {
         let node = NodeId::new(1).unwrap();
         let mut fast = wheel(1);
@@ -291,7 +321,7 @@ mod tests {
         fast.speed_resolution = 11;
         assert!(matches!(
             refused(fast),
-            WheelConfigError::Speed { actual: 11, .. }
+            WheelConfigError::Setting { actual: 11, .. }
         ));
         let far = WheelConfig {
             mode: WheelMode::Position {
