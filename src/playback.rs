@@ -1,6 +1,6 @@
 //! Plays the built-in motion.
 
-use can_motion::{AxisState, Instant, ServoMaster};
+use can_motion::{Instant, ServoMaster};
 
 use crate::config::{AXES, GROUP, MOTION};
 use crate::telemetry::{self, Message};
@@ -43,15 +43,16 @@ impl Playback {
         }
     }
 
-    /// Sets the targets of the cycle that begins at `at`; `now` is the time for the master.
+    /// Sets the targets of the cycle that begins at `at`, while every axis streams; `now` is the time for the master.
     pub(crate) fn set_targets(
         &mut self,
         master: &mut ServoMaster<AXES>,
+        is_streaming: bool,
         at: Instant,
         now: Instant,
     ) {
         let Some(start) = self.start else { return };
-        if !master.all_are(GROUP, AxisState::Streaming) {
+        if !is_streaming {
             return self.end(master);
         }
         let elapsed_us = at.us_since(start.at);

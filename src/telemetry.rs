@@ -53,9 +53,13 @@ pub(crate) fn has_room() -> bool {
 }
 
 /// Writes the log, for ever.
-pub(crate) async fn run() -> ! {
+pub(crate) fn run() -> ! {
     loop {
-        write(&CHANNEL.receive().await);
+        while let Ok(message) = CHANNEL.try_receive() {
+            write(&message);
+        }
+        // An interrupt since the last look ends this at once.
+        cortex_m::asm::wfe();
     }
 }
 

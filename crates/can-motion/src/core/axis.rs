@@ -99,6 +99,17 @@ impl<F: Family> Axis<F> {
         self.drive.snapshot(self.state(), &self.facts, self.fault())
     }
 
+    /// Lets a cycle pass in which the axis only streams; false, with nothing done, when there is more to do.
+    #[inline]
+    pub(crate) fn streams_on(&mut self, now: Instant, stuck_us: u32) -> bool {
+        let facts = &self.facts;
+        facts.motion == Motion::Stream
+            && facts.power == Power::On
+            && facts.knowledge == Knowledge::Anchored
+            && now.us_since(self.sent_at) < u64::from(stuck_us)
+            && self.drive.streams_on(now)
+    }
+
     /// Calls the drive with what it needs.
     pub(crate) fn with_drive<R>(
         &mut self,

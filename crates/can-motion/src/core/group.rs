@@ -41,6 +41,8 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     pub(crate) switching: u64,
     /// What the controller holds for an axis that must stop at once is to be taken back.
     pub(crate) take_back: bool,
+    /// How often the facts of an axis have changed.
+    pub(crate) changes: u32,
 }
 
 impl<const N: usize, F: Family> Axes<N, F> {
@@ -52,6 +54,30 @@ impl<const N: usize, F: Family> Axes<N, F> {
             due: 0,
             switching: 0,
             take_back: false,
+            changes: 0,
+        }
+    }
+
+    /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them.
+    pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32) -> u64 {
+        let mut streaming = 0;
+        let mut bit: u64 = 1;
+        for axis in &mut self.list {
+            if axis.streams_on(now, stuck_us) {
+                streaming |= bit;
+            }
+            bit <<= 1;
+        }
+        streaming
+    }
+
+    /// Which axes owe the frame of this cycle.
+    pub(crate) fn find_due(&mut self) {
+        self.due = 0;
+        for (index, axis) in self.list.iter().enumerate() {
+            if axis.drive.owes_frame(&axis.view()) {
+                self.due |= 1 << index;
+            }
         }
     }
 
@@ -75,6 +101,10 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     pub(crate) fn get(&self, index: usize) -> Option<&Axis<F>> {
         self.list.get(index)
+    }
+
+    pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut Axis<F>> {
+        self.list.get_mut(index)
     }
 
     pub(crate) fn index_of(&self, frame: &F::Frame) -> Option<usize> {
@@ -126,6 +156,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         axis.become_(after, &change, &mut log);
         let (group, fault) = (axis.drive.group(), axis.fault());
         let (owes_frame, view) = (axis.drive.owes_frame(&axis.view()), axis.facts);
+        self.changes = self.changes.wrapping_add(1);
         let bit = 1 << index;
         if before.moves() && !view.moves() {
             // The set-point of this cycle is void, or replaced by the frame that stops the drive.

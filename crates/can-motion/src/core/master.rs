@@ -79,17 +79,16 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// Starts a cycle: what the cycle before left over is merged, time passes, and every axis in motion owes a set-point.
     pub fn begin_cycle(&mut self, now: Instant) {
         let is_on_time = self.count_cycle(now);
-        self.merge_leftovers(now, is_on_time);
-        self.watch_bus(now);
-        for index in 0..self.axes.len() {
-            self.tick(now, index);
+        if self.axes.due != 0 || !is_on_time {
+            self.merge_leftovers(now);
         }
-        self.axes.due = 0;
-        for index in 0..self.axes.len() {
-            let owes = |axis: &crate::core::axis::Axis<F>| axis.drive.owes_frame(&axis.view());
-            if self.axes.get(index).is_some_and(owes) {
-                self.axes.due |= 1 << index;
-            }
+        if self.full_since.is_some() {
+            self.watch_bus(now);
+        }
+        let streaming = self.axes.stream_on(now, self.config.stuck_us());
+        self.axes.due = streaming;
+        if streaming.count_ones() as usize != self.axes.len() {
+            self.tick_others(now, streaming);
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
@@ -97,31 +96,45 @@ impl<const N: usize, F: Family> Master<N, F> {
             .begin_cycle(now, cycle, &self.config, &self.axes);
     }
 
+    /// The axes that do more in this cycle than to stream on.
+    #[inline(never)]
+    fn tick_others(&mut self, now: Instant, streaming: u64) {
+        for index in 0..self.axes.len() {
+            if streaming & 1 << index == 0 {
+                self.tick(now, index);
+            }
+        }
+        self.axes.find_due();
+    }
+
     /// Whether no cycle was missed.
     fn count_cycle(&mut self, now: Instant) -> bool {
         self.cycle.cycles = self.cycle.cycles.wrapping_add(1);
-        let missed_before = self.cycle.missed;
-        if let Some(started) = self.cycle_started {
-            let cycle_us = u64::from(self.config.cycle_us().max(1));
-            // Half a cycle of jitter still belongs to the cycle it was planned for.
+        let started = self.cycle_started.replace(now);
+        let cycle_us = u64::from(self.config.cycle_us().max(1));
+        // Half a cycle of jitter still belongs to the cycle it was planned for.
+        let is_on_time =
+            started.is_none_or(|started| now.us_since(started) < cycle_us + cycle_us.div_ceil(2));
+        if let Some(started) = started
+            && !is_on_time
+        {
             let passed = (now.us_since(started) + cycle_us / 2) / cycle_us;
-            if passed > 1 {
-                let missed = u32::try_from(passed - 1).unwrap_or(u32::MAX);
-                self.cycle.missed = self.cycle.missed.wrapping_add(missed);
-                let event = CommonEvent::CyclesMissed(missed);
-                self.axes.events.push(now, None, event);
-            }
+            self.note_missed(now, u32::try_from(passed - 1).unwrap_or(u32::MAX));
         }
-        self.cycle_started = Some(now);
-        self.cycle.missed == missed_before
+        is_on_time
+    }
+
+    #[cold]
+    fn note_missed(&mut self, now: Instant, cycles: u32) {
+        self.cycle.missed = self.cycle.missed.wrapping_add(cycles);
+        let event = CommonEvent::CyclesMissed(cycles);
+        self.axes.events.push(now, None, event);
     }
 
     /// What the cycle before left over, or cycles that were never begun, is not sent in one piece.
-    fn merge_leftovers(&mut self, now: Instant, is_on_time: bool) {
+    #[inline(never)]
+    fn merge_leftovers(&mut self, now: Instant) {
         let due = self.axes.due;
-        if due == 0 && is_on_time {
-            return;
-        }
         self.cycle.late = self.cycle.late.wrapping_add(u32::from(due != 0));
         for index in 0..self.axes.len() {
             let is_due = due & 1 << index != 0;
@@ -377,6 +390,12 @@ impl<const N: usize, F: Family> Master<N, F> {
     #[must_use]
     pub fn facts(&self, axis: usize) -> Option<Facts> {
         self.axes.get(axis).map(|axis| axis.facts)
+    }
+
+    /// How often the facts of any axis have changed, modulo 2^32: who has looked at them needs not look again before.
+    #[must_use]
+    pub const fn changes(&self) -> u32 {
+        self.axes.changes
     }
 
     /// The cycle counters.

@@ -1,15 +1,10 @@
 //! Which request goes out in a cycle, and where.
 
-use core::cmp::Ordering;
-
-use crate::core::family::{CycleConfig, Drive, Family, Wanted};
+use crate::core::family::{CycleConfig, Drive, Family};
 use crate::core::group::Axes;
 use crate::core::placement::RequestPlacement;
 use crate::core::time::Instant;
 use crate::plan::union;
-
-/// So many cycles a poll may go before one that is due longer, to even out the length of a cycle.
-const COUNTERWEIGHT_CYCLES: i32 = 14;
 
 /// The requests of a cycle.
 #[derive(Debug)]
@@ -76,58 +71,15 @@ impl<F: Family> Schedule<F> {
         }
         // Where frames of the cycle come behind the requests, a cycle without a request would move them.
         let may_be_early = self.placement.needs_requests() && axes.due != 0;
-        let earliest = if may_be_early { i32::MIN } else { 0 };
-        let wanted = |index| {
-            let axis = axes.get(index)?;
-            axis.drive.wanted(&axis.view(), now, cycle)
-        };
-        let overdue = |wanted: Wanted<F::Request>| Some(wanted.overdue_cycles);
-        let is_due = |due: i32| due >= earliest;
-        let Some((index, due)) = self.best(axes.len(), |at| {
-            overdue(wanted(at)?).filter(|due| is_due(*due))
-        }) else {
-            return;
-        };
-        let preference = match due {
-            Wanted::<F::Request>::URGENT => None,
-            _ if !may_be_early => None,
-            _ => self.placement.preference(|| due_bits(axes)),
-        };
-        let balanced = preference.and_then(|preference| {
-            self.best(axes.len(), |at| {
-                let other = wanted(at)?;
-                let is_soon = other.overdue_cycles > due.saturating_sub(COUNTERWEIGHT_CYCLES);
-                let bits = axes.get(at)?.drive.request_bits(other.request);
-                is_soon.then_some(match preference {
-                    Ordering::Less => -i32::from(bits),
-                    Ordering::Equal | Ordering::Greater => i32::from(bits),
-                })
-            })
-        });
-        self.next = Some(balanced.map_or(index, |(index, _)| index));
-    }
-
-    /// The first axis of the highest rank, in turn.
-    fn best(&self, axes: usize, rank: impl Fn(usize) -> Option<i32>) -> Option<(usize, i32)> {
-        let turn = self.turn.min(axes);
-        let mut best: Option<(usize, i32)> = None;
-        for index in (turn..axes).chain(0..turn) {
-            if let Some(rank) = rank(index)
-                && best.is_none_or(|(_, highest)| rank > highest)
+        let mut longest = if may_be_early { i32::MIN } else { -1 };
+        let turn = self.turn.min(axes.len());
+        for index in (turn..axes.len()).chain(0..turn) {
+            if let Some(axis) = axes.get(index)
+                && let Some(overdue_cycles) = axis.drive.overdue(&axis.view(), now, cycle)
+                && overdue_cycles > longest
             {
-                best = Some((index, rank));
+                (self.next, longest) = (Some(index), overdue_cycles);
             }
         }
-        best
     }
-}
-
-/// Length of the frames of this cycle that are still to come.
-fn due_bits<const N: usize, F: Family>(axes: &Axes<N, F>) -> u32 {
-    let due = axes
-        .iter()
-        .enumerate()
-        .filter(|(index, _)| axes.due & 1 << index != 0);
-    due.map(|(_, axis)| u32::from(axis.drive.cycle_frame_bits()))
-        .sum()
 }

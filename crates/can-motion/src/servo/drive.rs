@@ -1,6 +1,6 @@
 //! One DYN drive: its frames, its readings, its ledger, and the one request that it may owe.
 
-use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
+use dyn_can::{DataFrame, Dialect, Request, ServoSwitch, go_relative_pos_pd};
 
 use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
@@ -12,7 +12,6 @@ use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::time::Instant;
 use crate::plan::ResponseWindow;
-use crate::plan::wire::exact_bits;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
@@ -88,10 +87,13 @@ impl Servo {
         }
     }
 
+    fn is_far_behind(&self) -> bool {
+        self.ledger.backlog_counts().unsigned_abs() > self.config.limits.backlog_counts
+    }
+
     fn backlog_fault(&self) -> Option<Fault> {
         let counts = self.ledger.backlog_counts();
-        let is_far = counts.unsigned_abs() > self.config.limits.backlog_counts;
-        is_far.then_some(Fault::Backlog { counts })
+        self.is_far_behind().then_some(Fault::Backlog { counts })
     }
 }
 
@@ -181,12 +183,6 @@ impl Drive for Servo {
         self.counters.set_points = self.counters.set_points.wrapping_add(1);
     }
 
-    fn cycle_frame_bits(&self) -> u16 {
-        let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
-        let frame = go_relative_pos_pd(self.config.drive, step, self.dialect.number_order);
-        exact_bits(frame.id(), frame.data())
-    }
-
     fn switch(&self, on: bool) -> Option<DataFrame> {
         let switch = if on {
             ServoSwitch::Enable
@@ -196,13 +192,19 @@ impl Drive for Servo {
         self.frame_of(Request::ServoDisable(switch))
     }
 
-    fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
-        self.next_request(view, now, cycle)
+    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+        let ask = self.next_ask(view, now, cycle);
+        ask.map(|(_, overdue_cycles)| overdue_cycles)
     }
 
-    fn request_bits(&self, request: Request) -> u16 {
-        let frame = self.frame_of(request);
-        frame.map_or(0, |frame| exact_bits(frame.id(), frame.data()))
+    fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
+        let (ask, overdue_cycles) = self.next_ask(view, now, cycle)?;
+        let (class, request) = self.request_for(ask, view)?;
+        Some(Wanted {
+            class,
+            request,
+            overdue_cycles,
+        })
     }
 
     fn request_frame(&self, request: Request) -> Option<DataFrame> {
@@ -238,6 +240,15 @@ impl Drive for Servo {
 
     fn receive(&mut self, frame: &DataFrame, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         self.read(frame, context)
+    }
+
+    #[inline]
+    fn streams_on(&mut self, now: Instant) -> bool {
+        let is_quiet = self.run.is_none() && self.slot.is_quiet(now) && !self.is_far_behind();
+        if is_quiet {
+            self.drift.begin_cycle(self.ledger.sent_counts());
+        }
+        is_quiet
     }
 
     fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {

@@ -25,44 +25,64 @@ const GUARD_PATIENCE_US: u64 = 2_000;
 /// A poll that is due in so many cycles is due soon: a reply is on its way for less.
 const ROOM_CYCLES: i32 = 4;
 
+/// What a servo asks next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ask {
+    /// A reading that the axis waits for.
+    Reading(ReplyKind),
+    /// The command of the procedure.
+    Command,
+    /// A reading that is wanted now and then.
+    Poll(ReplyKind),
+}
+
 impl Servo {
-    /// The request to send next: what the life of the axis needs, then what a procedure needs, then the poll that is due longest.
-    pub(super) fn next_request(
-        &self,
-        view: &View,
-        now: Instant,
-        cycle: u32,
-    ) -> Option<Wanted<Request>> {
+    /// What to ask next, and for how many cycles that has been due: what the life of the axis needs, then what a procedure needs, then
+    /// the poll that is due longest.
+    pub(super) fn next_ask(&self, view: &View, now: Instant, cycle: u32) -> Option<(Ask, i32)> {
+        const URGENT: i32 = Wanted::<Request>::URGENT;
         if !self.slot.is_free() {
             return None;
         }
         if view.is_lost {
             let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us);
-            return is_time.then(|| self.reading(ReplyKind::DriveStatus));
+            return is_time.then_some((Ask::Reading(ReplyKind::DriveStatus), URGENT));
         }
         if let Some(kind) = needed_reading(view) {
-            return Some(self.reading(kind));
+            return Some((Ask::Reading(kind), URGENT));
         }
         if view.facts.is_checking() && view.stage == Stage::PowerOn {
             return None;
         }
-        if let Some(wanted) = self.procedure_request(view) {
-            return Some(wanted);
+        if let Some(run) = &self.run {
+            if run.wanted_command().is_some() {
+                return Some((Ask::Command, URGENT));
+            }
+            if let Some(kind) = run.wanted_reading() {
+                return Some((Ask::Reading(kind), URGENT));
+            }
         }
         let poll = self.polls.most_overdue(cycle);
         let guard = self.guard(view, now, poll.map(|poll| poll.overdue));
         if let Some(overdue_cycles) = guard {
-            return Some(Wanted {
-                class: Class::Poll,
-                request: self.request(ReplyKind::DriveConfig),
-                overdue_cycles,
-            });
+            return Some((Ask::Poll(ReplyKind::DriveConfig), overdue_cycles));
         }
         let poll = poll?;
-        Some(Wanted {
-            class: Class::Poll,
-            request: self.request(poll.kind.reply_kind()),
-            overdue_cycles: poll.overdue,
+        Some((Ask::Poll(poll.kind.reply_kind()), poll.overdue))
+    }
+
+    /// The request that asks it, and what that is for.
+    pub(super) fn request_for(&self, ask: Ask, view: &View) -> Option<(Class, Request)> {
+        Some(match ask {
+            Ask::Reading(kind) => (Class::Reading, self.request(kind)),
+            Ask::Poll(kind) => (Class::Poll, self.request(kind)),
+            Ask::Command => {
+                let class = match view.facts.work {
+                    Work::Repair => Class::Repair,
+                    _ => Class::Write,
+                };
+                (class, self.run.as_ref()?.wanted_command()?)
+            }
         })
     }
 
@@ -83,22 +103,6 @@ impl Servo {
         let has_room = poll_overdue.is_none_or(|cycles| cycles < -ROOM_CYCLES);
         let is_pressing = in_window_us >= GUARD_WINDOW_US / 2;
         (is_turn && (has_room || is_pressing)).then_some((in_window_us / GUARD_PATIENCE_US) as i32)
-    }
-
-    fn reading(&self, kind: ReplyKind) -> Wanted<Request> {
-        Wanted::urgent(Class::Reading, self.request(kind))
-    }
-
-    fn procedure_request(&self, view: &View) -> Option<Wanted<Request>> {
-        let run = self.run.as_ref()?;
-        if let Some(command) = run.wanted_command() {
-            let class = match view.facts.work {
-                Work::Repair => Class::Repair,
-                _ => Class::Write,
-            };
-            return Some(Wanted::urgent(class, command));
-        }
-        run.wanted_reading().map(|kind| self.reading(kind))
     }
 
     /// The request that asks for a reading.

@@ -6,17 +6,12 @@
 //! as far as the responses of the drives are known. Where there is no such place, or the plan of the bus has no room for
 //! requests before set-points, they go behind all set-points.
 
-use core::cmp::Ordering;
-
 use crate::core::placement::RequestPlacement;
 use crate::core::time::Instant;
 use crate::plan::{Burst, BusPlan, ResponseWindow};
 
 /// Cycles from one choice of the place of requests to the next.
 const PLACEMENT_CYCLES: u32 = 32;
-
-/// So far from the mean the length of the set-points may be without a request that evens it out.
-const USUAL_BITS: u32 = 1;
 
 /// The place of requests from which their replies meet no set-point, as far as the plan has room for it; behind all set-points
 /// otherwise, and until the responses of the drives are known.
@@ -30,8 +25,6 @@ pub struct Aligned {
     before: Option<u8>,
     /// Time on the wire of what was accepted in this cycle.
     accepted_us: u32,
-    /// Mean length of the set-points of a cycle lately, in sixteenths of a bit.
-    mean_sixteenths: u32,
 }
 
 impl Aligned {
@@ -43,7 +36,6 @@ impl Aligned {
             may_choose,
             before: None,
             accepted_us: 0,
-            mean_sixteenths: 0,
         }
     }
 
@@ -96,25 +88,6 @@ impl RequestPlacement for Aligned {
     /// Where requests come before set-points, each cycle must have its requests, or set-points would shift.
     fn needs_requests(&self) -> bool {
         self.before.is_some()
-    }
-
-    /// Beside set-points of extreme length a request whose length evens them out. Most set-points are of medium length and leave the
-    /// choice to the due dates.
-    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
-        let set_points_bits = frames_bits();
-        let mean_bits = self.mean_sixteenths / 16;
-        // A sixteenth of the difference, as the mean is in sixteenths.
-        self.mean_sixteenths = self
-            .mean_sixteenths
-            .saturating_add(set_points_bits)
-            .saturating_sub(mean_bits);
-        if set_points_bits + USUAL_BITS < mean_bits {
-            Some(Ordering::Greater)
-        } else if set_points_bits > mean_bits + USUAL_BITS {
-            Some(Ordering::Less)
-        } else {
-            None
-        }
     }
 }
 
@@ -207,16 +180,5 @@ mod tests {
         placement.frame_accepted();
         assert_eq!(placement.request_leaves(start, start), start + 2 * 67 + 57);
         assert_eq!(placement.request_leaves(start + 400, start), start + 457);
-    }
-
-    #[test]
-    fn a_request_evens_out_what_is_far_from_the_mean() {
-        let mut placement = Aligned::new(1_000, BURST, true);
-        for _ in 0..200 {
-            placement.preference(|| 524);
-        }
-        assert_eq!(placement.preference(|| 525), None);
-        assert_eq!(placement.preference(|| 514), Some(Ordering::Greater));
-        assert_eq!(placement.preference(|| 534), Some(Ordering::Less));
     }
 }

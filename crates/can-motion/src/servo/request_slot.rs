@@ -49,6 +49,15 @@ impl RequestSlot {
         matches!(self, Self::Free)
     }
 
+    /// Whether nothing expires now.
+    #[inline]
+    pub(crate) fn is_quiet(&self, now: Instant) -> bool {
+        match *self {
+            Self::Free => true,
+            Self::Waiting { deadline: at, .. } | Self::Closed { until: at, .. } => now < at,
+        }
+    }
+
     /// The controller accepted a request.
     pub(crate) fn ask(&mut self, kind: ReplyKind, now: Instant, timeout_us: u32) {
         *self = Self::Waiting {
