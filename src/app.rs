@@ -216,7 +216,8 @@ impl App {
         let now = cycle_clock::now();
         loop {
             self.parts.bus.begin_service();
-            while let Some(received) = self.parts.bus.receive() {
+            while self.parts.bus.has_news()
+                && let Some(received) = self.parts.bus.receive() {
                 match received {
                     Ok(frame) => self.master.on_frame(now, &frame),
                     Err(kind) => {
@@ -318,7 +319,7 @@ impl App {
                 Ok(())
             }
             Action::Finish => {
-                self.playback.finish(planned);
+                self.playback.finish();
                 Ok(())
             }
         };

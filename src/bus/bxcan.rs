@@ -60,6 +60,13 @@ impl Bus {
         false
     }
 
+    /// Whether there may be something to receive.
+    #[inline]
+    pub(crate) fn has_news(&self) -> bool {
+        self.controller.has_received()
+            || LATEST_ERROR.load(Ordering::Relaxed) != Lec::NO_ERROR.to_bits()
+    }
+
     /// The oldest received frame, replies first. Errors come once each and interleaved.
     pub(crate) fn receive(&mut self) -> Option<Result<DataFrame, BusErrorKind>> {
         for fifo in 0..RECEIVE_FIFOS {
@@ -72,10 +79,6 @@ impl Bus {
             if status.fmp() > 0 {
                 return Some(Ok(self.controller.read(fifo)));
             }
-        }
-        let code = LATEST_ERROR.load(Ordering::Relaxed);
-        if code == Lec::NO_ERROR.to_bits() {
-            return None;
         }
         let code = LATEST_ERROR.swap(Lec::NO_ERROR.to_bits(), Ordering::Relaxed);
         error_of_code(code).map(Err)

@@ -58,6 +58,11 @@ impl Bus {
         self.controller.has_received() || is_blocked && self.has_room()
     }
 
+    /// Whether there may be something to receive.
+    pub(crate) fn has_news(&self) -> bool {
+        self.controller.has_received() || self.latest_error.is_some()
+    }
+
     /// The oldest received frame, replies first. Errors come once each and interleaved.
     pub(crate) fn receive(&mut self) -> Option<Result<DataFrame, BusErrorKind>> {
         let marks = self.controller.registers.ir();

@@ -38,6 +38,14 @@ impl Controller {
         (empty != 0).then_some(empty.trailing_zeros() as usize)
     }
 
+    /// Whether a frame can be read, or was lost.
+    #[inline]
+    pub(super) fn has_received(&self) -> bool {
+        /// FMP and FOVR.
+        const MARKS: u32 = 0b1_0011;
+        (self.registers.rfr(0).read().0 | self.registers.rfr(1).read().0) & MARKS != 0
+    }
+
     /// The oldest frame of a FIFO.
     pub(super) fn read(&self, fifo: usize) -> DataFrame {
         let mailbox = self.registers.rx(fifo);

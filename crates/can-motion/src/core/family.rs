@@ -228,9 +228,9 @@ pub struct View {
     pub facts: Facts,
     /// How far the checks are.
     pub stage: Stage,
-    /// Since when facts and stage are like that.
+    /// Since when knowledge, power, goal and stage are like that, setbacks apart.
     pub since: Instant,
-    /// The drive does not answer; asking it often costs the others their turns.
+    /// The drive does not answer, whatever its fault was at first; asking it often costs the others their turns.
     pub is_lost: bool,
 }
 
@@ -240,7 +240,7 @@ pub struct Context<'a, F: Family> {
     /// The settings of the bus.
     pub config: &'a F::Config,
     /// Where the axis is.
-    pub view: View,
+    pub view: &'a View,
     /// Number of the present cycle.
     pub cycle: u32,
     /// The present moment, and where events go.

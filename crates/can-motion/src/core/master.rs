@@ -139,7 +139,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         for index in 0..self.axes.len() {
             let is_due = due & 1 << index != 0;
             if let Some((axis, mut log)) = self.axes.with_log(now, index)
-                && (is_due || axis.facts.moves())
+                && (is_due || axis.view.facts.moves())
             {
                 axis.drive.merged();
                 if is_due {
@@ -159,7 +159,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             return;
         }
         for index in 0..self.axes.len() {
-            let is_wanted = |axis: &crate::core::axis::Axis<F>| axis.facts.goal != Goal::Off;
+            let is_wanted = |axis: &crate::core::axis::Axis<F>| axis.view.facts.goal != Goal::Off;
             if self.axes.get(index).is_some_and(is_wanted) {
                 self.axes.raise(now, index, CommonFault::Bus.into());
             }
@@ -181,7 +181,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             return;
         };
         let over = |since: Instant, limit_us: u32| now.us_since(since) >= u64::from(limit_us);
-        let facts = axis.facts;
+        let facts = axis.view.facts;
         let awaits_shaft = facts.awaits_standstill() || facts.awaits_anchor();
         let is_sent = matches!(facts.power, Power::OnSent | Power::OffSent);
         if facts.motion == Motion::Ramp && axis.drive.has_stopped() {
@@ -191,7 +191,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         } else if is_sent && over(axis.switched_at, self.config.confirm_us()) {
             self.axes
                 .apply(now, index, Change::of(Input::ConfirmTimeout));
-        } else if awaits_shaft && over(axis.since, self.config.standstill_limit_us()) {
+        } else if awaits_shaft && over(axis.view.since, self.config.standstill_limit_us()) {
             self.axes
                 .raise(now, index, CommonFault::NotConfirmed.into());
         }
@@ -201,7 +201,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     fn fail_group(&mut self, now: Instant, group: GroupId) {
         for index in 0..self.axes.len() {
             let is_concerned = self.axes.get(index).is_some_and(|axis| {
-                let is_meant = axis.facts.goal != Goal::Off || axis.facts.moves();
+                let is_meant = axis.view.facts.goal != Goal::Off || axis.view.facts.moves();
                 axis.drive.group() == group && is_meant
             });
             if is_concerned {
@@ -285,7 +285,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         let Some((place, _)) = self.axes.with_log(Instant::default(), axis) else {
             return Err(TargetError::NoSuchAxis { axes, actual: axis });
         };
-        if place.facts.motion != Motion::Stream {
+        if place.view.facts.motion != Motion::Stream {
             return Err(TargetError::NotStreaming {
                 state: place.state(),
             });
@@ -314,13 +314,13 @@ impl<const N: usize, F: Family> Master<N, F> {
         let Some(place) = self.axes.get(axis) else {
             return Err(ProcedureRefusal::NoSuchAxis { actual: axis }.into());
         };
-        if place.facts.work != crate::core::facts::Work::None {
+        if place.view.facts.work != crate::core::facts::Work::None {
             return Err(ProcedureRefusal::Busy.into());
         }
         let actual = place.state();
         let work = place
             .drive
-            .admit(procedure, confirmation, &place.view(), now)?;
+            .admit(procedure, confirmation, &place.view, now)?;
         if !self.axes.start_work(now, axis, work) {
             return Err(ProcedureRefusal::State { actual }.into());
         }
@@ -389,7 +389,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// The facts of one axis, without the readings of its snapshot; `None` when there is no such axis.
     #[must_use]
     pub fn facts(&self, axis: usize) -> Option<Facts> {
-        self.axes.get(axis).map(|axis| axis.facts)
+        self.axes.get(axis).map(|axis| axis.view.facts)
     }
 
     /// How often the facts of any axis have changed, modulo 2^32: who has looked at them needs not look again before.
@@ -417,6 +417,6 @@ impl<const N: usize, F: Family> Master<N, F> {
     pub fn may_leave(&self, axis: usize, class: Class) -> bool {
         self.axes
             .get(axis)
-            .is_some_and(|axis| may_leave(class, &axis.facts))
+            .is_some_and(|axis| may_leave(class, &axis.view.facts))
     }
 }

@@ -75,7 +75,7 @@ impl<F: Family> Schedule<F> {
         let turn = self.turn.min(axes.len());
         for index in (turn..axes.len()).chain(0..turn) {
             if let Some(axis) = axes.get(index)
-                && let Some(overdue_cycles) = axis.drive.overdue(&axis.view(), now, cycle)
+                && let Some(overdue_cycles) = axis.drive.overdue(&axis.view, now, cycle)
                 && overdue_cycles > longest
             {
                 (self.next, longest) = (Some(index), overdue_cycles);

@@ -94,7 +94,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             .with_drive(at, index, |drive, context| drive.returned(frame, context));
         match returned {
             Some(Returned::OfCycle) => {
-                let owes = |axis: &crate::core::axis::Axis<F>| axis.drive.owes_frame(&axis.view());
+                let owes = |axis: &crate::core::axis::Axis<F>| axis.drive.owes_frame(&axis.view);
                 if self.axes.get(index).is_some_and(owes) {
                     self.axes.due |= 1 << index;
                 }
@@ -202,12 +202,12 @@ impl<const N: usize, F: Family> Master<N, F> {
             let index = self.axes.due.trailing_zeros() as usize;
             let axis = self.axes.get_mut(index)?;
             let class = if F::HAS_CYCLE_FRAMES {
-                Class::of_cycle(&axis.facts)
+                Class::of_cycle(&axis.view.facts)
             } else {
                 Class::SetPoint
             };
-            if may_leave(class, &axis.facts) {
-                match axis.drive.cycle_frame(&axis.view()) {
+            if may_leave(class, &axis.view.facts) {
+                match axis.drive.cycle_frame(&axis.view) {
                     Ok(frame) => {
                         let sender = Sender {
                             axis: Some(index),
@@ -278,8 +278,8 @@ impl<const N: usize, F: Family> Master<N, F> {
             let index = switching.trailing_zeros() as usize;
             switching &= switching - 1;
             if let Some(axis) = self.axes.get(index)
-                && axis.facts.power == wanted
-                && may_leave(class, &axis.facts)
+                && axis.view.facts.power == wanted
+                && may_leave(class, &axis.view.facts)
                 && let Some(frame) = axis.drive.switch(is_on)
             {
                 let sender = Sender {
@@ -296,12 +296,12 @@ impl<const N: usize, F: Family> Master<N, F> {
     fn request(&mut self, now: Instant) -> Option<(F::Frame, Sender<F>)> {
         let index = self.schedule.next?;
         let axis = self.axes.get(index)?;
-        let wanted = axis.drive.wanted(&axis.view(), now, self.cycle.cycles)?;
-        if wanted.class == Class::Repair && axis.facts.work == Work::None {
+        let wanted = axis.drive.wanted(&axis.view, now, self.cycle.cycles)?;
+        if wanted.class == Class::Repair && axis.view.facts.work == Work::None {
             self.axes.start_work(now, index, Work::Repair);
         }
         let axis = self.axes.get(index)?;
-        if !may_leave(wanted.class, &axis.facts) {
+        if !may_leave(wanted.class, &axis.view.facts) {
             return None;
         }
         let frame = axis.drive.request_frame(wanted.request)?;

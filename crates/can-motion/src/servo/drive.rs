@@ -244,7 +244,7 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        let is_quiet = self.run.is_none() && self.slot.is_quiet(now) && !self.is_far_behind();
+        let is_quiet = self.run.is_none() && !self.is_far_behind() && self.slot.pass(now);
         if is_quiet {
             self.drift.begin_cycle(self.ledger.sent_counts());
         }
@@ -255,7 +255,7 @@ impl Drive for Servo {
         self.ledger.begin_cycle();
         self.drift.begin_cycle(self.ledger.sent_counts());
         let mut meaning = self.expire(context);
-        let view = &context.view;
+        let view = context.view;
         let started = context.log.now.us_since(view.since) >= u64::from(self.power_on_us);
         if view.stage == Stage::PowerOn && started {
             meaning.stage = Some(Stage::Probing);

@@ -15,13 +15,13 @@ use crate::servo::poll_kind::PollKind;
 
 /// The configuration of a drive with power is read again once in [`GUARD_WINDOWS`] windows, each drive in the window of its id: the
 /// readings of all drives at once would make polls late.
-const GUARD_WINDOW_US: u64 = 1 << 16;
+const GUARD_WINDOW_US: u32 = 1 << 16;
 /// A bus carries at most 14 axes at 1 kHz, so few drives share a window.
-const GUARD_WINDOWS: u64 = 16;
+const GUARD_WINDOWS: u32 = 16;
 /// When no window came for so long, as with slow cycles, the reading is urgent.
-const GUARD_URGENT_US: u64 = 2 * GUARD_WINDOWS * GUARD_WINDOW_US;
+const GUARD_URGENT_US: u32 = 2 * GUARD_WINDOWS * GUARD_WINDOW_US;
 /// Within its window a reading gets ahead of polls that are late by one more cycle every so often.
-const GUARD_PATIENCE_US: u64 = 2_000;
+const GUARD_PATIENCE_US: u32 = 2_000;
 /// A poll that is due in so many cycles is due soon: a reply is on its way for less.
 const ROOM_CYCLES: i32 = 4;
 
@@ -90,19 +90,24 @@ impl Servo {
     /// Request and reply are as long as those of the status, so the plan of the bus knows them.
     fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
         let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        let age_us = now.us_since(self.guarded_at);
-        if !is_on || age_us < GUARD_WINDOW_US {
+        if !is_on {
             return None;
         }
-        if age_us >= GUARD_URGENT_US {
+        let age_us = now.us_since(self.guarded_at);
+        if age_us >= u64::from(GUARD_URGENT_US) {
             return Some(Wanted::<Request>::URGENT);
         }
-        let window = now.as_us() / GUARD_WINDOW_US;
-        let in_window_us = now.as_us() % GUARD_WINDOW_US;
-        let is_turn = window % GUARD_WINDOWS == u64::from(self.config.drive.get()) % GUARD_WINDOWS;
+        // Windows and their places are powers of two, so the lower half of the time tells both.
+        let now_us = now.as_us() as u32;
+        let window = now_us / GUARD_WINDOW_US;
+        let is_turn = window % GUARD_WINDOWS == u32::from(self.config.drive.get()) % GUARD_WINDOWS;
+        if !is_turn || age_us < u64::from(GUARD_WINDOW_US) {
+            return None;
+        }
+        let in_window_us = now_us % GUARD_WINDOW_US;
         let has_room = poll_overdue.is_none_or(|cycles| cycles < -ROOM_CYCLES);
         let is_pressing = in_window_us >= GUARD_WINDOW_US / 2;
-        (is_turn && (has_room || is_pressing)).then_some((in_window_us / GUARD_PATIENCE_US) as i32)
+        (has_room || is_pressing).then_some((in_window_us / GUARD_PATIENCE_US) as i32)
     }
 
     /// The request that asks for a reading.
@@ -212,6 +217,9 @@ impl Servo {
 /// The reading that the life of the axis waits for.
 fn needed_reading(view: &View) -> Option<ReplyKind> {
     let facts = &view.facts;
+    if facts.holds_anchor() {
+        return None;
+    }
     if matches!(facts.power, Power::OnSent | Power::OffSent) {
         return Some(ReplyKind::DriveStatus);
     }

@@ -49,12 +49,16 @@ impl RequestSlot {
         matches!(self, Self::Free)
     }
 
-    /// Whether nothing expires now.
+    /// Lets time pass as [`Self::expire`]; false, with nothing done, when a reply did not come.
     #[inline]
-    pub(crate) fn is_quiet(&self, now: Instant) -> bool {
+    pub(crate) fn pass(&mut self, now: Instant) -> bool {
         match *self {
-            Self::Free => true,
-            Self::Waiting { deadline: at, .. } | Self::Closed { until: at, .. } => now < at,
+            Self::Waiting { deadline, .. } => now < deadline,
+            Self::Closed { until, .. } if now >= until => {
+                *self = Self::Free;
+                true
+            }
+            Self::Closed { .. } | Self::Free => true,
         }
     }
 
