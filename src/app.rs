@@ -10,7 +10,7 @@ use static_cell::StaticCell;
 use crate::board::{InputPins, STACK_BYTES, StatusLed, Watchdog};
 use crate::bus::Bus;
 use crate::config::{self, AXES, GROUP};
-use crate::cycle_clock::{self, Beat, Beats};
+use crate::cycle_clock::{Beat, Beats};
 use crate::debounce::Debounced;
 use crate::led::{self, LedPattern};
 use crate::misbehaviour::{self, Fault};
@@ -213,7 +213,7 @@ impl App {
 
     /// Takes what has come in, and sends until nothing is left or the controller is full; its interrupts call again.
     fn service(&mut self) {
-        let now = cycle_clock::now();
+        let now = self.beats.now();
         loop {
             self.parts.bus.begin_service();
             while self.parts.bus.has_news()

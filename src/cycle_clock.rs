@@ -33,11 +33,6 @@ pub(crate) fn start() {
     BEAT.dier().write(|enables| enables.set_uie(true));
 }
 
-/// The time since the start of the board.
-pub(crate) fn now() -> Instant {
-    Instant::from_us(uptime_us())
-}
-
 /// Microseconds since the start of the board.
 fn uptime_us() -> u64 {
     loop {
@@ -68,6 +63,9 @@ pub(crate) struct Beat {
 /// set-points on the bus.
 pub(crate) struct Beats {
     planned: Instant,
+    /// When the latest beat was taken, and what the counter said.
+    taken: Instant,
+    count: u32,
 }
 
 impl Beats {
@@ -75,7 +73,15 @@ impl Beats {
     pub(crate) const fn new() -> Self {
         Self {
             planned: Instant::from_us(0),
+            taken: Instant::from_us(0),
+            count: 0,
         }
+    }
+
+    /// The time since the start of the board, after the first beat.
+    #[inline]
+    pub(crate) fn now(&self) -> Instant {
+        self.taken + CLOCK.cnt().read().wrapping_sub(self.count)
     }
 
     /// Takes the beat that has come, for its interrupt; the latest one when there were several.
@@ -89,7 +95,8 @@ impl Beats {
                 Ordering::Relaxed,
             );
         }
-        let (delay_us, now) = (BEAT.cnt().read(), now());
+        let (delay_us, now) = (BEAT.cnt().read(), Instant::from_us(uptime_us()));
+        (self.taken, self.count) = (now, now.as_us() as u32);
         // The counters run in step, but are read one after the other.
         let begun_us = now.us_since(self.planned) as u32 - delay_us.min(CYCLE_US);
         let periods = (begun_us + CYCLE_US / 2) / CYCLE_US;

@@ -440,6 +440,14 @@ pub trait Drive {
     fn cycle_frame(&mut self, view: &View) -> Result<FrameOf<Self>, FaultOf<Self>>;
     /// The controller accepted it.
     fn cycle_frame_accepted(&mut self, now: Instant);
+    /// About the length of the frame of this cycle on the wire in bits, for the placement of requests; 0 where that does not matter.
+    fn cycle_frame_bits(&self) -> u8 {
+        0
+    }
+    /// Length of the frame of the poll that comes next on the wire in bits; 0 where that does not matter.
+    fn poll_bits(&self) -> u8 {
+        0
+    }
     /// The frame that switches the drive; `None` where the frame of a cycle does that.
     fn switch(&self, on: bool) -> Option<FrameOf<Self>>;
     /// For how many cycles the request to send next has been due: [`Wanted::overdue_cycles`] of [`Self::wanted`].

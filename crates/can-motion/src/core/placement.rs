@@ -1,5 +1,6 @@
 //! Where requests go among the frames of a cycle: a strategy, because it decides about jitter and not about safety.
 
+use core::cmp::Ordering;
 use core::fmt::Debug;
 
 use crate::core::time::Instant;
@@ -27,6 +28,12 @@ pub trait RequestPlacement: Debug {
     /// Whether each cycle should have its requests, also such that are not due yet.
     fn needs_requests(&self) -> bool {
         false
+    }
+
+    /// Whether a short or a long request fits better beside frames of this length in bits; `None` when it does not matter.
+    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
+        let _ = frames_bits;
+        None
     }
 }
 

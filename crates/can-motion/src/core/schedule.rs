@@ -1,10 +1,17 @@
 //! Which request goes out in a cycle, and where.
 
-use crate::core::family::{CycleConfig, Drive, Family};
+use core::cmp::Ordering;
+
+use crate::core::family::{CycleConfig, Drive, Family, Wanted};
 use crate::core::group::Axes;
 use crate::core::placement::RequestPlacement;
 use crate::core::time::Instant;
 use crate::plan::union;
+
+/// So many cycles a poll may go before one that is due longer, to even out the length of a cycle.
+const COUNTERWEIGHT_CYCLES: i32 = 14;
+/// Of an axis that asks nothing.
+const NOT_WANTED: i32 = i32::MIN;
 
 /// The requests of a cycle.
 #[derive(Debug)]
@@ -71,15 +78,61 @@ impl<F: Family> Schedule<F> {
         }
         // Where frames of the cycle come behind the requests, a cycle without a request would move them.
         let may_be_early = self.placement.needs_requests() && axes.due != 0;
-        let mut longest = if may_be_early { i32::MIN } else { -1 };
-        let turn = self.turn.min(axes.len());
-        for index in (turn..axes.len()).chain(0..turn) {
-            if let Some(axis) = axes.get(index)
-                && let Some(overdue_cycles) = axis.drive.overdue(&axis.view, now, cycle)
-                && overdue_cycles > longest
-            {
-                (self.next, longest) = (Some(index), overdue_cycles);
+        let earliest = if may_be_early { NOT_WANTED + 1 } else { 0 };
+        let mut overdue = [NOT_WANTED; N];
+        for (axis, overdue) in axes.iter().zip(&mut overdue) {
+            if let Some(cycles) = axis.drive.overdue(&axis.view, now, cycle) {
+                *overdue = cycles;
             }
         }
+        let Some((index, longest)) = self.first_best(&overdue, axes.len(), earliest) else {
+            return;
+        };
+        self.next = Some(index);
+        if !may_be_early || longest == Wanted::<F::Request>::URGENT {
+            return;
+        }
+        let Some(preference) = self.placement.preference(|| due_bits(axes)) else {
+            return;
+        };
+        let soon = longest.saturating_sub(COUNTERWEIGHT_CYCLES);
+        for (axis, rank) in axes.iter().zip(&mut overdue) {
+            let bits = i32::from(axis.drive.poll_bits());
+            *rank = match preference {
+                _ if *rank <= soon => NOT_WANTED,
+                Ordering::Less => -bits,
+                Ordering::Equal | Ordering::Greater => bits,
+            };
+        }
+        self.next = self
+            .first_best(&overdue, axes.len(), NOT_WANTED + 1)
+            .map(|(index, _)| index);
     }
+
+    /// The first axis of the highest rank from `least` on, in turn.
+    fn first_best(&self, ranks: &[i32], axes: usize, least: i32) -> Option<(usize, i32)> {
+        let mut index = if self.turn < axes { self.turn } else { 0 };
+        let mut best = None;
+        let mut least = least;
+        for _ in 0..axes {
+            if let Some(&rank) = ranks.get(index)
+                && rank >= least
+            {
+                best = Some((index, rank));
+                least = rank.saturating_add(1);
+            }
+            index = if index + 1 < axes { index + 1 } else { 0 };
+        }
+        best
+    }
+}
+
+/// About the length of the frames of this cycle that are still to come.
+fn due_bits<const N: usize, F: Family>(axes: &Axes<N, F>) -> u32 {
+    let due = axes
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| axes.due & 1 << index != 0);
+    due.map(|(_, axis)| u32::from(axis.drive.cycle_frame_bits()))
+        .sum()
 }

@@ -1,6 +1,6 @@
 //! One DYN drive: its frames, its readings, its ledger, and the one request that it may owe.
 
-use dyn_can::{DataFrame, Dialect, Request, ServoSwitch, go_relative_pos_pd};
+use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
 use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
@@ -12,6 +12,7 @@ use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::time::Instant;
 use crate::plan::ResponseWindow;
+use crate::plan::frames::poll_bits;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
@@ -19,6 +20,7 @@ use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::feedback::Feedback;
 use crate::servo::ledger::Ledger;
+use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
 use crate::servo::procedure::{Procedure, ProcedureError, Run};
 use crate::servo::request_slot::RequestSlot;
@@ -39,6 +41,8 @@ pub struct Servo {
     pub(super) counters: Counters,
     pub(super) slot: RequestSlot,
     pub(super) polls: PollClock,
+    /// Length of the request of each poll on the wire.
+    poll_bits: [u8; PollKind::ALL.len()],
     pub(super) responses: ResponseWatch,
     pub(super) timeouts_in_row: u8,
     /// When the drive was last asked anything.
@@ -72,6 +76,7 @@ impl Servo {
             counters: Counters::default(),
             slot: RequestSlot::default(),
             polls: PollClock::new(&config.polls, master.cycle_us, rank),
+            poll_bits: PollKind::ALL.map(|kind| poll_bits(&config, kind) as u8),
             responses: ResponseWatch::default(),
             timeouts_in_row: 0,
             asked_at: Instant::default(),
@@ -183,6 +188,19 @@ impl Drive for Servo {
         self.counters.set_points = self.counters.set_points.wrapping_add(1);
     }
 
+    /// Without the stuff bits of the checksum.
+    #[inline]
+    fn cycle_frame_bits(&self) -> u8 {
+        let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
+        set_point_bits(step.get())
+    }
+
+    fn poll_bits(&self) -> u8 {
+        let kind = self.polls.first();
+        kind.and_then(|kind| self.poll_bits.get(kind as usize).copied())
+            .unwrap_or(0)
+    }
+
     fn switch(&self, on: bool) -> Option<DataFrame> {
         let switch = if on {
             ServoSwitch::Enable
@@ -291,4 +309,24 @@ impl Drive for Servo {
     fn abort_work(&mut self, log: &mut Log<'_>) {
         self.abort_procedure(log);
     }
+}
+
+/// Length of a set-point behind its identifier, with the stuff bits of its data: what changes from one to the next, without the checksum.
+#[inline]
+fn set_point_bits(step: i16) -> u8 {
+    // Behind the four bits of the length, on the left.
+    let (field, bits): (u32, u8) = if i16::from(step as i8) == step {
+        (0x1000_0000 | u32::from(step as u8) << 20, 12)
+    } else {
+        (0x2000_0000 | u32::from(step as u16) << 12, 20)
+    };
+    let equal = !(field ^ field << 1) & (!0_u32 << (33 - u32::from(bits)));
+    let mut fives = equal & equal << 1 & equal << 2 & equal << 3;
+    let mut length = bits;
+    while fives != 0 {
+        length += 1;
+        // The next stuff bit of a run comes five bits later.
+        fives &= u32::MAX >> 5 >> fives.leading_zeros();
+    }
+    length
 }

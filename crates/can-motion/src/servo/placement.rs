@@ -6,12 +6,17 @@
 //! as far as the responses of the drives are known. Where there is no such place, or the plan of the bus has no room for
 //! requests before set-points, they go behind all set-points.
 
+use core::cmp::Ordering;
+
 use crate::core::placement::RequestPlacement;
 use crate::core::time::Instant;
 use crate::plan::{Burst, BusPlan, ResponseWindow};
 
 /// Cycles from one choice of the place of requests to the next.
 const PLACEMENT_CYCLES: u32 = 32;
+
+/// So far from the mean the length of the set-points may be without a request that evens it out.
+const USUAL_BITS: u32 = 1;
 
 /// The place of requests from which their replies meet no set-point, as far as the plan has room for it; behind all set-points
 /// otherwise, and until the responses of the drives are known.
@@ -23,8 +28,12 @@ pub struct Aligned {
     may_choose: bool,
     /// Set-points before the requests; `None`: all of them.
     before: Option<u8>,
+    /// The axes of these set-points, one bit each.
+    before_mask: u64,
     /// Time on the wire of what was accepted in this cycle.
     accepted_us: u32,
+    /// Mean length of the set-points of a cycle lately, in sixteenths of a bit.
+    mean_sixteenths: u32,
 }
 
 impl Aligned {
@@ -35,7 +44,9 @@ impl Aligned {
             burst,
             may_choose,
             before: None,
+            before_mask: u64::MAX,
             accepted_us: 0,
+            mean_sixteenths: 0,
         }
     }
 
@@ -52,6 +63,8 @@ impl Aligned {
             let places = (0..set_points).filter_map(|before| Some((slack_us(before)?, before)));
             self.before = places.max().map(|(_, before)| before);
         }
+        let first_behind = self.before.and_then(|before| 1_u64.checked_shl(before.into()));
+        self.before_mask = first_behind.map_or(u64::MAX, |first_behind| first_behind.wrapping_sub(1));
     }
 }
 
@@ -78,16 +91,31 @@ impl RequestPlacement for Aligned {
     }
 
     fn is_reached(&self, due: u64) -> bool {
-        let before = self
-            .before
-            .and_then(|before| 1_u64.checked_shl(before.into()))
-            .map_or(u64::MAX, |first_behind| first_behind.wrapping_sub(1));
-        due & before == 0
+        due & self.before_mask == 0
     }
 
     /// Where requests come before set-points, each cycle must have its requests, or set-points would shift.
     fn needs_requests(&self) -> bool {
         self.before.is_some()
+    }
+
+    /// Beside set-points of extreme length a request whose length evens them out. Most set-points are of medium length and leave the
+    /// choice to the due dates.
+    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
+        let set_points_bits = frames_bits();
+        let mean_bits = self.mean_sixteenths / 16;
+        // A sixteenth of the difference, as the mean is in sixteenths.
+        self.mean_sixteenths = self
+            .mean_sixteenths
+            .saturating_add(set_points_bits)
+            .saturating_sub(mean_bits);
+        if set_points_bits + USUAL_BITS < mean_bits {
+            Some(Ordering::Greater)
+        } else if set_points_bits > mean_bits + USUAL_BITS {
+            Some(Ordering::Less)
+        } else {
+            None
+        }
     }
 }
 
@@ -180,5 +208,16 @@ mod tests {
         placement.frame_accepted();
         assert_eq!(placement.request_leaves(start, start), start + 2 * 67 + 57);
         assert_eq!(placement.request_leaves(start + 400, start), start + 457);
+    }
+
+    #[test]
+    fn a_request_evens_out_what_is_far_from_the_mean() {
+        let mut placement = Aligned::new(1_000, BURST, true);
+        for _ in 0..200 {
+            placement.preference(|| 524);
+        }
+        assert_eq!(placement.preference(|| 525), None);
+        assert_eq!(placement.preference(|| 514), Some(Ordering::Greater));
+        assert_eq!(placement.preference(|| 534), Some(Ordering::Less));
     }
 }

@@ -63,6 +63,11 @@ impl PollClock {
         clock
     }
 
+    /// The kind of poll that is due longest, or soonest.
+    pub(crate) const fn first(&self) -> Option<PollKind> {
+        self.first
+    }
+
     /// The poll that is due longest, or soonest when none is due.
     #[inline]
     pub(crate) fn most_overdue(&self, cycle: u32) -> Option<DuePoll> {
