@@ -95,7 +95,7 @@ impl<F: Family> Axis<F> {
         facts.motion == Motion::Stream
             && facts.power == Power::On
             && facts.knowledge == Knowledge::Anchored
-            && now.us_since(self.sent_at) < u64::from(stuck_us)
+            && now < self.sent_at + stuck_us
             && self.drive.streams_on(now)
     }
 

@@ -281,8 +281,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// [`TargetError`] when the axis does not stream or the target leaves its travel; nothing changes then.
     pub fn set_target(&mut self, axis: usize, target: i32) -> Result<(), TargetError> {
         let axes = self.axes.len();
-        // The time stands for events, and a target makes none.
-        let Some((place, _)) = self.axes.with_log(Instant::default(), axis) else {
+        let Some(place) = self.axes.get_mut(axis) else {
             return Err(TargetError::NoSuchAxis { axes, actual: axis });
         };
         if place.view.facts.motion != Motion::Stream {

@@ -129,10 +129,12 @@ impl<F: Family> Schedule<F> {
 
 /// About the length of the frames of this cycle that are still to come.
 fn due_bits<const N: usize, F: Family>(axes: &Axes<N, F>) -> u32 {
-    let due = axes
-        .iter()
-        .enumerate()
-        .filter(|(index, _)| axes.due & 1 << index != 0);
-    due.map(|(_, axis)| u32::from(axis.drive.cycle_frame_bits()))
-        .sum()
+    let (mut bits, mut due) = (0, axes.due);
+    for axis in axes.iter() {
+        if due & 1 != 0 {
+            bits += u32::from(axis.drive.cycle_frame_bits());
+        }
+        due >>= 1;
+    }
+    bits
 }

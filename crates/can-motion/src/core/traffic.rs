@@ -332,7 +332,8 @@ impl<const N: usize, F: Family> Master<N, F> {
             axis.drive.cycle_frame_accepted(now);
             axis.sent_at = now;
         }
-        self.axes.due &= !(1 << index);
+        // It is the lowest: frames go out in this order.
+        self.axes.due &= self.axes.due.wrapping_sub(1);
         self.full_since = None;
         self.schedule.placement.frame_accepted();
         if matches!(class, Class::SwitchOn | Class::SwitchOff) {

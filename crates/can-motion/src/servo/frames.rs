@@ -93,15 +93,16 @@ impl Servo {
         if !is_on {
             return None;
         }
-        let age_us = now.us_since(self.guarded_at);
-        if age_us >= u64::from(GUARD_URGENT_US) {
+        // The lower half of the time is enough: windows and their places are powers of two, and a reading that is more than an hour old
+        // waits for its window at most.
+        let now_us = now.as_us() as u32;
+        let age_us = now_us.wrapping_sub(self.guarded_at.as_us() as u32);
+        if age_us >= GUARD_URGENT_US {
             return Some(Wanted::<Request>::URGENT);
         }
-        // Windows and their places are powers of two, so the lower half of the time tells both.
-        let now_us = now.as_us() as u32;
         let window = now_us / GUARD_WINDOW_US;
         let is_turn = window % GUARD_WINDOWS == u32::from(self.config.drive.get()) % GUARD_WINDOWS;
-        if !is_turn || age_us < u64::from(GUARD_WINDOW_US) {
+        if !is_turn || age_us < GUARD_WINDOW_US {
             return None;
         }
         let in_window_us = now_us % GUARD_WINDOW_US;

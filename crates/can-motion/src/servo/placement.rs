@@ -30,8 +30,8 @@ pub struct Aligned {
     before: Option<u8>,
     /// The axes of these set-points, one bit each.
     before_mask: u64,
-    /// Time on the wire of what was accepted in this cycle.
-    accepted_us: u32,
+    /// Set-points accepted in this cycle.
+    accepted: u32,
     /// Mean length of the set-points of a cycle lately, in sixteenths of a bit.
     mean_sixteenths: u32,
 }
@@ -45,7 +45,7 @@ impl Aligned {
             may_choose,
             before: None,
             before_mask: u64::MAX,
-            accepted_us: 0,
+            accepted: 0,
             mean_sixteenths: 0,
         }
     }
@@ -75,19 +75,20 @@ impl RequestPlacement for Aligned {
         axes: u8,
         window: impl FnOnce() -> Option<ResponseWindow>,
     ) {
-        self.accepted_us = 0;
+        self.accepted = 0;
         if cycle.is_multiple_of(PLACEMENT_CYCLES) {
             self.choose(axes, window());
         }
     }
 
     fn frame_accepted(&mut self) {
-        self.accepted_us = self.accepted_us.saturating_add(self.burst.set_point_us);
+        self.accepted = self.accepted.wrapping_add(1);
     }
 
     /// Behind what was accepted before it in this cycle.
     fn request_leaves(&self, now: Instant, cycle_started: Instant) -> Instant {
-        now.max(cycle_started + self.accepted_us) + self.burst.request_us
+        let accepted_us = self.accepted.saturating_mul(self.burst.set_point_us);
+        now.max(cycle_started + accepted_us) + self.burst.request_us
     }
 
     fn is_reached(&self, due: u64) -> bool {

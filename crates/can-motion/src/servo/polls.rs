@@ -20,10 +20,7 @@ impl Due {
     fn overdue(self, cycle: u32) -> i32 {
         let since = cycle.wrapping_sub(self.next).cast_signed();
         // A date is never more than a period ahead: what looks so was passed longer ago than the count of cycles reaches.
-        if since
-            .checked_add_unsigned(self.period)
-            .is_some_and(|end| end < 0)
-        {
+        if since < 0 && since.unsigned_abs() > self.period {
             i32::MAX - 1
         } else {
             since
