@@ -3,17 +3,14 @@
 use core::mem::size_of;
 
 use can_motion::facts::{Input, Latch, Motion, Power, accepts};
-use can_motion::{ConfigError, EventKind, Instant, Progress, ServoMaster, service_taking_back};
+use can_motion::{BusUser, ConfigError, EventKind, Instant, Outcome, ServoMaster, Sink};
 use dyn_can::{Address, Dialect, Request, ServoSwitch};
-use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Timer};
-use embedded_can::nb::Can;
 use static_cell::StaticCell;
 
 use crate::board::{InputPins, STACK_BYTES, StatusLed, Watchdog};
 use crate::bus::Bus;
 use crate::config::{self, AXES, GROUP};
-use crate::cycle_clock::{Beat, beat};
+use crate::cycle_clock::{Beat, Beats};
 use crate::debounce::Debounced;
 use crate::led::{self, LedPattern};
 use crate::misbehaviour::{self, Fault};
@@ -25,11 +22,10 @@ use crate::telemetry::{self, Message};
 
 /// Cycles for which joining the bus may take before it is reported, and again after each report.
 const JOIN_REPORT_CYCLES: u32 = 1_000_000 / config::CYCLE_US;
-/// How long a disable command after a failure may wait for room, in steps of a frame's length.
-const DISABLE_PATIENCE: u32 = 100;
+/// Cycles for which a disable command after a failure may wait for room: 10 ms.
+const DISABLE_PATIENCE_CYCLES: u32 = 10_000_u32.div_ceil(config::CYCLE_US);
 /// A drive that has not confirmed a disable command by then is shown: the first repetition was not enough either.
 const UNCONFIRMED_CYCLES: u32 = 2 * config::MASTER.timeouts.confirm_us / config::CYCLE_US;
-const FRAME_TIME: Duration = Duration::from_micros(100);
 
 /// What the application works with.
 pub(crate) struct Parts {
@@ -55,12 +51,6 @@ pub(crate) struct Refused {
     pub(crate) watchdog: Watchdog,
 }
 
-/// Runs for ever.
-#[embassy_executor::task]
-pub(crate) async fn run(app: &'static mut App) {
-    app.run().await;
-}
-
 /// The application in the memory that it stays in, or the reason why the configuration cannot work. To be called once: a second call
 /// panics. Not inlined: its stack, on which the application is built, must be free again afterwards.
 #[inline(never)]
@@ -82,15 +72,31 @@ const _: () = assert!(
     "too many axes for the stack: raise STACK in the memory map and STACK_BYTES"
 );
 
+/// How far the application is.
+#[derive(Clone, Copy)]
+enum Phase {
+    /// Until the controller takes part in the traffic: for ever on a bus that is held dominant or has no transceiver. No drive can be
+    /// reached meanwhile, so the inputs have nothing to say.
+    Joining { cycles: u32 },
+    /// The firmware that moved the drives has failed: each is told to disable, as far as the bus allows.
+    Disabling { axis: usize, cycles: u32 },
+    /// The master works.
+    Running,
+}
+
 /// The cycle with everything it works with.
 pub(crate) struct App {
     master: ServoMaster<AXES>,
     parts: Parts,
+    phase: Phase,
+    beats: Beats,
     bus_state: FaultState,
     stop_closed: Debounced,
     enable: Debounced,
     run: Debounced,
     supervisor: Supervisor,
+    /// What the axes show, as of so many changes of their facts.
+    seen: (u32, Seen),
     playback: Playback,
     statistics: Statistics,
     led: LedPattern,
@@ -98,12 +104,23 @@ pub(crate) struct App {
     disabling_cycles: u32,
 }
 
+/// What the facts of the axes show.
+#[derive(Clone, Copy)]
+struct Seen {
+    axes: Axes,
+    /// A drive has not confirmed its disable command.
+    disabling: bool,
+}
+
 impl App {
-    const fn new(master: ServoMaster<AXES>, parts: Parts) -> Self {
+    fn new(master: ServoMaster<AXES>, parts: Parts) -> Self {
         Self {
+            seen: (master.changes(), look(&master)),
             master,
             supervisor: Supervisor::new(parts.is_locked),
             parts,
+            phase: Phase::Joining { cycles: 0 },
+            beats: Beats::new(),
             bus_state: FaultState::ErrorActive,
             stop_closed: Debounced::new(),
             enable: Debounced::new(),
@@ -115,94 +132,105 @@ impl App {
         }
     }
 
-    async fn run(&mut self) {
-        self.join().await;
-        telemetry::tell(Message::OnTheBus);
-        if self.parts.is_locked {
-            self.disable_all().await;
-        }
-        let mut progress = Progress::Idle;
-        loop {
-            // The beat is asked first, so nothing on the bus can hold it up.
-            progress = match select(beat(), self.parts.bus.serviceable(progress)).await {
-                Either::First(beat) => self.cycle(beat),
-                Either::Second(()) => {
-                    let stretch = Stretch::begin();
-                    let progress = self.service();
-                    self.statistics.note_service(stretch);
-                    progress
-                }
-            };
-        }
-    }
-
-    /// Until the controller takes part in the traffic: for ever on a bus that is held dominant or has no transceiver. No drive can be
-    /// reached meanwhile, so the inputs have nothing to say.
-    async fn join(&mut self) {
-        let mut cycles = 0;
-        loop {
-            if misbehaviour::has(Fault::WaitForTheBus) {
-                while self.parts.bus.recover().is_err() {}
-            }
-            self.parts.bus.check();
-            if self.parts.bus.recover().is_ok() {
-                return;
-            }
-            beat().await;
-            cycles += 1;
-            if cycles % JOIN_REPORT_CYCLES == 0 {
-                telemetry::tell(Message::BusNeverIdle);
-            }
-            self.parts.status_led.set(self.led.play(led::OFF_THE_BUS));
-            self.parts.watchdog.feed();
-        }
-    }
-
-    /// Tells every drive to disable, as far as the bus allows: the firmware that moved them has failed.
-    async fn disable_all(&mut self) {
-        for axis in &config::AXIS_CONFIGS {
-            let request = Request::ServoDisable(ServoSwitch::Disable);
-            // The command is the same in every revision.
-            let Ok(frame) = request.encode(Address::Drive(axis.drive), &Dialect::V1_6A) else {
-                continue;
-            };
-            let Some(frame) = frame.to_can() else {
-                continue;
-            };
-            for _ in 0..DISABLE_PATIENCE {
-                self.parts.watchdog.feed();
-                match self.parts.bus.transmit(&frame) {
-                    Err(nb::Error::WouldBlock) => Timer::after(FRAME_TIME).await,
-                    _ => break,
-                }
-            }
-        }
-    }
-
-    /// One cycle, up to the point where everything is sent or the mailboxes are full.
-    fn cycle(&mut self, beat: Beat) -> Progress {
-        let (stretch, now) = (Stretch::begin(), now());
-        let planned = Instant::from_us(beat.planned.as_micros());
-        self.watch_bus(now);
-        self.supervise(planned, now);
-        self.playback.set_targets(&mut self.master, planned, now);
-        self.master.begin_cycle(now);
-        let progress = self.service();
-        misbehaviour::act();
-        self.report();
-        if let Some(second) = self
-            .statistics
-            .note_cycle(beat.delay, stretch, &self.master, now)
-        {
-            telemetry::tell(Message::Second(second));
+    /// For the interrupt of the beat.
+    pub(crate) fn cycle(&mut self) {
+        let (stretch, beat) = (Stretch::begin(), self.beats.take());
+        match self.phase {
+            Phase::Joining { cycles } => self.join(cycles),
+            Phase::Disabling { axis, cycles } => self.disable_from(axis, cycles),
+            Phase::Running => self.run(beat, stretch),
         }
         // Only a cycle that came to its end says that the firmware lives.
         self.parts.watchdog.feed();
-        progress
     }
 
-    fn service(&mut self) -> Progress {
-        service_taking_back(&mut self.master, &mut self.parts.bus, now(), Bus::take_back)
+    /// For the interrupts of the bus, which it enables when it runs.
+    pub(crate) fn on_traffic(&mut self) {
+        let stretch = Stretch::begin();
+        self.service();
+        self.statistics.note_service(stretch);
+    }
+
+    fn join(&mut self, cycles: u32) {
+        if misbehaviour::has(Fault::WaitForTheBus) {
+            while !self.parts.bus.recover() {}
+        }
+        self.parts.bus.check();
+        if self.parts.bus.recover() {
+            telemetry::tell(Message::OnTheBus);
+            self.phase = if self.parts.is_locked {
+                Phase::Disabling { axis: 0, cycles: 0 }
+            } else {
+                Phase::Running
+            };
+            return;
+        }
+        let cycles = cycles.wrapping_add(1);
+        if cycles % JOIN_REPORT_CYCLES == 0 {
+            telemetry::tell(Message::BusNeverIdle);
+        }
+        self.phase = Phase::Joining { cycles };
+        self.parts.status_led.set(self.led.play(led::OFF_THE_BUS));
+    }
+
+    fn disable_from(&mut self, axis: usize, cycles: u32) {
+        let waiting = config::AXIS_CONFIGS.iter().enumerate().skip(axis);
+        for (axis, config) in waiting {
+            let request = Request::ServoDisable(ServoSwitch::Disable);
+            // The command is the same in every revision.
+            let Ok(frame) = request.encode(Address::Drive(config.drive), &Dialect::V1_6A) else {
+                continue;
+            };
+            let is_full = matches!(self.parts.bus.offer(&frame), Outcome::Full);
+            if is_full && cycles < DISABLE_PATIENCE_CYCLES {
+                let cycles = cycles + 1;
+                self.phase = Phase::Disabling { axis, cycles };
+                return;
+            }
+        }
+        self.phase = Phase::Running;
+    }
+
+    /// One cycle, up to the point where everything is sent or the controller is full.
+    fn run(&mut self, beat: Beat, stretch: Stretch) {
+        let Beat { planned, now, .. } = beat;
+        self.watch_bus(now);
+        self.supervise(planned, now);
+        let is_streaming = self.look().axes.streaming;
+        self.playback
+            .set_targets(&mut self.master, is_streaming, planned, now);
+        self.master.begin_cycle(now);
+        self.service();
+        misbehaviour::act();
+        self.report();
+        if let Some(second) =
+            self.statistics
+                .note_cycle(beat.delay_us, stretch, &self.master, now)
+        {
+            telemetry::tell(Message::Second(second));
+        }
+    }
+
+    /// Takes what has come in, and sends until nothing is left or the controller is full; its interrupts call again.
+    fn service(&mut self) {
+        let now = self.beats.now();
+        loop {
+            self.parts.bus.begin_service();
+            while self.parts.bus.has_news()
+                && let Some(received) = self.parts.bus.receive() {
+                match received {
+                    Ok(frame) => self.master.on_frame(now, &frame),
+                    Err(kind) => {
+                        self.master.on_receive_error(now, kind);
+                        break;
+                    }
+                }
+            }
+            let progress = self.master.send(now, &mut self.parts.bus);
+            if !self.parts.bus.end_service(progress) {
+                return;
+            }
+        }
     }
 
     /// Reports a change of the controller's state. When it is down everything stops, and it goes one step of its way back in each
@@ -219,7 +247,7 @@ impl App {
             return;
         }
         self.master.on_bus_off(now);
-        if self.parts.bus.recover().is_ok() {
+        if self.parts.bus.recover() {
             self.master.on_bus_recovered(now);
         }
     }
@@ -232,7 +260,7 @@ impl App {
             enable: self.enable.update(levels.enable),
             run: self.run.update(levels.run),
         };
-        let axes = self.look();
+        let axes = self.axes();
         let before = self.supervisor.state();
         let action = self.supervisor.update(inputs, axes);
         let state = self.supervisor.state();
@@ -246,26 +274,22 @@ impl App {
         self.parts.status_led.set(self.led.update(state, axes));
     }
 
-    fn look(&mut self) -> Axes {
-        let mut axes = Axes {
-            ready: true,
-            adoptable: true,
-            clearable: !self.bus_state.is_down(),
-            streaming: true,
-            ..Axes::default()
-        };
-        let mut disabling = false;
-        for facts in (0..AXES).filter_map(|axis| self.master.facts(axis)) {
-            let can_be_enabled = accepts(&facts, Input::Enable);
-            axes.ready &= can_be_enabled;
-            axes.adoptable &= can_be_enabled || accepts(&facts, Input::Adopt);
-            axes.found_on |= facts.power == Power::FoundOn;
-            axes.faulted |= facts.latch != Latch::None;
-            axes.clearable &= accepts(&facts, Input::Clear);
-            axes.streaming &= facts.motion == Motion::Stream;
-            disabling |= matches!(facts.power, Power::OffWanted | Power::OffSent);
+    /// What the facts of the axes show: they are looked at when one of them has changed.
+    fn look(&mut self) -> Seen {
+        let changes = self.master.changes();
+        if self.seen.0 != changes {
+            self.seen = (changes, look(&self.master));
         }
-        axes.adoptable &= !axes.ready;
+        self.seen.1
+    }
+
+    /// What the supervisor is told of the axes, once a cycle.
+    fn axes(&mut self) -> Axes {
+        let Seen {
+            mut axes,
+            disabling,
+        } = self.look();
+        axes.clearable &= !self.bus_state.is_down();
         self.disabling_cycles = if disabling {
             self.disabling_cycles.saturating_add(1)
         } else {
@@ -295,7 +319,7 @@ impl App {
                 Ok(())
             }
             Action::Finish => {
-                self.playback.finish(planned);
+                self.playback.finish();
                 Ok(())
             }
         };
@@ -322,7 +346,25 @@ impl App {
     }
 }
 
-/// The time since the start of the board, for the master.
-fn now() -> Instant {
-    Instant::from_us(embassy_time::Instant::now().as_micros())
+fn look(master: &ServoMaster<AXES>) -> Seen {
+    let mut axes = Axes {
+        ready: true,
+        adoptable: true,
+        clearable: true,
+        streaming: true,
+        ..Axes::default()
+    };
+    let mut disabling = false;
+    for facts in (0..AXES).filter_map(|axis| master.facts(axis)) {
+        let can_be_enabled = accepts(&facts, Input::Enable);
+        axes.ready &= can_be_enabled;
+        axes.adoptable &= can_be_enabled || accepts(&facts, Input::Adopt);
+        axes.found_on |= facts.power == Power::FoundOn;
+        axes.faulted |= facts.latch != Latch::None;
+        axes.clearable &= accepts(&facts, Input::Clear);
+        axes.streaming &= facts.motion == Motion::Stream;
+        disabling |= matches!(facts.power, Power::OffWanted | Power::OffSent);
+    }
+    axes.adoptable &= !axes.ready;
+    Seen { axes, disabling }
 }

@@ -1,70 +1,110 @@
-//! The beat of the cycle.
+//! The clock of the board, and the beat of the cycle: the two counters of 32 bit that both chips have.
 
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Ticker};
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use can_motion::Instant;
+use embassy_stm32::pac::timer::TimGp32;
+use embassy_stm32::{pac, peripherals, rcc};
 
 use crate::config::CYCLE_US;
 
-/// Time from one cycle to the next.
-pub(crate) const PERIOD: Duration = Duration::from_micros(CYCLE_US as u64);
+/// Beats at the end of each period.
+const BEAT: TimGp32 = pac::TIM2;
+/// Counts microseconds without an end.
+const CLOCK: TimGp32 = pac::TIM5;
 
-static BEAT: Signal<CriticalSectionRawMutex, Beat> = Signal::new();
+/// How often [`CLOCK`] has begun anew; the cycle counts it.
+static WRAPS: AtomicU32 = AtomicU32::new(0);
 
-/// Beats for ever. A task of its own: in the task of the cycle the timer would be set anew for every frame that comes or goes, because
-/// each of them polls everything that the task waits for.
-#[embassy_executor::task]
-pub(crate) async fn run() {
-    let mut clock = CycleClock::start();
+/// Starts both counters; the first beat comes a period from now. To be called once, when the clocks of the chip are set.
+pub(crate) fn start() {
+    rcc::enable_and_reset::<peripherals::TIM2>();
+    rcc::enable_and_reset::<peripherals::TIM5>();
+    // Both are on the same bus.
+    let prescaler = rcc::frequency::<peripherals::TIM5>().0 / 1_000_000 - 1;
+    for (timer, period_us) in [(CLOCK, 0), (BEAT, CYCLE_US)] {
+        timer.psc().write_value(prescaler as u16);
+        timer.arr().write_value(period_us.wrapping_sub(1));
+        // Takes the settings over, which also raises the mark of a new period.
+        timer.egr().write(|event| event.set_ug(true));
+        timer.sr().write(|_| {});
+        timer.cr1().write(|control| control.set_cen(true));
+    }
+    BEAT.dier().write(|enables| enables.set_uie(true));
+}
+
+/// Microseconds since the start of the board.
+fn uptime_us() -> u64 {
     loop {
-        BEAT.signal(clock.next().await);
+        let wraps = WRAPS.load(Ordering::Relaxed);
+        let count = CLOCK.cnt().read();
+        // It has begun anew since the cycle looked; what was read before that is not concerned.
+        let has_wrapped = CLOCK.sr().read().uif() && count <= u32::MAX / 2;
+        if WRAPS.load(Ordering::Relaxed) == wraps {
+            return u64::from(wraps.wrapping_add(has_wrapped.into())) << 32 | u64::from(count);
+        }
     }
 }
 
-/// Waits for the next beat; the latest one when several have passed. Cancelling it loses nothing.
-pub(crate) async fn beat() -> Beat {
-    BEAT.wait().await
-}
+defmt::timestamp!("{=u64:us}", uptime_us());
 
 /// The beginning of a cycle.
 #[derive(Clone, Copy)]
 pub(crate) struct Beat {
     /// When it was planned.
     pub(crate) planned: Instant,
-    /// How much later it came.
-    pub(crate) delay: Duration,
+    /// How much later it came, in microseconds.
+    pub(crate) delay_us: u32,
+    /// Now.
+    pub(crate) now: Instant,
 }
 
-/// A ticker that keeps its phase and leaves out the beats that it was too late for.
-///
-/// A plain [`Ticker`] makes up for them at once, one after the other, and the bus would see a burst of set-points.
-struct CycleClock {
-    ticker: Ticker,
+/// Keeps the phase of the beats and leaves out those that the cycle was too late for: made up for at once, they would be a burst of
+/// set-points on the bus.
+pub(crate) struct Beats {
     planned: Instant,
+    /// When the latest beat was taken, and what the counter said.
+    taken: Instant,
+    count: u32,
 }
 
-impl CycleClock {
-    /// Starts the clock; the first beat comes a period from now.
-    fn start() -> Self {
-        let planned = Instant::now();
-        let mut ticker = Ticker::every(PERIOD);
-        ticker.reset_at(planned);
-        Self { ticker, planned }
+impl Beats {
+    /// No beat has come yet.
+    pub(crate) const fn new() -> Self {
+        Self {
+            planned: Instant::from_us(0),
+            taken: Instant::from_us(0),
+            count: 0,
+        }
     }
 
-    async fn next(&mut self) -> Beat {
-        self.ticker.next().await;
-        let now = Instant::now();
-        let elapsed = now.saturating_duration_since(self.planned).as_ticks();
-        let periods = elapsed / PERIOD.as_ticks();
-        let planned = self.planned + Duration::from_ticks(periods * PERIOD.as_ticks());
-        if periods > 1 {
-            self.ticker.reset_at(planned);
+    /// The time since the start of the board, after the first beat.
+    #[inline]
+    pub(crate) fn now(&self) -> Instant {
+        self.taken + CLOCK.cnt().read().wrapping_sub(self.count)
+    }
+
+    /// Takes the beat that has come, for its interrupt; the latest one when there were several.
+    pub(crate) fn take(&mut self) -> Beat {
+        // Clears the mark of the update; others are not used.
+        BEAT.sr().write(|_| {});
+        if CLOCK.sr().read().uif() {
+            CLOCK.sr().write(|_| {});
+            WRAPS.store(
+                WRAPS.load(Ordering::Relaxed).wrapping_add(1),
+                Ordering::Relaxed,
+            );
         }
-        self.planned = planned;
+        let (delay_us, now) = (BEAT.cnt().read(), Instant::from_us(uptime_us()));
+        (self.taken, self.count) = (now, now.as_us() as u32);
+        // The counters run in step, but are read one after the other.
+        let begun_us = now.us_since(self.planned) as u32 - delay_us.min(CYCLE_US);
+        let periods = (begun_us + CYCLE_US / 2) / CYCLE_US;
+        self.planned = self.planned + periods * CYCLE_US;
         Beat {
-            planned,
-            delay: now - planned,
+            planned: self.planned,
+            delay_us,
+            now,
         }
     }
 }

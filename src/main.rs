@@ -8,9 +8,10 @@
 //! |---|---|
 //! | `config` | what a user decides |
 //! | `board` | clocks, pins, bit timing, interrupts of each board |
-//! | `bus`, `frame` | `embedded_can::nb::Can` over the registers of each controller |
+//! | `bus`, `frame` | the sink of the master over the registers of each controller |
 //! | `recovery` | the controller's way onto the bus, at the start and after a failure |
-//! | `app` | the cycle, in an interrupt executor above the thread |
+//! | `duty`, `cycle_clock` | the interrupts of the beat and of the bus, above the thread |
+//! | `app` | the cycle |
 //! | `supervisor`, `debounce` | what the inputs mean |
 //! | `playback` | the built-in motion |
 //! | `telemetry`, `statistics`, `led` | what the board says |
@@ -76,6 +77,8 @@ mod bus;
 #[cfg(target_os = "none")]
 mod cycle_clock;
 #[cfg(target_os = "none")]
+mod duty;
+#[cfg(target_os = "none")]
 mod event_words;
 #[cfg(target_os = "none")]
 mod last_words;
@@ -91,10 +94,10 @@ mod telemetry;
 #[cfg(target_os = "none")]
 use defmt_rtt as _;
 
-/// Thread mode keeps only what may wait, the log; the cycle runs above it, in the interrupt executor of the board.
+/// Thread mode keeps only what may wait, the log; the cycle runs above it, in interrupts.
 #[cfg(target_os = "none")]
-#[embassy_executor::main]
-async fn main(_thread: embassy_executor::Spawner) {
+#[cortex_m_rt::entry]
+fn main() -> ! {
     let cause = board::take_cause();
     let history = last_words::take(cause);
     let start = board::init();
@@ -104,45 +107,38 @@ async fn main(_thread: embassy_executor::Spawner) {
             "the chip may run on a supply that is too low for its clock: set its brown-out level once with `cargo fw --commission`"
         );
     }
+    duty::start(duty_of(start, history.is_locked));
+    telemetry::run()
+}
+
+/// What can be done after this start.
+#[cfg(target_os = "none")]
+fn duty_of(start: board::Start, is_locked: bool) -> duty::Duty {
+    let standstill = |status_led, watchdog, pattern| {
+        duty::Duty::Standstill(duty::Standstill {
+            status_led,
+            watchdog,
+            pattern,
+            led: led::LedPattern::new(),
+        })
+    };
     let Some(board) = start.board else {
         defmt::error!("the crystal does not run: nothing is enabled, and the bus is left alone");
-        return standstill(start.status_led, start.watchdog, led::NO_CRYSTAL).await;
+        return standstill(start.status_led, start.watchdog, led::NO_CRYSTAL);
     };
     let parts = app::Parts {
         bus: board.bus,
         inputs: board.inputs,
         status_led: start.status_led,
         watchdog: start.watchdog,
-        is_locked: history.is_locked,
+        is_locked,
     };
     match app::place(parts) {
-        // Each task's pool has one place and this is its only spawn; should it ever be full, a silent board is the safe one.
-        Ok(app) => match (app::run(app), cycle_clock::run()) {
-            (Ok(cycle), Ok(clock)) => {
-                board.cycle.spawn(cycle);
-                board.cycle.spawn(clock);
-            }
-            (Err(error), _) | (_, Err(error)) => {
-                defmt::error!("the cycle did not start: {}", error);
-            }
-        },
+        Ok(app) => duty::Duty::Motion(app),
         Err(refused) => {
             defmt::error!("the configuration cannot work: {}", refused.error);
-            return standstill(refused.status_led, refused.watchdog, led::REFUSED).await;
+            standstill(refused.status_led, refused.watchdog, led::REFUSED)
         }
-    }
-    telemetry::run().await
-}
-
-/// Shows why nothing can be done, for ever.
-#[cfg(target_os = "none")]
-async fn standstill(mut status_led: board::StatusLed, mut watchdog: board::Watchdog, pattern: u16) {
-    let mut led = led::LedPattern::new();
-    let mut cycles = embassy_time::Ticker::every(cycle_clock::PERIOD);
-    loop {
-        watchdog.feed();
-        status_led.set(led.play(pattern));
-        cycles.next().await;
     }
 }
 

@@ -1,17 +1,28 @@
 //! Plays the built-in motion.
 
-use can_motion::{AxisState, Instant, ServoMaster};
+use can_motion::{Instant, ServoMaster};
 
 use crate::config::{AXES, GROUP, MOTION};
 use crate::telemetry::{self, Message};
 
+/// Length of the motion; 32 bits of microseconds are more than an hour.
+const DURATION_US: u32 = {
+    let us = MOTION.duration_us();
+    assert!(
+        0 < us && us <= u32::MAX as u64,
+        "the motion must take some time, at most 71 minutes"
+    );
+    us as u32
+};
+
 /// Where and when the motion began.
 #[derive(Clone, Copy)]
 struct Start {
+    /// When the present repetition began.
     at: Instant,
     counts: [i32; AXES],
-    /// The repetition in which it shall end, counted from 0.
-    last_repetition: u64,
+    /// It ends with the present repetition.
+    is_last: bool,
 }
 
 /// The motion under way.
@@ -32,37 +43,38 @@ impl Playback {
         self.start = Some(Start {
             at,
             counts,
-            last_repetition: u64::MAX,
+            is_last: false,
         });
     }
 
     /// Lets the motion end when it is back where it started.
-    pub(crate) fn finish(&mut self, at: Instant) {
+    pub(crate) fn finish(&mut self) {
         if let Some(start) = &mut self.start {
-            start.last_repetition = at.us_since(start.at) / MOTION.duration_us();
+            start.is_last = true;
         }
     }
 
-    /// Sets the targets of the cycle that begins at `at`; `now` is the time for the master.
+    /// Sets the targets of the cycle that begins at `at`, while every axis streams; `now` is the time for the master.
     pub(crate) fn set_targets(
         &mut self,
         master: &mut ServoMaster<AXES>,
+        is_streaming: bool,
         at: Instant,
         now: Instant,
     ) {
-        let Some(start) = self.start else { return };
-        if !master.all_are(GROUP, AxisState::Streaming) {
+        let Some(start) = &mut self.start else { return };
+        if !is_streaming {
             return self.end(master);
         }
-        let elapsed_us = at.us_since(start.at);
-        let repetition = elapsed_us / MOTION.duration_us();
-        let is_over = repetition > start.last_repetition;
-        let into_us = if is_over {
-            0
-        } else {
-            elapsed_us - repetition * MOTION.duration_us()
-        };
-        let distances = MOTION.position(into_us);
+        let is_through = at.us_since(start.at) >= u64::from(DURATION_US);
+        let is_over = is_through && start.is_last;
+        if is_over {
+            start.at = at;
+        }
+        while at.us_since(start.at) >= u64::from(DURATION_US) {
+            start.at = start.at + DURATION_US;
+        }
+        let distances = MOTION.position(at.us_since(start.at));
         for (axis, (from, distance)) in start.counts.into_iter().zip(distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
             if let Err(error) = master.set_target(axis, from.saturating_add(distance)) {

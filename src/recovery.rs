@@ -4,8 +4,6 @@
 //! a second late moves the axis although nobody believes it. So the controller is emptied first, and only an empty one is let onto
 //! the bus again.
 
-use core::convert::Infallible;
-
 use crate::config::CYCLE_US;
 use crate::misbehaviour::{self, Fault};
 use crate::transmit_places::RETRY_CYCLES;
@@ -98,11 +96,11 @@ impl Recovery {
         self.phase == Phase::OnBus
     }
 
-    /// One step, once a cycle until it returns `Ok`; `Ok` at once when there is nothing to do.
-    pub(crate) fn step(&mut self, cell: &mut impl Cell) -> nb::Result<(), Infallible> {
+    /// One step, once a cycle until it returns true: at once when there is nothing to do.
+    pub(crate) fn step(&mut self, cell: &mut impl Cell) -> bool {
         self.cycles = self.cycles.saturating_add(1);
         match self.phase {
-            Phase::OnBus if !cell.is_bus_off() => return Ok(()),
+            Phase::OnBus if !cell.is_bus_off() => return true,
             Phase::OnBus => self.empty(cell, Phase::Emptying),
             Phase::Pausing if cell.is_bus_off() => self.enter(Phase::Emptying),
             Phase::Pausing if self.cycles <= RETRY_CYCLES => {}
@@ -118,7 +116,7 @@ impl Recovery {
             Phase::Resting => {}
             Phase::Joining if cell.has_joined() => {
                 self.enter(Phase::OnBus);
-                return Ok(());
+                return true;
             }
             Phase::Joining => {}
             Phase::Unset => {
@@ -130,7 +128,7 @@ impl Recovery {
                 self.enter(Phase::Resting);
             }
         }
-        Err(nb::Error::WouldBlock)
+        false
     }
 
     /// A frame has waited too long: throws away what waits.
@@ -221,7 +219,7 @@ mod tests {
     }
 
     fn steps(recovery: &mut Recovery, cell: &mut Scripted, cycles: u32) -> bool {
-        (0..cycles).any(|_| recovery.step(cell).is_ok())
+        (0..cycles).any(|_| recovery.step(cell))
     }
 
     fn on_bus() -> (Recovery, Scripted) {

@@ -2,7 +2,6 @@
 
 use can_motion::{CycleCounters, Instant, ServoMaster};
 use cortex_m::peripheral::DWT;
-use embassy_time::Duration;
 
 use crate::board::CORE_HZ;
 use crate::config::{AXES, CYCLE_US};
@@ -19,7 +18,7 @@ pub(crate) struct Statistics {
     cycles: u32,
     bus_errors: u32,
     has_told_bus_error: bool,
-    worst_delay_us: u64,
+    worst_delay_us: u32,
     /// Core clocks, by the chip's own counter.
     worst_cycle_clocks: u32,
     busy_clocks: u32,
@@ -96,17 +95,17 @@ impl Statistics {
         self.busy_clocks = self.busy_clocks.wrapping_add(stretch.clocks());
     }
 
-    /// A cycle began `delay` after its plan. Returns the figures when a second is over.
+    /// A cycle began `delay_us` after its plan. Returns the figures when a second is over.
     pub(crate) fn note_cycle(
         &mut self,
-        delay: Duration,
+        delay_us: u32,
         stretch: Stretch,
         master: &ServoMaster<AXES>,
         now: Instant,
     ) -> Option<Self> {
         let clocks = stretch.clocks();
         self.cycles += 1;
-        self.worst_delay_us = self.worst_delay_us.max(delay.as_micros());
+        self.worst_delay_us = self.worst_delay_us.max(delay_us);
         self.worst_cycle_clocks = self.worst_cycle_clocks.max(clocks);
         self.busy_clocks = self.busy_clocks.wrapping_add(clocks);
         if self.cycles < SECOND_CYCLES {
@@ -135,7 +134,7 @@ impl Statistics {
     pub(crate) fn write(&self) {
         let counters = &self.counters;
         defmt::info!(
-            "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors; begun up to {=u64} us late, up to {=u32} clocks long, load {=u32}/1000; oldest status {}, position {}",
+            "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors; begun up to {=u32} us late, up to {=u32} clocks long, load {=u32}/1000; oldest status {}, position {}",
             counters.cycles,
             counters.late,
             counters.missed,

@@ -1,5 +1,7 @@
 //! What the board says: the cycle hands messages over, and the thread, which everything else may interrupt, writes them to the log.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use can_motion::{CommandError, Event, EventKind, Fault};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -15,6 +17,8 @@ use crate::supervisor::{Action, State};
 /// Messages on their way. When it is full the master keeps its events, and the next message of another kind is lost.
 const MESSAGES: usize = 8;
 
+/// A message was handed over since the thread looked: every interrupt wakes it, and most have nothing to tell.
+static IS_NEWS: AtomicBool = AtomicBool::new(false);
 static CHANNEL: Channel<CriticalSectionRawMutex, Message, MESSAGES> = Channel::new();
 
 /// Something to tell.
@@ -45,6 +49,7 @@ pub(crate) enum Message {
 pub(crate) fn tell(message: Message) {
     // What is lost here is a line of the log.
     let _ = CHANNEL.try_send(message);
+    IS_NEWS.store(true, Ordering::Relaxed);
 }
 
 /// Whether an event can be handed over.
@@ -53,9 +58,17 @@ pub(crate) fn has_room() -> bool {
 }
 
 /// Writes the log, for ever.
-pub(crate) async fn run() -> ! {
+pub(crate) fn run() -> ! {
     loop {
-        write(&CHANNEL.receive().await);
+        // Nothing is lost in between: it is taken back before the look.
+        if IS_NEWS.load(Ordering::Relaxed) {
+            IS_NEWS.store(false, Ordering::Relaxed);
+            while let Ok(message) = CHANNEL.try_receive() {
+                write(&message);
+            }
+        }
+        // An interrupt since the last look ends this at once.
+        cortex_m::asm::wfe();
     }
 }
 

@@ -8,7 +8,6 @@ mod stm32f405;
 mod stm32g474;
 
 use cortex_m::peripheral::DWT;
-use embassy_executor::SendSpawner;
 use embassy_stm32::gpio::{Input, Output};
 use embassy_stm32::pac;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
@@ -21,7 +20,7 @@ use stm32f405 as chosen;
 #[cfg(feature = "stm32g474")]
 use stm32g474 as chosen;
 
-pub(crate) use chosen::{CORE_HZ, has_lost_clock, init, take_cause};
+pub(crate) use chosen::{CORE_HZ, enable_interrupts, has_lost_clock, init, take_cause};
 
 /// Bytes of the stack, as in the memory map of every board.
 pub(crate) const STACK_BYTES: usize = 48 * 1024;
@@ -37,8 +36,6 @@ pub(crate) struct Board {
     pub(crate) bus: Bus,
     /// The inputs.
     pub(crate) inputs: InputPins,
-    /// Starts the task that runs the cycle.
-    pub(crate) cycle: SendSpawner,
 }
 
 /// What a start leads to.

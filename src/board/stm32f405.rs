@@ -6,7 +6,6 @@
 //! | PC12 | status LED of the board, a low level lights it |
 //! | PC0, PC1, PC2 | stop circuit, enable, run: 3.3 V is closed, active |
 
-use embassy_executor::InterruptExecutor;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::gpio::vals::Moder;
@@ -14,8 +13,9 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, pac, rcc};
 
 use super::{Board, InputPins, Start, StatusLed, Watchdog, count_clocks, start_crystal};
-use crate::bus::{BitTiming, Bus, Controller, on_error, on_traffic};
+use crate::bus::{BitTiming, Bus, Controller, on_error};
 use crate::config::MASTER;
+use crate::duty;
 use crate::misbehaviour::{self, Fault};
 use crate::start::Cause;
 
@@ -47,30 +47,25 @@ const LED_PIN: usize = 12;
 /// Revision A of the chip, in which the prefetch must stay off (ES0182).
 const REVISION_A: u16 = 0x1000;
 
-/// Runs the cycle, above everything in thread mode and below the clock's own short interrupt (priority 0).
-static CYCLE: InterruptExecutor = InterruptExecutor::new();
+/// Priority of the cycle and of the bus: below the marks of errors (priority 0).
 const CYCLE_PRIORITY: Priority = Priority::P6;
-
-/// UART5 is not used on this board; its interrupt is the one that polls [`CYCLE`].
-#[embassy_stm32::interrupt]
-unsafe fn UART5() {
-    // SAFETY: this is the only caller, and `CYCLE.start` both initialises the executor and enables this interrupt, in that order.
-    unsafe { CYCLE.on_interrupt() }
-}
 
 #[embassy_stm32::interrupt]
 fn CAN1_TX() {
-    on_traffic(pac::CAN1);
+    // SAFETY: this interrupt has the priority of the cycle.
+    unsafe { duty::on_traffic() };
 }
 
 #[embassy_stm32::interrupt]
 fn CAN1_RX0() {
-    on_traffic(pac::CAN1);
+    // SAFETY: this interrupt has the priority of the cycle.
+    unsafe { duty::on_traffic() };
 }
 
 #[embassy_stm32::interrupt]
 fn CAN1_RX1() {
-    on_traffic(pac::CAN1);
+    // SAFETY: this interrupt has the priority of the cycle.
+    unsafe { duty::on_traffic() };
 }
 
 #[embassy_stm32::interrupt]
@@ -78,7 +73,7 @@ fn CAN1_SCE() {
     on_error(pac::CAN1);
 }
 
-/// Starts watchdog, LED, clocks, pins, bus and the executor of the cycle, in this order: what may wait comes after what shows and ends
+/// Starts watchdog, LED, clocks, pins and bus, in this order: what may wait comes after what shows and ends
 /// it. To be called once: a second call panics.
 pub(crate) fn init() -> Start {
     count_clocks();
@@ -103,7 +98,6 @@ pub(crate) fn init() -> Start {
     watchdog.feed();
     accelerate_flash();
     let board = has_crystal.then(|| {
-        interrupt::UART5.set_priority(CYCLE_PRIORITY);
         Board {
             bus: Bus::new(controller(
                 Flex::new(peripherals.PB8),
@@ -114,7 +108,6 @@ pub(crate) fn init() -> Start {
                 enable: Input::new(peripherals.PC1, Pull::Down),
                 run: Input::new(peripherals.PC2, Pull::Down),
             },
-            cycle: CYCLE.start(interrupt::UART5),
         }
     });
     Start {
@@ -125,6 +118,23 @@ pub(crate) fn init() -> Start {
         watchdog,
         board,
     }
+}
+
+/// Lets the cycle and the bus begin.
+pub(crate) fn enable_interrupts() {
+    let of_the_cycle = [
+        interrupt::TIM2,
+        interrupt::CAN1_TX,
+        interrupt::CAN1_RX0,
+        interrupt::CAN1_RX1,
+    ];
+    for interrupt in of_the_cycle {
+        interrupt.set_priority(CYCLE_PRIORITY);
+        // SAFETY: no critical section relies on it being off, and what the handlers of this priority share is in its place.
+        unsafe { interrupt.enable() };
+    }
+    // SAFETY: as above; its handler touches atomics and the marks of errors.
+    unsafe { interrupt::CAN1_SCE.enable() };
 }
 
 /// Shows that the board has its supply, before the first thing that can wait: straight in the registers, because the vendor's drivers
@@ -155,17 +165,6 @@ fn controller(mut receive: Flex<'static>, mut transmit: Flex<'static>) -> Contro
         AfType::output(OutputType::PushPull, Speed::VeryHigh),
     );
     pac::RCC.apb1enr().modify(|clocks| clocks.set_can1en(true));
-    interrupt::CAN1_TX.set_priority(CYCLE_PRIORITY);
-    interrupt::CAN1_RX0.set_priority(CYCLE_PRIORITY);
-    interrupt::CAN1_RX1.set_priority(CYCLE_PRIORITY);
-    // SAFETY: no critical section relies on these being off. Their handlers touch the enable register of the controller, which the cycle
-    // writes at the same priority, and atomics.
-    unsafe {
-        interrupt::CAN1_TX.enable();
-        interrupt::CAN1_RX0.enable();
-        interrupt::CAN1_RX1.enable();
-        interrupt::CAN1_SCE.enable();
-    }
     Controller {
         registers: pac::CAN1,
         reset: || {

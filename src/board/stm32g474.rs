@@ -6,7 +6,6 @@
 //! | PA5 | status LED of the board, a high level lights it |
 //! | PC0, PC1, PC2 | stop circuit, enable, run: 3.3 V is closed, active |
 
-use embassy_executor::InterruptExecutor;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::can::regs::Psr;
@@ -15,8 +14,9 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, pac, rcc};
 
 use super::{Board, InputPins, Start, StatusLed, Watchdog, count_clocks, start_crystal};
-use crate::bus::{BitTiming, Bus, Controller, on_traffic};
+use crate::bus::{BitTiming, Bus, Controller};
 use crate::config::MASTER;
+use crate::duty;
 use crate::misbehaviour::{self, Fault};
 use crate::start::Cause;
 
@@ -43,23 +43,16 @@ const CAN_FUNCTION: u8 = 9;
 /// The pin of the status LED, on port A.
 const LED_PIN: usize = 5;
 
-/// Runs the cycle, above everything in thread mode and below the clock's own short interrupt (priority 0).
-static CYCLE: InterruptExecutor = InterruptExecutor::new();
+/// Priority of the cycle and of the bus: below the marks of errors (priority 0).
 const CYCLE_PRIORITY: Priority = Priority::P6;
-
-/// UART5 is not used on this board; its interrupt is the one that polls [`CYCLE`].
-#[embassy_stm32::interrupt]
-unsafe fn UART5() {
-    // SAFETY: this is the only caller, and `CYCLE.start` both initialises the executor and enables this interrupt, in that order.
-    unsafe { CYCLE.on_interrupt() }
-}
 
 #[embassy_stm32::interrupt]
 fn FDCAN1_IT0() {
-    on_traffic(pac::FDCAN1);
+    // SAFETY: this interrupt has the priority of the cycle.
+    unsafe { duty::on_traffic() };
 }
 
-/// Starts watchdog, LED, clocks, pins, bus and the executor of the cycle, in this order: what may wait comes after what shows and ends
+/// Starts watchdog, LED, clocks, pins and bus, in this order: what may wait comes after what shows and ends
 /// it. To be called once: a second call panics.
 pub(crate) fn init() -> Start {
     count_clocks();
@@ -86,7 +79,6 @@ pub(crate) fn init() -> Start {
     watchdog.feed();
     accelerate_flash();
     let board = has_crystal.then(|| {
-        interrupt::UART5.set_priority(CYCLE_PRIORITY);
         Board {
             bus: Bus::new(controller(
                 Flex::new(peripherals.PA11),
@@ -97,7 +89,6 @@ pub(crate) fn init() -> Start {
                 enable: Input::new(peripherals.PC1, Pull::Down),
                 run: Input::new(peripherals.PC2, Pull::Down),
             },
-            cycle: CYCLE.start(interrupt::UART5),
         }
     });
     Start {
@@ -107,6 +98,15 @@ pub(crate) fn init() -> Start {
         },
         watchdog,
         board,
+    }
+}
+
+/// Lets the cycle and the bus begin.
+pub(crate) fn enable_interrupts() {
+    for interrupt in [interrupt::TIM2, interrupt::FDCAN1_IT0] {
+        interrupt.set_priority(CYCLE_PRIORITY);
+        // SAFETY: no critical section relies on it being off, and what the handlers of this priority share is in its place.
+        unsafe { interrupt.enable() };
     }
 }
 
@@ -139,10 +139,6 @@ fn controller(mut receive: Flex<'static>, mut transmit: Flex<'static>) -> Contro
     pac::RCC
         .apb1enr1()
         .modify(|clocks| clocks.set_fdcanen(true));
-    interrupt::FDCAN1_IT0.set_priority(CYCLE_PRIORITY);
-    // SAFETY: no critical section relies on it being off. Its handler touches the enable register of the controller, which the cycle writes
-    // at the same priority, and a waker.
-    unsafe { interrupt::FDCAN1_IT0.enable() };
     Controller {
         registers: pac::FDCAN1,
         memory: pac::FDCANRAM1,

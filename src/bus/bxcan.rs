@@ -5,33 +5,28 @@
 //!
 //! # Interrupts
 //!
-//! Those of frames have the priority of the cycle, so neither interrupts the other, and the enable register has one writer at a time:
-//! the handler switches them off and wakes the cycle, which switches them on when it waits again. The one of errors may come at any
-//! time: it touches nothing but the marks of errors.
+//! Those of frames have the priority of the cycle, so neither interrupts the other, and the enable register has one writer at a time.
+//! They last until the cause is gone: a frame that waits to be read, or a free mailbox while one waits to be sent. The one of errors may
+//! come at any time: it touches nothing but the marks of errors.
 
 mod controller;
 
-use core::future::poll_fn;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
-use core::task::Poll;
 
-use can_motion::Progress;
+use can_motion::{BusErrorKind, Outcome, Progress, Sink};
+use dyn_can::DataFrame;
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::pac::can::vals::Lec;
-use embassy_sync::waitqueue::AtomicWaker;
 
-use super::BusError;
-use crate::frame::Frame;
+use super::error_of_code;
 use crate::recovery::{Cell, FaultState, Recovery};
-use crate::transmit_places::{PLACES, TransmitPlaces};
+use crate::transmit_places::TransmitPlaces;
 pub(crate) use controller::Controller;
 use controller::{RECEIVE_FIFOS, error_enables};
 
 /// How often [`Bus::take_back`] looks whether the controller has given a frame up.
 const ABORT_LOOKS: usize = 8;
 
-/// Wakes the cycle when a frame has come in or a mailbox is free.
-static TRAFFIC: AtomicWaker = AtomicWaker::new();
 /// Errors on the bus since they were taken, and the code of the latest.
 static ERRORS: AtomicU32 = AtomicU32::new(0);
 static LATEST_ERROR: AtomicU8 = AtomicU8::new(Lec::NO_ERROR.to_bits());
@@ -40,7 +35,7 @@ static LATEST_ERROR: AtomicU8 = AtomicU8::new(Lec::NO_ERROR.to_bits());
 pub(crate) struct Bus {
     controller: Controller,
     recovery: Recovery,
-    places: TransmitPlaces<Frame>,
+    places: TransmitPlaces<DataFrame>,
 }
 
 impl Bus {
@@ -53,24 +48,40 @@ impl Bus {
         }
     }
 
-    /// Waits until servicing the bus again has a purpose: until a received frame can be read or, when a frame waits for
-    /// room, until a mailbox is free. Cancelling it loses nothing.
-    pub(crate) async fn serviceable(&mut self, progress: Progress) {
-        let is_blocked = progress == Progress::Blocked;
-        let controller = &self.controller;
-        poll_fn(|context| {
-            TRAFFIC.register(context.waker());
-            let has_room = || controller.occupied() != [true; PLACES];
-            if controller.has_received() || is_blocked && has_room() {
-                return Poll::Ready(());
+    /// To be called before the bus is looked after.
+    pub(crate) const fn begin_service(&mut self) {}
+
+    /// The bus was looked after; enables the interrupts that ask for the next time. Returns whether it is to be looked after again at once.
+    pub(crate) fn end_service(&mut self, progress: Progress) -> bool {
+        let mut enables = error_enables();
+        (0..RECEIVE_FIFOS).for_each(|fifo| enables.set_fmpie(fifo, true));
+        enables.set_tmeie(progress == Progress::Blocked);
+        self.controller.registers.ier().write_value(enables);
+        false
+    }
+
+    /// Whether there may be something to receive.
+    #[inline]
+    pub(crate) fn has_news(&self) -> bool {
+        self.controller.has_received()
+            || LATEST_ERROR.load(Ordering::Relaxed) != Lec::NO_ERROR.to_bits()
+    }
+
+    /// The oldest received frame, replies first. Errors come once each and interleaved.
+    pub(crate) fn receive(&mut self) -> Option<Result<DataFrame, BusErrorKind>> {
+        for fifo in 0..RECEIVE_FIFOS {
+            let marks = self.controller.registers.rfr(fifo);
+            let status = marks.read();
+            if status.fovr() {
+                marks.write(|fifo| fifo.set_fovr(true));
+                return Some(Err(BusErrorKind::Overrun));
             }
-            let mut enables = error_enables();
-            (0..RECEIVE_FIFOS).for_each(|fifo| enables.set_fmpie(fifo, true));
-            enables.set_tmeie(is_blocked);
-            controller.registers.ier().write_value(enables);
-            Poll::Pending
-        })
-        .await;
+            if status.fmp() > 0 {
+                return Some(Ok(self.controller.read(fifo)));
+            }
+        }
+        let code = LATEST_ERROR.swap(Lec::NO_ERROR.to_bits(), Ordering::Relaxed);
+        error_of_code(code).map(Err)
     }
 
     /// Looks after the frames in the mailboxes, once a cycle, and tells the state of the controller.
@@ -87,9 +98,33 @@ impl Bus {
         ERRORS.swap(0, Ordering::Relaxed)
     }
 
+    /// One step onto the bus, at the start and after a failure, to be called every cycle until it returns true: at once when there is nothing to do. Frames still in the mailboxes are thrown away: nobody knows which of them went out.
+    pub(crate) fn recover(&mut self) -> bool {
+        self.recovery.step(&mut self.controller)
+    }
+}
+
+impl Sink<DataFrame> for Bus {
+    fn has_room(&self) -> bool {
+        self.controller.free_mailbox().is_some()
+    }
+
+    /// Queues a frame in a free mailbox, to go out after those already there; none is ever displaced.
+    fn offer(&mut self, frame: &DataFrame) -> Outcome<DataFrame> {
+        if !self.recovery.is_over() || self.controller.is_bus_off() {
+            return Outcome::Failed(BusErrorKind::Other);
+        }
+        let Some(mailbox) = self.controller.free_mailbox() else {
+            return Outcome::Full;
+        };
+        self.controller.write(mailbox, frame);
+        self.places.note_queued(mailbox, *frame);
+        Outcome::Accepted
+    }
+
     /// Takes back the frame that was queued last. The one that goes next stays: it may be on the wire already, and what became of it
     /// could not be told. So at most one frame goes out after the last that comes back.
-    pub(crate) fn take_back(&mut self) -> Option<Frame> {
+    fn take_back(&mut self) -> Option<DataFrame> {
         let occupied = self.controller.occupied();
         let (mailbox, frame) = self.places.last_behind_another(occupied)?;
         let status = self.controller.registers.tsr();
@@ -102,60 +137,6 @@ impl Bus {
             .filter(|status| !status.txok(mailbox))?;
         Some(frame)
     }
-
-    /// One step onto the bus, at the start and after a failure, to be called every cycle until it returns `Ok`; `Ok` at once when there
-    /// is nothing to do. Frames still in the mailboxes are thrown away: nobody knows which of them went out.
-    pub(crate) fn recover(&mut self) -> nb::Result<(), core::convert::Infallible> {
-        self.recovery.step(&mut self.controller)
-    }
-}
-
-impl embedded_can::nb::Can for Bus {
-    type Frame = Frame;
-    type Error = BusError;
-
-    /// Queues a frame in a free mailbox, to go out after those already there; none is ever displaced.
-    ///
-    /// `WouldBlock`: all mailboxes are taken, nothing was queued. `BusOff`: the controller is down, nothing was queued either.
-    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, BusError> {
-        if !self.recovery.is_over() || self.controller.is_bus_off() {
-            return Err(nb::Error::Other(BusError::BusOff));
-        }
-        let occupied = self.controller.occupied();
-        let free = (0..).zip(occupied).find(|(_, occupied)| !occupied);
-        let Some((mailbox, _)) = free else {
-            return Err(nb::Error::WouldBlock);
-        };
-        self.controller.write(mailbox, frame);
-        self.places.note_queued(mailbox, *frame);
-        Ok(None)
-    }
-
-    /// The oldest received frame, replies first. Errors come once each and interleaved; read on until `WouldBlock`.
-    fn receive(&mut self) -> nb::Result<Frame, BusError> {
-        for fifo in 0..RECEIVE_FIFOS {
-            let marks = self.controller.registers.rfr(fifo);
-            let status = marks.read();
-            if status.fovr() {
-                marks.write(|fifo| fifo.set_fovr(true));
-                return Err(nb::Error::Other(BusError::Overrun(fifo)));
-            }
-            if status.fmp() > 0 {
-                return Ok(self.controller.read(fifo));
-            }
-        }
-        let code = LATEST_ERROR.swap(Lec::NO_ERROR.to_bits(), Ordering::Relaxed);
-        match BusError::from_code(code) {
-            Some(error) => Err(nb::Error::Other(error)),
-            None => Err(nb::Error::WouldBlock),
-        }
-    }
-}
-
-/// A frame has come in, or a mailbox is free: for the interrupts of the transmitter and of both FIFOs, at the priority of the cycle.
-pub(crate) fn on_traffic(registers: Can) {
-    registers.ier().write_value(error_enables());
-    TRAFFIC.wake();
 }
 
 /// There was an error: for the interrupt of status changes.

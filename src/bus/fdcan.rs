@@ -5,34 +5,26 @@
 //!
 //! # Interrupts
 //!
-//! Line 0 has the priority of the cycle, so neither interrupts the other, and the enable register has one writer at a time: the
-//! handler switches everything off and wakes the cycle, which switches on what it waits for.
+//! Line 0 has the priority of the cycle, so neither interrupts the other, and the enable register has one writer at a time.
 
 mod controller;
 
-use core::future::poll_fn;
-use core::task::Poll;
+use can_motion::{BusErrorKind, Outcome, Progress, Sink};
+use dyn_can::DataFrame;
+use embassy_stm32::pac::can::regs;
 
-use can_motion::Progress;
-use embassy_stm32::pac::can::{Fdcan, regs};
-use embassy_sync::waitqueue::AtomicWaker;
-
-use super::BusError;
-use crate::frame::Frame;
+use super::error_of_code;
 use crate::recovery::{Cell, FaultState, Recovery};
 use crate::transmit_places::{PLACES, TransmitPlaces};
 pub(crate) use controller::Controller;
 use controller::RECEIVE_FIFOS;
-
-/// Wakes the cycle when a frame has come in or a place is free.
-static TRAFFIC: AtomicWaker = AtomicWaker::new();
 
 /// The bus with its controller.
 pub(crate) struct Bus {
     controller: Controller,
     recovery: Recovery,
     places: TransmitPlaces<()>,
-    latest_error: Option<BusError>,
+    latest_error: Option<BusErrorKind>,
     errors: u32,
 }
 
@@ -48,30 +40,43 @@ impl Bus {
         }
     }
 
-    /// Waits until servicing the bus again has a purpose: until a received frame can be read or, when a frame waits for
-    /// room, until a place is free. Cancelling it loses nothing.
-    pub(crate) async fn serviceable(&mut self, progress: Progress) {
+    /// To be called before the bus is looked after: a mark that comes after this stays until the next time.
+    pub(crate) fn begin_service(&mut self) {
+        let mut marks = regs::Ir(0);
+        (0..RECEIVE_FIFOS).for_each(|fifo| marks.set_rfn(fifo, true));
+        marks.set_tc(true);
+        self.controller.registers.ir().write_value(marks);
+    }
+
+    /// The bus was looked after; enables the interrupts that ask for the next time. Returns whether it is to be looked after again at once.
+    pub(crate) fn end_service(&mut self, progress: Progress) -> bool {
         let is_blocked = progress == Progress::Blocked;
-        let controller = &self.controller;
-        let registers = controller.registers;
-        poll_fn(|context| {
-            TRAFFIC.register(context.waker());
-            // A mark that comes after this stays until the next look.
-            let mut marks = regs::Ir(0);
-            (0..RECEIVE_FIFOS).for_each(|fifo| marks.set_rfn(fifo, true));
-            marks.set_tc(true);
-            registers.ir().write_value(marks);
-            let has_room = || !registers.txfqs().read().tfqf();
-            if controller.has_received() || is_blocked && has_room() {
-                return Poll::Ready(());
+        self.controller.registers.ie().write(|enables| {
+            (0..RECEIVE_FIFOS).for_each(|fifo| enables.set_rfne(fifo, true));
+            enables.set_tce(is_blocked);
+        });
+        self.controller.has_received() || is_blocked && self.has_room()
+    }
+
+    /// Whether there may be something to receive.
+    pub(crate) fn has_news(&self) -> bool {
+        self.controller.has_received() || self.latest_error.is_some()
+    }
+
+    /// The oldest received frame, replies first. Errors come once each and interleaved.
+    pub(crate) fn receive(&mut self) -> Option<Result<DataFrame, BusErrorKind>> {
+        let marks = self.controller.registers.ir();
+        for fifo in 0..RECEIVE_FIFOS {
+            if marks.read().rfl(fifo) {
+                // Writing 0 to the other marks of this register leaves them.
+                marks.write(|marks| marks.set_rfl(fifo, true));
+                return Some(Err(BusErrorKind::Overrun));
             }
-            registers.ie().write(|enables| {
-                (0..RECEIVE_FIFOS).for_each(|fifo| enables.set_rfne(fifo, true));
-                enables.set_tce(is_blocked);
-            });
-            Poll::Pending
-        })
-        .await;
+            if self.controller.registers.rxfs(fifo).read().ffl() > 0 {
+                return Some(Ok(self.controller.read(fifo)));
+            }
+        }
+        self.latest_error.take().map(Err)
     }
 
     /// Looks after the frames that wait, once a cycle, and tells the state of the controller.
@@ -80,7 +85,7 @@ impl Bus {
         self.controller.status = status;
         // Each counts up to 255 and is cleared by reading it.
         let counters = self.controller.registers.ecr().read();
-        let latest = BusError::from_code(status.lec().to_bits());
+        let latest = error_of_code(status.lec().to_bits());
         let counted = u32::from(counters.cel());
         self.errors += counted.max(u32::from(latest.is_some()));
         self.latest_error = latest.or(self.latest_error);
@@ -95,62 +100,31 @@ impl Bus {
         core::mem::take(&mut self.errors)
     }
 
-    /// Takes nothing back: this controller cannot cancel single frames of its FIFO (RM0440, section 44.3.6). The three frames that it
-    /// holds still go out.
-    pub(crate) const fn take_back(&mut self) -> Option<Frame> {
-        None
-    }
-
-    /// One step onto the bus, at the start and after a failure, to be called every cycle after [`Self::check`] until it returns `Ok`; `Ok`
-    /// at once when there is nothing to do. Frames that still wait are thrown away: nobody knows which of them went out.
-    pub(crate) fn recover(&mut self) -> nb::Result<(), core::convert::Infallible> {
+    /// One step onto the bus, at the start and after a failure, to be called every cycle after [`Self::check`] until it returns true: at once when there is nothing to do. Frames that still wait are thrown away: nobody knows which of them went out.
+    pub(crate) fn recover(&mut self) -> bool {
         self.recovery.step(&mut self.controller)
     }
 }
 
-impl embedded_can::nb::Can for Bus {
-    type Frame = Frame;
-    type Error = BusError;
+/// Takes nothing back: this controller cannot cancel single frames of its FIFO (RM0440, section 44.3.6). The three frames that it holds
+/// still go out.
+impl Sink<DataFrame> for Bus {
+    fn has_room(&self) -> bool {
+        !self.controller.registers.txfqs().read().tfqf()
+    }
 
     /// Queues a frame in a free place, to go out after those already there; none is ever displaced.
-    ///
-    /// `WouldBlock`: all places are taken, nothing was queued. `BusOff`: the controller is down, nothing was queued either.
-    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, BusError> {
+    fn offer(&mut self, frame: &DataFrame) -> Outcome<DataFrame> {
         if !self.recovery.is_over() || self.controller.is_bus_off() {
-            return Err(nb::Error::Other(BusError::BusOff));
+            return Outcome::Failed(BusErrorKind::Other);
         }
         let queue = self.controller.registers.txfqs().read();
         let place = usize::from(queue.tfqpi());
         if queue.tfqf() || place >= PLACES {
-            return Err(nb::Error::WouldBlock);
+            return Outcome::Full;
         }
         self.controller.write(place, frame);
         self.places.note_queued(place, ());
-        Ok(None)
+        Outcome::Accepted
     }
-
-    /// The oldest received frame, replies first. Errors come once each and interleaved; read on until `WouldBlock`.
-    fn receive(&mut self) -> nb::Result<Frame, BusError> {
-        let marks = self.controller.registers.ir();
-        for fifo in 0..RECEIVE_FIFOS {
-            if marks.read().rfl(fifo) {
-                // Writing 0 to the other marks of this register leaves them.
-                marks.write(|marks| marks.set_rfl(fifo, true));
-                return Err(nb::Error::Other(BusError::Overrun(fifo)));
-            }
-            if self.controller.registers.rxfs(fifo).read().ffl() > 0 {
-                return Ok(self.controller.read(fifo));
-            }
-        }
-        match self.latest_error.take() {
-            Some(error) => Err(nb::Error::Other(error)),
-            None => Err(nb::Error::WouldBlock),
-        }
-    }
-}
-
-/// A frame has come in, or a place is free: for the interrupt of line 0, at the priority of the cycle.
-pub(crate) fn on_traffic(registers: Fdcan) {
-    registers.ie().write_value(regs::Ie(0));
-    TRAFFIC.wake();
 }

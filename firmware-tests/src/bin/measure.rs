@@ -14,7 +14,7 @@ const CYCLES: u64 = 2_000;
 
 /// The interrupts whose instructions are told apart, by number in the vector table behind the exceptions (RM0090, table 62).
 const HANDLERS: [(&str, u16); 4] = [
-    ("cycle", 53),
+    ("cycle", 28),
     ("transmit", 19),
     ("receive", 20),
     ("timer", 43),

@@ -13,17 +13,28 @@ use defmt_rtt as _;
 /// For so long the supply must have been above 2.9 V without a break before anything is written.
 #[cfg(target_os = "none")]
 const STEADY_MS: u32 = 1_000;
+/// Clocks of a millisecond: the internal oscillator of both chips has 16 MHz.
+#[cfg(target_os = "none")]
+const MS_CLOCKS: u32 = 16_000;
 
 #[cfg(target_os = "none")]
-#[embassy_executor::main]
-async fn main(_thread: embassy_executor::Spawner) {
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    commission();
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[cfg(target_os = "none")]
+fn commission() {
     let _peripherals = embassy_stm32::init(embassy_stm32::Config::default());
     if brown_out::is_set() {
         defmt::info!("the brown-out level is set already: nothing was written");
         return;
     }
     brown_out::watch_supply();
-    wait_for_steady_supply().await;
+    wait_for_steady_supply();
     brown_out::set();
     if brown_out::is_set() {
         defmt::info!(
@@ -35,10 +46,10 @@ async fn main(_thread: embassy_executor::Spawner) {
 }
 
 #[cfg(target_os = "none")]
-async fn wait_for_steady_supply() {
+fn wait_for_steady_supply() {
     let mut steady_ms = 0;
     while steady_ms < STEADY_MS {
-        embassy_time::Timer::after_millis(1).await;
+        cortex_m::asm::delay(MS_CLOCKS);
         steady_ms = if brown_out::is_supply_high() {
             steady_ms + 1
         } else {

@@ -1,10 +1,11 @@
 //! The controller in its registers: settings, mailboxes and FIFOs, and what its recovery asks of it.
 
+use dyn_can::DataFrame;
 use embassy_stm32::gpio::Flex;
 use embassy_stm32::pac::can::{Can, regs};
 
 use crate::bus::{BitTiming, DRIVE_ERROR, FUNCTION_CODE_MASK};
-use crate::frame::Frame;
+use crate::frame;
 use crate::recovery::Cell;
 use crate::transmit_places::PLACES;
 
@@ -29,35 +30,46 @@ impl Controller {
         core::array::from_fn(|mailbox| !status.tme(mailbox))
     }
 
-    /// Whether a frame can be read.
+    /// A mailbox without a frame.
+    pub(super) fn free_mailbox(&self) -> Option<usize> {
+        /// TME0.
+        const FIRST_EMPTY: u32 = 26;
+        let empty = self.registers.tsr().read().0 >> FIRST_EMPTY & 0b111;
+        (empty != 0).then_some(empty.trailing_zeros() as usize)
+    }
+
+    /// Whether a frame can be read, or was lost.
+    #[inline]
     pub(super) fn has_received(&self) -> bool {
-        (0..RECEIVE_FIFOS).any(|fifo| self.registers.rfr(fifo).read().fmp() > 0)
+        /// FMP and FOVR.
+        const MARKS: u32 = 0b1_0011;
+        (self.registers.rfr(0).read().0 | self.registers.rfr(1).read().0) & MARKS != 0
     }
 
     /// The oldest frame of a FIFO.
-    pub(super) fn read(&self, fifo: usize) -> Frame {
+    pub(super) fn read(&self, fifo: usize) -> DataFrame {
         let mailbox = self.registers.rx(fifo);
-        let frame = Frame::from_registers(
+        let read = frame::from_registers(
             mailbox.rir().read().stid(),
             mailbox.rdtr().read().dlc(),
             [mailbox.rdlr().read().0, mailbox.rdhr().read().0],
         );
         // Writing 0 to the marks of this register leaves them.
         self.registers.rfr(fifo).write(|fifo| fifo.set_rfom(true));
-        frame
+        read
     }
 
     /// Requests a frame to be sent, by a free mailbox.
-    pub(super) fn write(&self, mailbox: usize, frame: &Frame) {
+    pub(super) fn write(&self, mailbox: usize, frame: &DataFrame) {
         let mailbox = self.registers.tx(mailbox);
-        let [low, high] = frame.words();
+        let [low, high] = frame::words(frame);
         mailbox
             .tdtr()
-            .write(|control| control.set_dlc(frame.length()));
+            .write(|control| control.set_dlc(frame.len()));
         mailbox.tdlr().write_value(regs::Tdlr(low));
         mailbox.tdhr().write_value(regs::Tdhr(high));
         mailbox.tir().write(|identifier| {
-            identifier.set_stid(frame.standard_id());
+            identifier.set_stid(frame.id());
             identifier.set_txrq(true);
         });
     }

@@ -1,12 +1,13 @@
 //! The controller in its registers and its message memory: settings, places and FIFOs, and what its recovery asks of it.
 
+use dyn_can::DataFrame;
 use embassy_stm32::gpio::Flex;
 use embassy_stm32::pac::can::vals::{Act, Anfe, Anfs, Tfqm};
 use embassy_stm32::pac::can::{Fdcan, regs};
 use embassy_stm32::pac::fdcanram::Fdcanram;
 
 use crate::bus::{BitTiming, DRIVE_ERROR, FUNCTION_CODE_MASK};
-use crate::frame::Frame;
+use crate::frame;
 use crate::misbehaviour::{self, Fault};
 use crate::recovery::Cell;
 use crate::transmit_places::PLACES;
@@ -49,7 +50,7 @@ impl Controller {
     }
 
     /// The oldest frame of a FIFO.
-    pub(super) fn read(&self, fifo: usize) -> Frame {
+    pub(super) fn read(&self, fifo: usize) -> DataFrame {
         let element = self.registers.rxfs(fifo).read().fgi();
         let first = usize::from(element).min(RECEIVE_DEPTH - 1) * ELEMENT_WORDS;
         let [header, control, low, high] = core::array::from_fn(|word: usize| {
@@ -62,7 +63,7 @@ impl Controller {
         self.registers
             .rxfa(fifo)
             .write(|acknowledge| acknowledge.set_fai(element));
-        Frame::from_registers(
+        frame::from_registers(
             (header >> 18 & 0x7FF) as u16,
             (control >> 16 & 0xF) as u8,
             [low, high],
@@ -70,13 +71,13 @@ impl Controller {
     }
 
     /// Requests a frame to be sent, by the place that the controller names.
-    pub(super) fn write(&self, place: usize, frame: &Frame) {
+    pub(super) fn write(&self, place: usize, frame: &DataFrame) {
         let first = place.min(PLACES - 1) * ELEMENT_WORDS;
-        let [low, high] = frame.words();
+        let [low, high] = frame::words(frame);
         // A classic frame with a standard identifier, without an event when it has gone out.
         let words = [
-            u32::from(frame.standard_id()) << 18,
-            u32::from(frame.length()) << 16,
+            u32::from(frame.id()) << 18,
+            u32::from(frame.len()) << 16,
             low,
             high,
         ];

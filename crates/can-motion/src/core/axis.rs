@@ -40,14 +40,10 @@ impl<F: Family> Change<F> {
 /// An axis of the master.
 #[derive(Debug)]
 pub(crate) struct Axis<F: Family> {
-    pub(crate) facts: Facts,
-    pub(crate) stage: Stage,
+    /// Where it is, as its drive is told.
+    pub(crate) view: View,
     /// What the latch of its own is for.
     cause: Option<F::Fault>,
-    /// The drive does not answer, whatever the latch was for at first.
-    is_lost: bool,
-    /// Since when knowledge, power, goal and stage are what they are, setbacks apart.
-    pub(crate) since: Instant,
     /// When the controller accepted the latest switch.
     pub(crate) switched_at: Instant,
     /// When the controller accepted the latest frame of a cycle in motion, or motion began.
@@ -60,11 +56,13 @@ pub(crate) struct Axis<F: Family> {
 impl<F: Family> Axis<F> {
     pub(crate) fn new(drive: F::Drive) -> Self {
         Self {
-            facts: Facts::start(drive.brake()),
-            stage: Stage::PowerOn,
+            view: View {
+                facts: Facts::start(drive.brake()),
+                stage: Stage::PowerOn,
+                since: Instant::default(),
+                is_lost: false,
+            },
             cause: None,
-            is_lost: false,
-            since: Instant::default(),
             switched_at: Instant::default(),
             sent_at: Instant::default(),
             repeated: 0,
@@ -73,30 +71,32 @@ impl<F: Family> Axis<F> {
     }
 
     pub(crate) const fn state(&self) -> AxisState {
-        AxisState::of(&self.facts, self.stage)
+        AxisState::of(&self.view.facts, self.view.stage)
     }
 
     /// The latched fault.
     pub(crate) fn fault(&self) -> Option<F::Fault> {
         use crate::core::facts::Latch;
-        match self.facts.latch {
+        match self.view.facts.latch {
             Latch::None => None,
             Latch::Group => Some(CommonFault::Group.into()),
             Latch::Own => self.cause,
         }
     }
 
-    pub(crate) const fn view(&self) -> View {
-        View {
-            facts: self.facts,
-            stage: self.stage,
-            since: self.since,
-            is_lost: self.is_lost,
-        }
+    pub(crate) fn snapshot(&self) -> F::Snapshot {
+        self.drive.snapshot(self.state(), &self.view.facts, self.fault())
     }
 
-    pub(crate) fn snapshot(&self) -> F::Snapshot {
-        self.drive.snapshot(self.state(), &self.facts, self.fault())
+    /// Lets a cycle pass in which the axis only streams; false, with nothing done, when there is more to do.
+    #[inline]
+    pub(crate) fn streams_on(&mut self, now: Instant, stuck_us: u32) -> bool {
+        let facts = &self.view.facts;
+        facts.motion == Motion::Stream
+            && facts.power == Power::On
+            && facts.knowledge == Knowledge::Anchored
+            && now < self.sent_at + stuck_us
+            && self.drive.streams_on(now)
     }
 
     /// Calls the drive with what it needs.
@@ -109,7 +109,7 @@ impl<F: Family> Axis<F> {
     ) -> R {
         let mut context = Context {
             config,
-            view: self.view(),
+            view: &self.view,
             cycle,
             log,
         };
@@ -118,12 +118,12 @@ impl<F: Family> Axis<F> {
 
     /// The checks go on at another stage.
     pub(crate) fn set_stage(&mut self, stage: Stage, log: &mut EventLog<'_, F::EventKind>) {
-        if self.stage == stage {
+        if self.view.stage == stage {
             return;
         }
         let from = self.state();
-        self.stage = stage;
-        self.since = log.now;
+        self.view.stage = stage;
+        self.view.since = log.now;
         self.report(from, Reason::Reading, log);
     }
 
@@ -139,7 +139,7 @@ impl<F: Family> Axis<F> {
                 power,
             )
         };
-        matters(after) == matters(&self.facts)
+        matters(after) == matters(&self.view.facts)
     }
 
     /// Takes over new facts, with everything that follows from them for this axis.
@@ -149,8 +149,8 @@ impl<F: Family> Axis<F> {
         change: &Change<F>,
         log: &mut EventLog<'_, F::EventKind>,
     ) {
-        let (before, from) = (self.facts, self.state());
-        self.facts = after;
+        let (before, from) = (self.view.facts, self.state());
+        self.view.facts = after;
         self.note_fault(change, log);
         self.note_power(before, after, change.input, log);
         self.note_motion(before, after, change, log.now);
@@ -163,22 +163,22 @@ impl<F: Family> Axis<F> {
             || after.goal != before.goal
             || (after.moves() && !before.moves());
         if is_progress {
-            self.since = log.now;
+            self.view.since = log.now;
         }
         let starts_over = after.is_checking()
             && (before.knowledge != Knowledge::Unknown || change.input == Input::Clear);
         if starts_over {
             let is_cleared = change.input == Input::Clear;
-            self.stage = self.drive.start_over(log.now, is_cleared);
-            self.since = log.now;
-            self.is_lost = false;
+            self.view.stage = self.drive.start_over(log.now, is_cleared);
+            self.view.since = log.now;
+            self.view.is_lost = false;
         }
         self.report(from, Reason::of(change.input), log);
     }
 
     fn note_fault(&mut self, change: &Change<F>, log: &mut EventLog<'_, F::EventKind>) {
         use crate::core::facts::Latch;
-        let is_fault = match self.facts.latch {
+        let is_fault = match self.view.facts.latch {
             Latch::Own => self.cause.is_none() || matches!(change.input, Input::Fault { .. }),
             Latch::Group | Latch::None => {
                 self.cause = None;
@@ -190,7 +190,7 @@ impl<F: Family> Axis<F> {
             log.push(CommonEvent::Fault(cause));
             self.cause = self.cause.or(Some(cause));
         } else if matches!(change.input, Input::GroupFault { .. })
-            && self.facts.latch == Latch::Group
+            && self.view.facts.latch == Latch::Group
         {
             log.push(CommonEvent::Fault(F::Fault::from(CommonFault::Group)));
         }
@@ -198,7 +198,7 @@ impl<F: Family> Axis<F> {
 
     /// The drive does not answer any more, or answers again.
     pub(crate) fn set_lost(&mut self, is_lost: bool) {
-        self.is_lost = is_lost;
+        self.view.is_lost = is_lost;
     }
 
     fn note_power(

@@ -120,8 +120,15 @@ impl<K> Events<K> {
         }
     }
 
+    #[inline]
     pub(crate) fn push(&mut self, at: Instant, axis: Option<u8>, kind: impl Into<K>) {
-        let kind = kind.into();
+        self.push_event(at, axis, kind.into());
+    }
+
+    /// Events are rare: one copy of this, not one at each place that has something to tell.
+    #[cold]
+    #[inline(never)]
+    fn push_event(&mut self, at: Instant, axis: Option<u8>, kind: K) {
         if self.queue.push_back(Event { at, axis, kind }).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }

@@ -229,9 +229,9 @@ pub struct View {
     pub facts: Facts,
     /// How far the checks are.
     pub stage: Stage,
-    /// Since when facts and stage are like that.
+    /// Since when knowledge, power, goal and stage are like that, setbacks apart.
     pub since: Instant,
-    /// The drive does not answer; asking it often costs the others their turns.
+    /// The drive does not answer, whatever its fault was at first; asking it often costs the others their turns.
     pub is_lost: bool,
 }
 
@@ -241,7 +241,7 @@ pub struct Context<'a, F: Family> {
     /// The settings of the bus.
     pub config: &'a F::Config,
     /// Where the axis is.
-    pub view: View,
+    pub view: &'a View,
     /// Number of the present cycle.
     pub cycle: u32,
     /// The present moment, and where events go.
@@ -441,19 +441,23 @@ pub trait Drive {
     fn cycle_frame(&mut self, view: &View) -> Result<FrameOf<Self>, FaultOf<Self>>;
     /// The controller accepted it.
     fn cycle_frame_accepted(&mut self, now: Instant);
-    /// Length of the frame of this cycle on the wire in bits, for the placement of requests; 0 where that does not matter.
-    fn cycle_frame_bits(&self) -> u16 {
+    /// About the length of the frame of this cycle on the wire in bits, for the placement of requests; 0 where that does not matter.
+    fn cycle_frame_bits(&self) -> u8 {
+        0
+    }
+    /// Length of the frame of the poll that comes next on the wire in bits; 0 where that does not matter.
+    fn poll_bits(&self) -> u8 {
         0
     }
     /// The frame that switches the drive; `None` where the frame of a cycle does that.
     fn switch(&self, on: bool) -> Option<FrameOf<Self>>;
+    /// For how many cycles the request to send next has been due: [`Wanted::overdue_cycles`] of [`Self::wanted`].
+    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+        let wanted = self.wanted(view, now, cycle);
+        wanted.map(|wanted| wanted.overdue_cycles)
+    }
     /// The request to send next.
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<RequestOf<Self>>>;
-    /// Length of the frame of a request on the wire in bits; 0 where that does not matter.
-    fn request_bits(&self, request: RequestOf<Self>) -> u16 {
-        let _ = request;
-        0
-    }
     /// The frame of a request.
     fn request_frame(&self, request: RequestOf<Self>) -> Option<FrameOf<Self>>;
     /// The controller accepted a request, which leaves it at `leaves_at`.
@@ -485,6 +489,12 @@ pub trait Drive {
         frame: &FrameOf<Self>,
         context: &mut Context<'_, Self::Family>,
     ) -> Meaning<FaultOf<Self>>;
+    /// Lets a cycle pass in which the axis streams and the drive has nothing to do but that; `false`, with nothing done, when it has:
+    /// then [`Self::tick`] is called. A short cut: the default never takes it.
+    fn streams_on(&mut self, now: Instant) -> bool {
+        let _ = now;
+        false
+    }
     /// A cycle begins.
     fn tick(&mut self, context: &mut Context<'_, Self::Family>) -> Meaning<FaultOf<Self>> {
         let _ = context;

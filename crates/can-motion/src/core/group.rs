@@ -41,6 +41,8 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     pub(crate) switching: u64,
     /// What the controller holds for an axis that must stop at once is to be taken back.
     pub(crate) take_back: bool,
+    /// How often the facts of an axis have changed.
+    pub(crate) changes: u32,
 }
 
 impl<const N: usize, F: Family> Axes<N, F> {
@@ -52,6 +54,30 @@ impl<const N: usize, F: Family> Axes<N, F> {
             due: 0,
             switching: 0,
             take_back: false,
+            changes: 0,
+        }
+    }
+
+    /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them.
+    pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32) -> u64 {
+        let mut streaming = 0;
+        let mut bit: u64 = 1;
+        for axis in &mut self.list {
+            if axis.streams_on(now, stuck_us) {
+                streaming |= bit;
+            }
+            bit <<= 1;
+        }
+        streaming
+    }
+
+    /// Which axes owe the frame of this cycle.
+    pub(crate) fn find_due(&mut self) {
+        self.due = 0;
+        for (index, axis) in self.list.iter().enumerate() {
+            if axis.drive.owes_frame(&axis.view) {
+                self.due |= 1 << index;
+            }
         }
     }
 
@@ -75,6 +101,10 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     pub(crate) fn get(&self, index: usize) -> Option<&Axis<F>> {
         self.list.get(index)
+    }
+
+    pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut Axis<F>> {
+        self.list.get_mut(index)
     }
 
     pub(crate) fn index_of(&self, frame: &F::Frame) -> Option<usize> {
@@ -114,7 +144,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         let Some((axis, mut log)) = self.with_log(now, index) else {
             return;
         };
-        let (before, after) = (axis.facts, step(axis.facts, change.input));
+        let (before, after) = (axis.view.facts, step(axis.view.facts, change.input));
         let is_fault = matches!(change.input, Input::Fault { .. });
         if ends_at_once(change.input) && !before.moves() && before.power.may_be_on() {
             // What moves by itself, on its way to the latest set-point, is stopped too.
@@ -125,7 +155,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
         axis.become_(after, &change, &mut log);
         let (group, fault) = (axis.drive.group(), axis.fault());
-        let (owes_frame, view) = (axis.drive.owes_frame(&axis.view()), axis.facts);
+        let (owes_frame, view) = (axis.drive.owes_frame(&axis.view), axis.view.facts);
+        self.changes = self.changes.wrapping_add(1);
         let bit = 1 << index;
         if before.moves() && !view.moves() {
             // The set-point of this cycle is void, or replaced by the frame that stops the drive.
@@ -170,7 +201,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             }
             let mut is_in_use = was_in_use;
             if other != index {
-                is_in_use = self.get(other).is_some_and(|axis| axis.facts.is_in_use());
+                is_in_use = self.get(other).is_some_and(|axis| axis.view.facts.is_in_use());
                 self.apply(
                     now,
                     other,
@@ -188,7 +219,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     fn start(&mut self, now: Instant, group: GroupId) {
         let mut axes = self.iter().filter(|axis| axis.drive.group() == group);
-        let are_ready = axes.all(|axis| accepts(&axis.facts, Input::Start));
+        let are_ready = axes.all(|axis| accepts(&axis.view.facts, Input::Start));
         drop(axes);
         if are_ready {
             self.apply_to_group(now, group, Change::of(Input::Start));
@@ -211,13 +242,13 @@ impl<const N: usize, F: Family> Axes<N, F> {
             fault: Some(fault),
             ramp_cycles: ramp.unwrap_or(0),
         };
-        let before = axis.facts;
+        let before = axis.view.facts;
         self.apply(now, index, change);
         if fault == F::Fault::from(CommonFault::Lost)
             && let Some((axis, mut log)) = self.with_log(now, index)
         {
             // A fault that was there before does not hide that the drive does not answer any more.
-            if axis.facts == before {
+            if axis.view.facts == before {
                 log.push(CommonEvent::Fault(fault));
             }
             axis.set_lost(true);
@@ -245,17 +276,17 @@ impl<const N: usize, F: Family> Axes<N, F> {
         let Some((axis, mut log)) = self.with_log(now, index) else {
             return;
         };
-        let checks = axis.facts.is_checking() && meaning.fault.is_none();
+        let checks = axis.view.facts.is_checking() && meaning.fault.is_none();
         if let Some(stage) = meaning.stage.filter(|_| checks) {
             axis.set_stage(stage, &mut log);
         }
         if let Some(report) = meaning.power {
             axis.set_lost(false);
-            let is_sent = matches!(axis.facts.power, Power::OnSent | Power::OffSent);
+            let is_sent = matches!(axis.view.facts.power, Power::OnSent | Power::OffSent);
             // The controller may hold a command for a while, and one that sorts its frames may send a later reading before it.
             let is_old = is_sent && report.asked_at < axis.switched_at + cycle_us;
             // A drive needs a moment; the command is repeated by time.
-            let is_early = report.is_on && axis.facts.power == Power::OffSent;
+            let is_early = report.is_on && axis.view.facts.power == Power::OffSent;
             if !is_old && !is_early {
                 let input = if report.is_on {
                     Input::SaysOn
@@ -281,7 +312,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             Some(true)
                 if self
                     .get(index)
-                    .is_some_and(|axis| axis.facts.awaits_standstill()) =>
+                    .is_some_and(|axis| axis.view.facts.awaits_standstill()) =>
             {
                 self.apply(now, index, Change::of(Input::Stands));
             }
@@ -289,7 +320,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             Some(false)
                 if self
                     .get(index)
-                    .is_some_and(|axis| !axis.facts.holds_anchor()) =>
+                    .is_some_and(|axis| !axis.view.facts.holds_anchor()) =>
             {
                 self.apply(now, index, Change::of(Input::Turns));
             }
@@ -297,7 +328,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
         let Some((axis, _)) = self
             .with_log(now, index)
-            .filter(|(axis, _)| meaning.is_located && axis.facts.awaits_anchor())
+            .filter(|(axis, _)| meaning.is_located && axis.view.facts.awaits_anchor())
         else {
             return;
         };
@@ -325,7 +356,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
     fn ramp_of(&self, group: GroupId) -> Option<u32> {
         let mut streams = self
             .iter()
-            .filter(|axis| axis.drive.group() == group && axis.facts.motion == Motion::Stream);
+            .filter(|axis| axis.drive.group() == group && axis.view.facts.motion == Motion::Stream);
         streams.try_fold(0, |most: u32, axis| {
             let own = axis.drive.cycles_to_stop();
             axis.drive.can_stop_in(own).then_some(most.max(own))
@@ -359,7 +390,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
                 continue;
             }
             is_found = true;
-            if input == Input::Adopt && axis.facts.power != Power::FoundOn {
+            if input == Input::Adopt && axis.view.facts.power != Power::FoundOn {
                 continue;
             }
             self.admit(index, axis, input)?;
@@ -383,7 +414,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
     /// The input by which an axis follows a command.
     fn input_for(&self, index: usize, input: Input) -> Input {
         let rearms = self.get(index).is_some_and(|axis| {
-            let is_held = axis.facts.goal == Goal::Hold && axis.facts.power == Power::On;
+            let is_held = axis.view.facts.goal == Goal::Hold && axis.view.facts.power == Power::On;
             is_held && axis.drive.must_rearm()
         });
         match input {
@@ -398,7 +429,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         axis: &Axis<F>,
         input: Input,
     ) -> Result<(), CommandError<F::Fault>> {
-        let facts = &axis.facts;
+        let facts = &axis.view.facts;
         let input = self.input_for(index, input);
         if accepts(facts, input) {
             return Ok(());
@@ -451,7 +482,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         let input = Input::StartWork(work);
         let is_accepted = self
             .get(index)
-            .is_some_and(|axis| accepts(&axis.facts, input));
+            .is_some_and(|axis| accepts(&axis.view.facts, input));
         self.apply(now, index, Change::of(input));
         is_accepted
     }

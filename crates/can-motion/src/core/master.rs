@@ -79,17 +79,16 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// Starts a cycle: what the cycle before left over is merged, time passes, and every axis in motion owes a set-point.
     pub fn begin_cycle(&mut self, now: Instant) {
         let is_on_time = self.count_cycle(now);
-        self.merge_leftovers(now, is_on_time);
-        self.watch_bus(now);
-        for index in 0..self.axes.len() {
-            self.tick(now, index);
+        if self.axes.due != 0 || !is_on_time {
+            self.merge_leftovers(now);
         }
-        self.axes.due = 0;
-        for index in 0..self.axes.len() {
-            let owes = |axis: &crate::core::axis::Axis<F>| axis.drive.owes_frame(&axis.view());
-            if self.axes.get(index).is_some_and(owes) {
-                self.axes.due |= 1 << index;
-            }
+        if self.full_since.is_some() {
+            self.watch_bus(now);
+        }
+        let streaming = self.axes.stream_on(now, self.config.stuck_us());
+        self.axes.due = streaming;
+        if streaming.count_ones() as usize != self.axes.len() {
+            self.tick_others(now, streaming);
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
@@ -97,36 +96,50 @@ impl<const N: usize, F: Family> Master<N, F> {
             .begin_cycle(now, cycle, &self.config, &self.axes);
     }
 
+    /// The axes that do more in this cycle than to stream on.
+    #[inline(never)]
+    fn tick_others(&mut self, now: Instant, streaming: u64) {
+        for index in 0..self.axes.len() {
+            if streaming & 1 << index == 0 {
+                self.tick(now, index);
+            }
+        }
+        self.axes.find_due();
+    }
+
     /// Whether no cycle was missed.
     fn count_cycle(&mut self, now: Instant) -> bool {
         self.cycle.cycles = self.cycle.cycles.wrapping_add(1);
-        let missed_before = self.cycle.missed;
-        if let Some(started) = self.cycle_started {
-            let cycle_us = u64::from(self.config.cycle_us().max(1));
-            // Half a cycle of jitter still belongs to the cycle it was planned for.
+        let started = self.cycle_started.replace(now);
+        let cycle_us = u64::from(self.config.cycle_us().max(1));
+        // Half a cycle of jitter still belongs to the cycle it was planned for.
+        let is_on_time =
+            started.is_none_or(|started| now.us_since(started) < cycle_us + cycle_us.div_ceil(2));
+        if let Some(started) = started
+            && !is_on_time
+        {
             let passed = (now.us_since(started) + cycle_us / 2) / cycle_us;
-            if passed > 1 {
-                let missed = u32::try_from(passed - 1).unwrap_or(u32::MAX);
-                self.cycle.missed = self.cycle.missed.wrapping_add(missed);
-                let event = CommonEvent::CyclesMissed(missed);
-                self.axes.events.push(now, None, event);
-            }
+            self.note_missed(now, u32::try_from(passed - 1).unwrap_or(u32::MAX));
         }
-        self.cycle_started = Some(now);
-        self.cycle.missed == missed_before
+        is_on_time
+    }
+
+    #[cold]
+    fn note_missed(&mut self, now: Instant, cycles: u32) {
+        self.cycle.missed = self.cycle.missed.wrapping_add(cycles);
+        let event = CommonEvent::CyclesMissed(cycles);
+        self.axes.events.push(now, None, event);
     }
 
     /// What the cycle before left over, or cycles that were never begun, is not sent in one piece.
-    fn merge_leftovers(&mut self, now: Instant, is_on_time: bool) {
+    #[inline(never)]
+    fn merge_leftovers(&mut self, now: Instant) {
         let due = self.axes.due;
-        if due == 0 && is_on_time {
-            return;
-        }
         self.cycle.late = self.cycle.late.wrapping_add(u32::from(due != 0));
         for index in 0..self.axes.len() {
             let is_due = due & 1 << index != 0;
             if let Some((axis, mut log)) = self.axes.with_log(now, index)
-                && (is_due || axis.facts.moves())
+                && (is_due || axis.view.facts.moves())
             {
                 axis.drive.merged();
                 if is_due {
@@ -146,7 +159,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             return;
         }
         for index in 0..self.axes.len() {
-            let is_wanted = |axis: &crate::core::axis::Axis<F>| axis.facts.goal != Goal::Off;
+            let is_wanted = |axis: &crate::core::axis::Axis<F>| axis.view.facts.goal != Goal::Off;
             if self.axes.get(index).is_some_and(is_wanted) {
                 self.axes.raise(now, index, CommonFault::Bus.into());
             }
@@ -168,7 +181,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             return;
         };
         let over = |since: Instant, limit_us: u32| now.us_since(since) >= u64::from(limit_us);
-        let facts = axis.facts;
+        let facts = axis.view.facts;
         let awaits_shaft = facts.awaits_standstill() || facts.awaits_anchor();
         let is_sent = matches!(facts.power, Power::OnSent | Power::OffSent);
         if facts.motion == Motion::Ramp && axis.drive.has_stopped() {
@@ -178,7 +191,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         } else if is_sent && over(axis.switched_at, self.config.confirm_us()) {
             self.axes
                 .apply(now, index, Change::of(Input::ConfirmTimeout));
-        } else if awaits_shaft && over(axis.since, self.config.standstill_limit_us()) {
+        } else if awaits_shaft && over(axis.view.since, self.config.standstill_limit_us()) {
             self.axes
                 .raise(now, index, CommonFault::NotConfirmed.into());
         }
@@ -188,7 +201,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     fn fail_group(&mut self, now: Instant, group: GroupId) {
         for index in 0..self.axes.len() {
             let is_concerned = self.axes.get(index).is_some_and(|axis| {
-                let is_meant = axis.facts.goal != Goal::Off || axis.facts.moves();
+                let is_meant = axis.view.facts.goal != Goal::Off || axis.view.facts.moves();
                 axis.drive.group() == group && is_meant
             });
             if is_concerned {
@@ -268,11 +281,10 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// [`TargetError`] when the axis does not stream or the target leaves its travel; nothing changes then.
     pub fn set_target(&mut self, axis: usize, target: i32) -> Result<(), TargetError> {
         let axes = self.axes.len();
-        // The time stands for events, and a target makes none.
-        let Some((place, _)) = self.axes.with_log(Instant::default(), axis) else {
+        let Some(place) = self.axes.get_mut(axis) else {
             return Err(TargetError::NoSuchAxis { axes, actual: axis });
         };
-        if place.facts.motion != Motion::Stream {
+        if place.view.facts.motion != Motion::Stream {
             return Err(TargetError::NotStreaming {
                 state: place.state(),
             });
@@ -301,13 +313,13 @@ impl<const N: usize, F: Family> Master<N, F> {
         let Some(place) = self.axes.get(axis) else {
             return Err(ProcedureRefusal::NoSuchAxis { actual: axis }.into());
         };
-        if place.facts.work != crate::core::facts::Work::None {
+        if place.view.facts.work != crate::core::facts::Work::None {
             return Err(ProcedureRefusal::Busy.into());
         }
         let actual = place.state();
         let work = place
             .drive
-            .admit(procedure, confirmation, &place.view(), now)?;
+            .admit(procedure, confirmation, &place.view, now)?;
         if !self.axes.start_work(now, axis, work) {
             return Err(ProcedureRefusal::State { actual }.into());
         }
@@ -376,7 +388,13 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// The facts of one axis, without the readings of its snapshot; `None` when there is no such axis.
     #[must_use]
     pub fn facts(&self, axis: usize) -> Option<Facts> {
-        self.axes.get(axis).map(|axis| axis.facts)
+        self.axes.get(axis).map(|axis| axis.view.facts)
+    }
+
+    /// How often the facts of any axis have changed, modulo 2^32: who has looked at them needs not look again before.
+    #[must_use]
+    pub const fn changes(&self) -> u32 {
+        self.axes.changes
     }
 
     /// The cycle counters.
@@ -398,6 +416,6 @@ impl<const N: usize, F: Family> Master<N, F> {
     pub fn may_leave(&self, axis: usize, class: Class) -> bool {
         self.axes
             .get(axis)
-            .is_some_and(|axis| may_leave(class, &axis.facts))
+            .is_some_and(|axis| may_leave(class, &axis.view.facts))
     }
 }

@@ -11,6 +11,8 @@ use crate::core::time::Instant;
 
 /// So many cycles a poll may go before one that is due longer, to even out the length of a cycle.
 const COUNTERWEIGHT_CYCLES: i32 = 14;
+/// Of an axis that asks nothing.
+const NOT_WANTED: i32 = i32::MIN;
 
 /// The requests of a cycle.
 #[derive(Debug)]
@@ -77,58 +79,63 @@ impl<F: Family> Schedule<F> {
         }
         // Where frames of the cycle come behind the requests, a cycle without a request would move them.
         let may_be_early = self.placement.needs_requests() && axes.due != 0;
-        let earliest = if may_be_early { i32::MIN } else { 0 };
-        let wanted = |index| {
-            let axis = axes.get(index)?;
-            axis.drive.wanted(&axis.view(), now, cycle)
-        };
-        let overdue = |wanted: Wanted<F::Request>| Some(wanted.overdue_cycles);
-        let is_due = |due: i32| due >= earliest;
-        let Some((index, due)) = self.best(axes.len(), |at| {
-            overdue(wanted(at)?).filter(|due| is_due(*due))
-        }) else {
+        let earliest = if may_be_early { NOT_WANTED + 1 } else { 0 };
+        let mut overdue = [NOT_WANTED; N];
+        for (axis, overdue) in axes.iter().zip(&mut overdue) {
+            if let Some(cycles) = axis.drive.overdue(&axis.view, now, cycle) {
+                *overdue = cycles;
+            }
+        }
+        let Some((index, longest)) = self.first_best(&overdue, axes.len(), earliest) else {
             return;
         };
-        let preference = match due {
-            Wanted::<F::Request>::URGENT => None,
-            _ if !may_be_early => None,
-            _ => self.placement.preference(|| due_bits(axes)),
+        self.next = Some(index);
+        if !may_be_early || longest == Wanted::<F::Request>::URGENT {
+            return;
+        }
+        let Some(preference) = self.placement.preference(|| due_bits(axes)) else {
+            return;
         };
-        let balanced = preference.and_then(|preference| {
-            self.best(axes.len(), |at| {
-                let other = wanted(at)?;
-                let is_soon = other.overdue_cycles > due.saturating_sub(COUNTERWEIGHT_CYCLES);
-                let bits = axes.get(at)?.drive.request_bits(other.request);
-                is_soon.then_some(match preference {
-                    Ordering::Less => -i32::from(bits),
-                    Ordering::Equal | Ordering::Greater => i32::from(bits),
-                })
-            })
-        });
-        self.next = Some(balanced.map_or(index, |(index, _)| index));
+        let soon = longest.saturating_sub(COUNTERWEIGHT_CYCLES);
+        for (axis, rank) in axes.iter().zip(&mut overdue) {
+            let bits = i32::from(axis.drive.poll_bits());
+            *rank = match preference {
+                _ if *rank <= soon => NOT_WANTED,
+                Ordering::Less => -bits,
+                Ordering::Equal | Ordering::Greater => bits,
+            };
+        }
+        self.next = self
+            .first_best(&overdue, axes.len(), NOT_WANTED + 1)
+            .map(|(index, _)| index);
     }
 
-    /// The first axis of the highest rank, in turn.
-    fn best(&self, axes: usize, rank: impl Fn(usize) -> Option<i32>) -> Option<(usize, i32)> {
-        let turn = self.turn.min(axes);
-        let mut best: Option<(usize, i32)> = None;
-        for index in (turn..axes).chain(0..turn) {
-            if let Some(rank) = rank(index)
-                && best.is_none_or(|(_, highest)| rank > highest)
+    /// The first axis of the highest rank from `least` on, in turn.
+    fn first_best(&self, ranks: &[i32], axes: usize, least: i32) -> Option<(usize, i32)> {
+        let mut index = if self.turn < axes { self.turn } else { 0 };
+        let mut best = None;
+        let mut least = least;
+        for _ in 0..axes {
+            if let Some(&rank) = ranks.get(index)
+                && rank >= least
             {
                 best = Some((index, rank));
+                least = rank.saturating_add(1);
             }
+            index = if index + 1 < axes { index + 1 } else { 0 };
         }
         best
     }
 }
 
-/// Length of the frames of this cycle that are still to come.
+/// About the length of the frames of this cycle that are still to come.
 fn due_bits<const N: usize, F: Family>(axes: &Axes<N, F>) -> u32 {
-    let due = axes
-        .iter()
-        .enumerate()
-        .filter(|(index, _)| axes.due & 1 << index != 0);
-    due.map(|(_, axis)| u32::from(axis.drive.cycle_frame_bits()))
-        .sum()
+    let (mut bits, mut due) = (0, axes.due);
+    for axis in axes.iter() {
+        if due & 1 != 0 {
+            bits += u32::from(axis.drive.cycle_frame_bits());
+        }
+        due >>= 1;
+    }
+    bits
 }

@@ -51,6 +51,11 @@ pub trait Sink<Fr> {
     /// Offers a frame.
     fn offer(&mut self, frame: &Fr) -> Outcome<Fr>;
 
+    /// Whether there is room for a frame, as far as the sink knows without one: where it says no, none is made to be refused.
+    fn has_room(&self) -> bool {
+        true
+    }
+
     /// Takes back one frame that waits unsent in the controller; `None` when there is none, or when this controller cannot.
     ///
     /// The master calls it when an axis must stop at once, until nothing comes back. Where it always returns `None`, set-points that

@@ -35,7 +35,7 @@ impl Add<u32> for Instant {
 
     /// A point in time so many microseconds later.
     fn add(self, us: u32) -> Self {
-        Self(self.0.saturating_add(u64::from(us)))
+        Self(self.0.wrapping_add(us as u64))
     }
 }
 

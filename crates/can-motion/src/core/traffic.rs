@@ -23,13 +23,24 @@ enum Source<F: Family> {
     Request(F::Request),
 }
 
-/// A frame on its way to the controller.
-struct Offer<F: Family> {
-    frame: F::Frame,
+/// Whose frame it is, and what for.
+struct Sender<F: Family> {
     /// The axis concerned; `None` for the frame of the whole bus.
     axis: Option<usize>,
     class: Class,
     source: Source<F>,
+}
+
+/// What became of the most urgent frame.
+enum Attempt {
+    /// The controller has taken it.
+    Sent,
+    /// There is none.
+    Nothing,
+    /// The controller has no room.
+    Full,
+    /// The controller failed.
+    Failed,
 }
 
 impl<const N: usize, F: Family> BusUser for Master<N, F> {
@@ -47,24 +58,25 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
                 self.on_displaced(now, &frame);
             }
         }
-        while let Some(offer) = self.next_offer(now) {
-            match sink.offer(&offer.frame) {
-                Outcome::Accepted => self.accepted(now, &offer),
-                Outcome::Displaced(displaced) => {
-                    self.accepted(now, &offer);
-                    self.on_displaced(now, &displaced);
-                }
-                Outcome::Full => {
+        while sink.has_room() {
+            match self.send_next(now, sink) {
+                Attempt::Sent => {}
+                Attempt::Full => {
                     self.full_since.get_or_insert(now);
                     return Progress::Blocked;
                 }
-                Outcome::Failed(kind) => {
-                    self.failed(now, &offer, kind);
+                Attempt::Nothing => {
+                    self.full_since = None;
                     return Progress::Idle;
                 }
+                Attempt::Failed => return Progress::Idle,
             }
         }
-        Progress::Idle
+        if !self.has_more() {
+            return Progress::Idle;
+        }
+        self.full_since.get_or_insert(now);
+        Progress::Blocked
     }
 
     fn on_displaced(&mut self, now: Instant, frame: &F::Frame) {
@@ -82,7 +94,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             .with_drive(at, index, |drive, context| drive.returned(frame, context));
         match returned {
             Some(Returned::OfCycle) => {
-                let owes = |axis: &crate::core::axis::Axis<F>| axis.drive.owes_frame(&axis.view());
+                let owes = |axis: &crate::core::axis::Axis<F>| axis.drive.owes_frame(&axis.view);
                 if self.axes.get(index).is_some_and(owes) {
                     self.axes.due |= 1 << index;
                 }
@@ -127,7 +139,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     }
 }
 
-/// What is offered next. A frame of an axis is made here and nowhere else, after the exit was asked.
+/// What goes out next. A frame of an axis is made here and nowhere else, after the exit was asked.
 impl<const N: usize, F: Family> Master<N, F> {
     /// A frame that no axis has anything to do with.
     fn foreign(&mut self, now: Instant, event: Option<F::EventKind>) {
@@ -136,39 +148,78 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
     }
 
-    fn next_offer(&mut self, now: Instant) -> Option<Offer<F>> {
-        if let Some(offer) = self.switch(Class::SwitchOff) {
-            return Some(offer);
-        }
-        if self.axes.due != 0
-            && self.schedule.placement.is_reached(self.axes.due)
-            && let Some(offer) = self.request(now)
-        {
-            return Some(offer);
-        }
-        self.cycle_frame(now)
-            .or_else(|| self.frame_of_bus())
-            .or_else(|| self.switch(Class::SwitchOn))
-            .or_else(|| self.request(now))
+    /// Whether there may be something to send.
+    fn has_more(&self) -> bool {
+        self.axes.due | self.axes.switching != 0
+            || self.schedule.next.is_some()
+            || self.frame_of_bus().is_some()
     }
 
-    fn cycle_frame(&mut self, now: Instant) -> Option<Offer<F>> {
+    /// Makes the most urgent frame and offers it.
+    fn send_next<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) -> Attempt {
+        if self.axes.switching != 0
+            && let Some((frame, sender)) = self.switch(Class::SwitchOff)
+        {
+            return self.offer(now, sink, &frame, &sender);
+        }
+        if self.axes.due != 0 {
+            if self.schedule.next.is_some()
+                && self.schedule.placement.is_reached(self.axes.due)
+                && let Some((frame, sender)) = self.request(now)
+            {
+                return self.offer(now, sink, &frame, &sender);
+            }
+            if let Some(attempt) = self.send_cycle_frame(now, sink) {
+                return attempt;
+            }
+        }
+        let last = if let Some(frame) = self.frame_of_bus() {
+            let sender = Sender {
+                axis: None,
+                class: Class::Poll,
+                source: Source::Bus,
+            };
+            Some((frame, sender))
+        } else if self.axes.switching != 0 {
+            self.switch(Class::SwitchOn)
+        } else {
+            None
+        };
+        match last.or_else(|| self.request(now)) {
+            Some((frame, sender)) => self.offer(now, sink, &frame, &sender),
+            None => Attempt::Nothing,
+        }
+    }
+
+    /// `None` when no axis owes a frame that may leave.
+    #[inline]
+    fn send_cycle_frame<S: Sink<F::Frame>>(
+        &mut self,
+        now: Instant,
+        sink: &mut S,
+    ) -> Option<Attempt> {
         while self.axes.due != 0 {
             let index = self.axes.due.trailing_zeros() as usize;
-            let (axis, _) = self.axes.with_log(now, index)?;
+            let axis = self.axes.get_mut(index)?;
             let class = if F::HAS_CYCLE_FRAMES {
-                Class::of_cycle(&axis.facts)
+                Class::of_cycle(&axis.view.facts)
             } else {
                 Class::SetPoint
             };
-            if may_leave(class, &axis.facts) {
-                match axis.drive.cycle_frame(&axis.view()) {
+            if may_leave(class, &axis.view.facts) {
+                match axis.drive.cycle_frame(&axis.view) {
                     Ok(frame) => {
-                        return Some(Offer {
-                            frame,
+                        let sender = Sender {
                             axis: Some(index),
                             class,
                             source: Source::Cycle,
+                        };
+                        return Some(match sink.offer(&frame) {
+                            Outcome::Accepted => {
+                                self.cycle_frame_accepted(now, index, class);
+                                Attempt::Sent
+                            }
+                            other => self.conclude(now, &sender, other),
                         });
                     }
                     Err(fault) => self.axes.raise(now, index, fault),
@@ -179,17 +230,44 @@ impl<const N: usize, F: Family> Master<N, F> {
         None
     }
 
-    fn frame_of_bus(&self) -> Option<Offer<F>> {
-        let frame = F::frame_of_bus(&self.config)?;
-        self.frame_of_bus_due.then_some(Offer {
-            frame,
-            axis: None,
-            class: Class::Poll,
-            source: Source::Bus,
-        })
+    fn offer<S: Sink<F::Frame>>(
+        &mut self,
+        now: Instant,
+        sink: &mut S,
+        frame: &F::Frame,
+        sender: &Sender<F>,
+    ) -> Attempt {
+        let outcome = sink.offer(frame);
+        self.conclude(now, sender, outcome)
     }
 
-    fn switch(&self, class: Class) -> Option<Offer<F>> {
+    #[inline(never)]
+    fn conclude(
+        &mut self,
+        now: Instant,
+        sender: &Sender<F>,
+        outcome: Outcome<F::Frame>,
+    ) -> Attempt {
+        match outcome {
+            Outcome::Accepted => self.accepted(now, sender),
+            Outcome::Displaced(displaced) => {
+                self.accepted(now, sender);
+                self.on_displaced(now, &displaced);
+            }
+            Outcome::Full => return Attempt::Full,
+            Outcome::Failed(kind) => {
+                self.failed(now, sender, kind);
+                return Attempt::Failed;
+            }
+        }
+        Attempt::Sent
+    }
+
+    fn frame_of_bus(&self) -> Option<F::Frame> {
+        F::frame_of_bus(&self.config).filter(|_| self.frame_of_bus_due)
+    }
+
+    fn switch(&self, class: Class) -> Option<(F::Frame, Sender<F>)> {
         use crate::core::facts::Power;
         let (wanted, is_on) = match class {
             Class::SwitchOn => (Power::OnWanted, true),
@@ -200,67 +278,77 @@ impl<const N: usize, F: Family> Master<N, F> {
             let index = switching.trailing_zeros() as usize;
             switching &= switching - 1;
             if let Some(axis) = self.axes.get(index)
-                && axis.facts.power == wanted
-                && may_leave(class, &axis.facts)
+                && axis.view.facts.power == wanted
+                && may_leave(class, &axis.view.facts)
                 && let Some(frame) = axis.drive.switch(is_on)
             {
-                return Some(Offer {
-                    frame,
+                let sender = Sender {
                     axis: Some(index),
                     class,
                     source: Source::Switch,
-                });
+                };
+                return Some((frame, sender));
             }
         }
         None
     }
 
-    fn request(&mut self, now: Instant) -> Option<Offer<F>> {
+    fn request(&mut self, now: Instant) -> Option<(F::Frame, Sender<F>)> {
         let index = self.schedule.next?;
         let axis = self.axes.get(index)?;
-        let wanted = axis.drive.wanted(&axis.view(), now, self.cycle.cycles)?;
-        if wanted.class == Class::Repair && axis.facts.work == Work::None {
+        let wanted = axis.drive.wanted(&axis.view, now, self.cycle.cycles)?;
+        if wanted.class == Class::Repair && axis.view.facts.work == Work::None {
             self.axes.start_work(now, index, Work::Repair);
         }
         let axis = self.axes.get(index)?;
-        if !may_leave(wanted.class, &axis.facts) {
+        if !may_leave(wanted.class, &axis.view.facts) {
             return None;
         }
-        Some(Offer {
-            frame: axis.drive.request_frame(wanted.request)?,
+        let frame = axis.drive.request_frame(wanted.request)?;
+        let sender = Sender {
             axis: Some(index),
             class: wanted.class,
             source: Source::Request(wanted.request),
-        })
+        };
+        Some((frame, sender))
     }
 
-    fn accepted(&mut self, now: Instant, offer: &Offer<F>) {
-        self.full_since = None;
-        let Some(index) = offer.axis else {
+    fn accepted(&mut self, now: Instant, sender: &Sender<F>) {
+        let Some(index) = sender.axis else {
+            self.full_since = None;
             self.frame_of_bus_due = false;
             return;
         };
-        match offer.source {
-            Source::Request(request) => {
-                return self.request_accepted(now, index, offer.class, request);
-            }
-            Source::Cycle => {
-                if let Some((axis, _)) = self.axes.with_log(now, index) {
-                    axis.drive.cycle_frame_accepted(now);
-                    axis.sent_at = now;
-                    self.axes.due &= !(1 << index);
-                    self.schedule.placement.frame_accepted();
-                }
-            }
-            Source::Switch | Source::Bus => {}
-        }
-        if matches!(offer.class, Class::SwitchOn | Class::SwitchOff) {
-            self.axes
-                .apply(now, index, Change::of(Input::Accepted(offer.class)));
+        match sender.source {
+            Source::Request(request) => self.request_accepted(now, index, sender.class, request),
+            Source::Cycle => self.cycle_frame_accepted(now, index, sender.class),
+            Source::Switch | Source::Bus => self.switch_accepted(now, index, sender.class),
         }
     }
 
+    #[inline]
+    fn cycle_frame_accepted(&mut self, now: Instant, index: usize, class: Class) {
+        if let Some(axis) = self.axes.get_mut(index) {
+            axis.drive.cycle_frame_accepted(now);
+            axis.sent_at = now;
+        }
+        // It is the lowest: frames go out in this order.
+        self.axes.due &= self.axes.due.wrapping_sub(1);
+        self.full_since = None;
+        self.schedule.placement.frame_accepted();
+        if matches!(class, Class::SwitchOn | Class::SwitchOff) {
+            self.switch_accepted(now, index, class);
+        }
+    }
+
+    fn switch_accepted(&mut self, now: Instant, index: usize, class: Class) {
+        self.full_since = None;
+        self.axes
+            .apply(now, index, Change::of(Input::Accepted(class)));
+    }
+
     fn request_accepted(&mut self, now: Instant, index: usize, class: Class, request: F::Request) {
+        self.full_since = None;
         let started = self.cycle_started.unwrap_or(now);
         let leaves_at = self.schedule.placement.request_leaves(now, started);
         let at = (now, self.cycle.cycles, &self.config);
@@ -276,16 +364,16 @@ impl<const N: usize, F: Family> Master<N, F> {
         self.schedule.choose(now, self.cycle.cycles, &self.axes);
     }
 
-    fn failed(&mut self, now: Instant, offer: &Offer<F>, kind: BusErrorKind) {
-        let axis = offer.axis.map(|index| index as u8);
+    fn failed(&mut self, now: Instant, sender: &Sender<F>, kind: BusErrorKind) {
+        let axis = sender.axis.map(|index| index as u8);
         let event = CommonEvent::BusError(kind);
         self.axes.events.push(now, axis, event);
-        match (offer.class, offer.axis) {
+        match (sender.class, sender.axis) {
             (Class::SetPoint, Some(index)) => self.axes.raise(now, index, CommonFault::Bus.into()),
             // Keeps its place: it is the same in the next try.
             (Class::StopFrame, _) => {}
             // What may be under way counts as sent: a request is not asked again before its timeout, a switch not taken for undone.
-            _ => self.accepted(now, offer),
+            _ => self.accepted(now, sender),
         }
     }
 }

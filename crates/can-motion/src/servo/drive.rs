@@ -1,7 +1,6 @@
 //! One DYN drive: its frames, its readings, its ledger, and the one request that it may owe.
 
 use bus_plan::ResponseWindow;
-use can_frame::wire::exact_bits;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
 use crate::core::event::EventLog;
@@ -13,6 +12,7 @@ use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::time::Instant;
+use crate::servo::bus_frames::poll_bits;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
@@ -20,6 +20,7 @@ use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::feedback::Feedback;
 use crate::servo::ledger::Ledger;
+use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
 use crate::servo::procedure::{Procedure, ProcedureError, Run};
 use crate::servo::request_slot::RequestSlot;
@@ -40,6 +41,8 @@ pub struct Servo {
     pub(super) counters: Counters,
     pub(super) slot: RequestSlot,
     pub(super) polls: PollClock,
+    /// Length of the request of each poll on the wire.
+    poll_bits: [u8; PollKind::ALL.len()],
     pub(super) responses: ResponseWatch,
     pub(super) timeouts_in_row: u8,
     /// When the drive was last asked anything.
@@ -73,6 +76,7 @@ impl Servo {
             counters: Counters::default(),
             slot: RequestSlot::default(),
             polls: PollClock::new(&config.polls, master.cycle_us, rank),
+            poll_bits: PollKind::ALL.map(|kind| poll_bits(&config, kind) as u8),
             responses: ResponseWatch::default(),
             timeouts_in_row: 0,
             asked_at: Instant::default(),
@@ -88,10 +92,13 @@ impl Servo {
         }
     }
 
+    fn is_far_behind(&self) -> bool {
+        self.ledger.backlog_counts().unsigned_abs() > self.config.limits.backlog_counts
+    }
+
     fn backlog_fault(&self) -> Option<Fault> {
         let counts = self.ledger.backlog_counts();
-        let is_far = counts.unsigned_abs() > self.config.limits.backlog_counts;
-        is_far.then_some(Fault::Backlog { counts })
+        self.is_far_behind().then_some(Fault::Backlog { counts })
     }
 }
 
@@ -181,10 +188,17 @@ impl Drive for Servo {
         self.counters.set_points = self.counters.set_points.wrapping_add(1);
     }
 
-    fn cycle_frame_bits(&self) -> u16 {
+    /// Without the stuff bits of the checksum.
+    #[inline]
+    fn cycle_frame_bits(&self) -> u8 {
         let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
-        let frame = go_relative_pos_pd(self.config.drive, step, self.dialect.number_order);
-        exact_bits(frame.id(), frame.data())
+        set_point_bits(step.get())
+    }
+
+    fn poll_bits(&self) -> u8 {
+        let kind = self.polls.first();
+        kind.and_then(|kind| self.poll_bits.get(kind as usize).copied())
+            .unwrap_or(0)
     }
 
     fn switch(&self, on: bool) -> Option<DataFrame> {
@@ -196,13 +210,19 @@ impl Drive for Servo {
         self.frame_of(Request::ServoDisable(switch))
     }
 
-    fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
-        self.next_request(view, now, cycle)
+    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+        let ask = self.next_ask(view, now, cycle);
+        ask.map(|(_, overdue_cycles)| overdue_cycles)
     }
 
-    fn request_bits(&self, request: Request) -> u16 {
-        let frame = self.frame_of(request);
-        frame.map_or(0, |frame| exact_bits(frame.id(), frame.data()))
+    fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
+        let (ask, overdue_cycles) = self.next_ask(view, now, cycle)?;
+        let (class, request) = self.request_for(ask, view)?;
+        Some(Wanted {
+            class,
+            request,
+            overdue_cycles,
+        })
     }
 
     fn request_frame(&self, request: Request) -> Option<DataFrame> {
@@ -240,11 +260,20 @@ impl Drive for Servo {
         self.read(frame, context)
     }
 
+    #[inline]
+    fn streams_on(&mut self, now: Instant) -> bool {
+        let is_quiet = self.run.is_none() && !self.is_far_behind() && self.slot.pass(now);
+        if is_quiet {
+            self.drift.begin_cycle(self.ledger.sent_counts());
+        }
+        is_quiet
+    }
+
     fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         self.ledger.begin_cycle();
         self.drift.begin_cycle(self.ledger.sent_counts());
         let mut meaning = self.expire(context);
-        let view = &context.view;
+        let view = context.view;
         let started = context.log.now.us_since(view.since) >= u64::from(self.power_on_us);
         if view.stage == Stage::PowerOn && started {
             meaning.stage = Some(Stage::Probing);
@@ -280,4 +309,24 @@ impl Drive for Servo {
     fn abort_work(&mut self, log: &mut Log<'_>) {
         self.abort_procedure(log);
     }
+}
+
+/// Length of a set-point behind its identifier, with the stuff bits of its data: what changes from one to the next, without the checksum.
+#[inline]
+fn set_point_bits(step: i16) -> u8 {
+    // Behind the four bits of the length, on the left.
+    let (field, bits): (u32, u8) = if i16::from(step as i8) == step {
+        (0x1000_0000 | u32::from(step as u8) << 20, 12)
+    } else {
+        (0x2000_0000 | u32::from(step as u16) << 12, 20)
+    };
+    let equal = !(field ^ field << 1) & (!0_u32 << (33 - u32::from(bits)));
+    let mut fives = equal & equal << 1 & equal << 2 & equal << 3;
+    let mut length = bits;
+    while fives != 0 {
+        length += 1;
+        // The next stuff bit of a run comes five bits later.
+        fives &= u32::MAX >> 5 >> fives.leading_zeros();
+    }
+    length
 }

@@ -15,54 +15,74 @@ use crate::servo::poll_kind::PollKind;
 
 /// The configuration of a drive with power is read again once in [`GUARD_WINDOWS`] windows, each drive in the window of its id: the
 /// readings of all drives at once would make polls late.
-const GUARD_WINDOW_US: u64 = 1 << 16;
+const GUARD_WINDOW_US: u32 = 1 << 16;
 /// A bus carries at most 14 axes at 1 kHz, so few drives share a window.
-const GUARD_WINDOWS: u64 = 16;
+const GUARD_WINDOWS: u32 = 16;
 /// When no window came for so long, as with slow cycles, the reading is urgent.
-const GUARD_URGENT_US: u64 = 2 * GUARD_WINDOWS * GUARD_WINDOW_US;
+const GUARD_URGENT_US: u32 = 2 * GUARD_WINDOWS * GUARD_WINDOW_US;
 /// Within its window a reading gets ahead of polls that are late by one more cycle every so often.
-const GUARD_PATIENCE_US: u64 = 2_000;
+const GUARD_PATIENCE_US: u32 = 2_000;
 /// A poll that is due in so many cycles is due soon: a reply is on its way for less.
 const ROOM_CYCLES: i32 = 4;
 
+/// What a servo asks next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ask {
+    /// A reading that the axis waits for.
+    Reading(ReplyKind),
+    /// The command of the procedure.
+    Command,
+    /// A reading that is wanted now and then.
+    Poll(ReplyKind),
+}
+
 impl Servo {
-    /// The request to send next: what the life of the axis needs, then what a procedure needs, then the poll that is due longest.
-    pub(super) fn next_request(
-        &self,
-        view: &View,
-        now: Instant,
-        cycle: u32,
-    ) -> Option<Wanted<Request>> {
+    /// What to ask next, and for how many cycles that has been due: what the life of the axis needs, then what a procedure needs, then
+    /// the poll that is due longest.
+    pub(super) fn next_ask(&self, view: &View, now: Instant, cycle: u32) -> Option<(Ask, i32)> {
+        const URGENT: i32 = Wanted::<Request>::URGENT;
         if !self.slot.is_free() {
             return None;
         }
         if view.is_lost {
             let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us);
-            return is_time.then(|| self.reading(ReplyKind::DriveStatus));
+            return is_time.then_some((Ask::Reading(ReplyKind::DriveStatus), URGENT));
         }
         if let Some(kind) = needed_reading(view) {
-            return Some(self.reading(kind));
+            return Some((Ask::Reading(kind), URGENT));
         }
         if view.facts.is_checking() && view.stage == Stage::PowerOn {
             return None;
         }
-        if let Some(wanted) = self.procedure_request(view) {
-            return Some(wanted);
+        if let Some(run) = &self.run {
+            if run.wanted_command().is_some() {
+                return Some((Ask::Command, URGENT));
+            }
+            if let Some(kind) = run.wanted_reading() {
+                return Some((Ask::Reading(kind), URGENT));
+            }
         }
         let poll = self.polls.most_overdue(cycle);
         let guard = self.guard(view, now, poll.map(|poll| poll.overdue));
         if let Some(overdue_cycles) = guard {
-            return Some(Wanted {
-                class: Class::Poll,
-                request: self.request(ReplyKind::DriveConfig),
-                overdue_cycles,
-            });
+            return Some((Ask::Poll(ReplyKind::DriveConfig), overdue_cycles));
         }
         let poll = poll?;
-        Some(Wanted {
-            class: Class::Poll,
-            request: self.request(poll.kind.reply_kind()),
-            overdue_cycles: poll.overdue,
+        Some((Ask::Poll(poll.kind.reply_kind()), poll.overdue))
+    }
+
+    /// The request that asks it, and what that is for.
+    pub(super) fn request_for(&self, ask: Ask, view: &View) -> Option<(Class, Request)> {
+        Some(match ask {
+            Ask::Reading(kind) => (Class::Reading, self.request(kind)),
+            Ask::Poll(kind) => (Class::Poll, self.request(kind)),
+            Ask::Command => {
+                let class = match view.facts.work {
+                    Work::Repair => Class::Repair,
+                    _ => Class::Write,
+                };
+                (class, self.run.as_ref()?.wanted_command()?)
+            }
         })
     }
 
@@ -70,35 +90,25 @@ impl Servo {
     /// Request and reply are as long as those of the status, so the plan of the bus knows them.
     fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
         let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        let age_us = now.us_since(self.guarded_at);
-        if !is_on || age_us < GUARD_WINDOW_US {
+        if !is_on {
             return None;
         }
+        // The lower half of the time is enough: windows and their places are powers of two, and a reading that is more than an hour old
+        // waits for its window at most.
+        let now_us = now.as_us() as u32;
+        let age_us = now_us.wrapping_sub(self.guarded_at.as_us() as u32);
         if age_us >= GUARD_URGENT_US {
             return Some(Wanted::<Request>::URGENT);
         }
-        let window = now.as_us() / GUARD_WINDOW_US;
-        let in_window_us = now.as_us() % GUARD_WINDOW_US;
-        let is_turn = window % GUARD_WINDOWS == u64::from(self.config.drive.get()) % GUARD_WINDOWS;
+        let window = now_us / GUARD_WINDOW_US;
+        let is_turn = window % GUARD_WINDOWS == u32::from(self.config.drive.get()) % GUARD_WINDOWS;
+        if !is_turn || age_us < GUARD_WINDOW_US {
+            return None;
+        }
+        let in_window_us = now_us % GUARD_WINDOW_US;
         let has_room = poll_overdue.is_none_or(|cycles| cycles < -ROOM_CYCLES);
         let is_pressing = in_window_us >= GUARD_WINDOW_US / 2;
-        (is_turn && (has_room || is_pressing)).then_some((in_window_us / GUARD_PATIENCE_US) as i32)
-    }
-
-    fn reading(&self, kind: ReplyKind) -> Wanted<Request> {
-        Wanted::urgent(Class::Reading, self.request(kind))
-    }
-
-    fn procedure_request(&self, view: &View) -> Option<Wanted<Request>> {
-        let run = self.run.as_ref()?;
-        if let Some(command) = run.wanted_command() {
-            let class = match view.facts.work {
-                Work::Repair => Class::Repair,
-                _ => Class::Write,
-            };
-            return Some(Wanted::urgent(class, command));
-        }
-        run.wanted_reading().map(|kind| self.reading(kind))
+        (has_room || is_pressing).then_some((in_window_us / GUARD_PATIENCE_US) as i32)
     }
 
     /// The request that asks for a reading.
@@ -208,6 +218,9 @@ impl Servo {
 /// The reading that the life of the axis waits for.
 fn needed_reading(view: &View) -> Option<ReplyKind> {
     let facts = &view.facts;
+    if facts.holds_anchor() {
+        return None;
+    }
     if matches!(facts.power, Power::OnSent | Power::OffSent) {
         return Some(ReplyKind::DriveStatus);
     }

@@ -29,10 +29,19 @@ pub(crate) struct Ledger {
 }
 
 /// A step, and the velocity that it leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Offered {
-    step: i16,
+    step: PdStep,
     catch_up_velocity: Option<i32>,
+}
+
+impl Default for Offered {
+    fn default() -> Self {
+        Self {
+            step: PdStep::ZERO,
+            catch_up_velocity: None,
+        }
+    }
 }
 
 impl Ledger {
@@ -68,20 +77,21 @@ impl Ledger {
     }
 
     /// The step that the next frame carries.
+    #[inline]
     pub(crate) fn offer(&mut self, limits: &Limits) -> PdStep {
         self.offered = if self.due_counts == self.sent_counts && self.catch_up_velocity.is_none() {
-            let step = PdStep::toward(self.backlog_counts(), limits.max_step);
             Offered {
-                step: step.get(),
+                step: PdStep::toward(self.backlog_counts(), limits.max_step),
                 catch_up_velocity: None,
             }
         } else {
             self.catch_up(limits)
         };
-        PdStep::toward(i32::from(self.offered.step), limits.max_step)
+        self.offered.step
     }
 
     /// Towards the moving target as fast as the limits allow, so that it is met without going past it.
+    #[inline(never)]
     fn catch_up(&self, limits: &Limits) -> Offered {
         let lag = Lag {
             owed_counts: self.backlog_counts(),
@@ -95,8 +105,7 @@ impl Ledger {
             change_256ths: limits.max_step_change.per_256_cycles(),
         });
         Offered {
-            // At most `max_step` in size.
-            step: step.counts as i16,
+            step: PdStep::toward(step.counts, limits.max_step),
             catch_up_velocity: (!step.is_met).then_some(step.velocity_256ths),
         }
     }
@@ -107,6 +116,7 @@ impl Ledger {
             step,
             catch_up_velocity,
         } = self.offered;
+        let step = step.get();
         self.sent_counts = self.sent_counts.wrapping_add(i32::from(step));
         self.last_step = step;
         self.due_counts = self.target_counts;

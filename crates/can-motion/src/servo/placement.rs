@@ -30,8 +30,10 @@ pub struct Aligned {
     may_choose: bool,
     /// Set-points before the requests; `None`: all of them.
     before: Option<u8>,
-    /// Time on the wire of what was accepted in this cycle.
-    accepted_us: u32,
+    /// The axes of these set-points, one bit each.
+    before_mask: u64,
+    /// Set-points accepted in this cycle.
+    accepted: u32,
     /// Mean length of the set-points of a cycle lately, in sixteenths of a bit.
     mean_sixteenths: u32,
 }
@@ -44,7 +46,8 @@ impl Aligned {
             burst,
             may_choose,
             before: None,
-            accepted_us: 0,
+            before_mask: u64::MAX,
+            accepted: 0,
             mean_sixteenths: 0,
         }
     }
@@ -62,6 +65,8 @@ impl Aligned {
             let places = (0..set_points).filter_map(|before| Some((slack_us(before)?, before)));
             self.before = places.max().map(|(_, before)| before);
         }
+        let first_behind = self.before.and_then(|before| 1_u64.checked_shl(before.into()));
+        self.before_mask = first_behind.map_or(u64::MAX, |first_behind| first_behind.wrapping_sub(1));
     }
 }
 
@@ -72,27 +77,24 @@ impl RequestPlacement for Aligned {
         axes: u8,
         window: impl FnOnce() -> Option<ResponseWindow>,
     ) {
-        self.accepted_us = 0;
+        self.accepted = 0;
         if cycle.is_multiple_of(PLACEMENT_CYCLES) {
             self.choose(axes, window());
         }
     }
 
     fn frame_accepted(&mut self) {
-        self.accepted_us = self.accepted_us.saturating_add(self.burst.set_point_us);
+        self.accepted = self.accepted.wrapping_add(1);
     }
 
     /// Behind what was accepted before it in this cycle.
     fn request_leaves(&self, now: Instant, cycle_started: Instant) -> Instant {
-        now.max(cycle_started + self.accepted_us) + self.burst.request_us
+        let accepted_us = self.accepted.saturating_mul(self.burst.set_point_us);
+        now.max(cycle_started + accepted_us) + self.burst.request_us
     }
 
     fn is_reached(&self, due: u64) -> bool {
-        let before = self
-            .before
-            .and_then(|before| 1_u64.checked_shl(before.into()))
-            .map_or(u64::MAX, |first_behind| first_behind.wrapping_sub(1));
-        due & before == 0
+        due & self.before_mask == 0
     }
 
     /// Where requests come before set-points, each cycle must have its requests, or set-points would shift.

@@ -20,10 +20,7 @@ impl Due {
     fn overdue(self, cycle: u32) -> i32 {
         let since = cycle.wrapping_sub(self.next).cast_signed();
         // A date is never more than a period ahead: what looks so was passed longer ago than the count of cycles reaches.
-        if since
-            .checked_add_unsigned(self.period)
-            .is_some_and(|end| end < 0)
-        {
+        if since < 0 && since.unsigned_abs() > self.period {
             i32::MAX - 1
         } else {
             since
@@ -35,6 +32,8 @@ impl Due {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PollClock {
     due: [Due; PollKind::ALL.len()],
+    /// The one that is due longest, or soonest: it stays that while time passes.
+    first: Option<PollKind>,
 }
 
 /// A poll whose time has come.
@@ -56,25 +55,34 @@ impl PollClock {
                 next: spread.checked_rem(period).unwrap_or(0),
             }
         });
-        Self { due }
+        let mut clock = Self { due, first: None };
+        clock.find_first(0);
+        clock
+    }
+
+    /// The kind of poll that is due longest, or soonest.
+    pub(crate) const fn first(&self) -> Option<PollKind> {
+        self.first
     }
 
     /// The poll that is due longest, or soonest when none is due.
+    #[inline]
     pub(crate) fn most_overdue(&self, cycle: u32) -> Option<DuePoll> {
+        let kind = self.first?;
+        let due = self.due.get(kind as usize)?;
+        Some(DuePoll {
+            kind,
+            overdue: due.overdue(cycle),
+        })
+    }
+
+    fn find_first(&mut self, cycle: u32) {
         let polls = self.due.iter().zip(PollKind::ALL);
-        polls
+        let first = polls
             .filter(|(due, _)| due.period != 0)
-            .map(|(due, kind)| DuePoll {
-                kind,
-                overdue: due.overdue(cycle),
-            })
-            .reduce(|first, other| {
-                if other.overdue > first.overdue {
-                    other
-                } else {
-                    first
-                }
-            })
+            .map(|(due, kind)| (due.overdue(cycle), kind))
+            .reduce(|first, other| if other.0 > first.0 { other } else { first });
+        self.first = first.map(|(_, kind)| kind);
     }
 
     /// A request went out: the next one is due a period later, less what this one was late, up to a part of the period. More is
@@ -85,6 +93,7 @@ impl PollClock {
             let kept = late.min(due.period / KEPT_PART);
             due.next = cycle.wrapping_add(due.period - kept);
         }
+        self.find_first(cycle);
     }
 
     /// The request came back unsent: it is due at once.
@@ -92,6 +101,7 @@ impl PollClock {
         if let Some(due) = self.due.get_mut(kind as usize) {
             due.next = cycle;
         }
+        self.find_first(cycle);
     }
 }
 

@@ -117,11 +117,11 @@ impl Servo {
                 self.counters.bad_replies = self.counters.bad_replies.wrapping_add(1);
                 context.log.push(EventKind::BadReply(error));
                 let work_ended = self.procedure_missed(kind, &mut context.log);
-                let is_gear = kind == ReplyKind::ParamGroup3 && is_asked(&context.view, kind);
+                let is_gear = kind == ReplyKind::ParamGroup3 && is_asked(context.view, kind);
                 let fault = if is_gear && self.feedback.revision.is_some() {
                     Some(self.gear_fault(None))
                 } else {
-                    self.miss_reply(timeouts.lost_after, &context.view)
+                    self.miss_reply(timeouts.lost_after, context.view)
                 };
                 Meaning {
                     fault,
@@ -138,7 +138,7 @@ impl Servo {
         kind: ReplyKind,
         context: &mut Context<'_, Dyn>,
     ) -> Result<Reply, DecodeError> {
-        if kind == ReplyKind::ParamGroup3 && is_asked(&context.view, kind) {
+        if kind == ReplyKind::ParamGroup3 && is_asked(context.view, kind) {
             self.recognise_revision(frame, &mut context.log);
         }
         let (_, reply) = Reply::decode(frame, Some(kind), &self.dialect)?;
@@ -189,7 +189,7 @@ impl Servo {
         asked_at: Instant,
         context: &Context<'_, Dyn>,
     ) -> Meaning<Fault> {
-        let is_asked = is_asked(&context.view, kind);
+        let is_asked = is_asked(context.view, kind);
         let to = |stage| Meaning {
             stage: is_asked.then_some(stage),
             ..Meaning::NONE
@@ -296,7 +296,7 @@ impl Servo {
         }
         Meaning {
             work_ended: self.procedure_missed(kind, &mut context.log),
-            fault: self.miss_reply(timeouts.lost_after, &context.view),
+            fault: self.miss_reply(timeouts.lost_after, context.view),
             ..Meaning::NONE
         }
     }

@@ -49,6 +49,19 @@ impl RequestSlot {
         matches!(self, Self::Free)
     }
 
+    /// Lets time pass as [`Self::expire`]; false, with nothing done, when a reply did not come.
+    #[inline]
+    pub(crate) fn pass(&mut self, now: Instant) -> bool {
+        match *self {
+            Self::Waiting { deadline, .. } => now < deadline,
+            Self::Closed { until, .. } if now >= until => {
+                *self = Self::Free;
+                true
+            }
+            Self::Closed { .. } | Self::Free => true,
+        }
+    }
+
     /// The controller accepted a request.
     pub(crate) fn ask(&mut self, kind: ReplyKind, now: Instant, timeout_us: u32) {
         *self = Self::Waiting {

@@ -56,7 +56,7 @@ impl Wheel {
         self.feedback.status = stamped(status, now);
         self.feedback.fault_code = stamped(fault_code, now);
         self.feedback.speed_decirpm = stamped(speed_decirpm, now);
-        let view = &context.view;
+        let view = context.view;
         let is_still = speed_decirpm.unsigned_abs() <= u32::from(self.config.limits.standstill);
         self.still_since = is_still.then(|| self.still_since.unwrap_or(now));
         let is_done = view.facts.is_checking()
@@ -127,7 +127,7 @@ impl Wheel {
         let now = context.log.now;
         self.feedback.position_counts = stamped(position_counts, now);
         self.feedback.torque = stamped(torque, now);
-        let view = &context.view;
+        let view = context.view;
         let is_checked = view.facts.is_checking() && view.stage == Stage::Locating;
         let fault = match self.located() {
             Err(fault) if is_checked => Some(fault),
@@ -297,7 +297,7 @@ impl Wheel {
         };
         let status = StatusWord::new(data.raw() as u16);
         Meaning {
-            power: power_of(status, &context.view).map(|is_on| PowerReport {
+            power: power_of(status, context.view).map(|is_on| PowerReport {
                 is_on,
                 asked_at: self.asked_at,
             }),
@@ -385,7 +385,7 @@ impl Wheel {
             None => Meaning::NONE,
         };
         let timeouts = &context.config.timeouts;
-        let view = &context.view;
+        let view = context.view;
         let elapsed_us = now.us_since(view.since);
         if view.stage == Stage::PowerOn && elapsed_us >= u64::from(timeouts.power_on_us) {
             meaning.stage = Some(Stage::Probing);

@@ -198,10 +198,10 @@ const fn peak_step<const N: usize>(
 fn between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, time_us: u64) -> [i32; N] {
     let start_us = u64::from(from.at_ms) * US_PER_MS;
     let duration_us = u64::from(to.at_ms.saturating_sub(from.at_ms)) * US_PER_MS;
-    let share = Share::of(time_us.saturating_sub(start_us), duration_us);
+    let share = Share::of(time_us.saturating_sub(start_us), duration_us).with_minimum_jerk();
     let mut counts = from.positions_counts;
     for (start, end) in counts.iter_mut().zip(to.positions_counts) {
-        let piece = Piece::minimum_jerk(Position::from_counts(*start), Position::from_counts(end));
+        let piece = Piece::line(Position::from_counts(*start), Position::from_counts(end));
         *start = piece.at(share).counts();
     }
     counts

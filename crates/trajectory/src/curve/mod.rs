@@ -31,6 +31,21 @@ impl Share {
             None => WHOLE,
         }
     }
+
+    /// The share of the way of a [`Piece::minimum_jerk`] that has passed: a [`Piece::line`] there is the same curve, computed once for any
+    /// number of axes.
+    #[must_use]
+    pub const fn with_minimum_jerk(self) -> Self {
+        /// The highest coefficient, 15 of these, stays below 2^62.
+        const WAY_BITS: u32 = 57;
+        let way = Position::from_units(1 << WAY_BITS);
+        let passed = Piece::minimum_jerk(Position::from_units(0), way).at(self);
+        let passed = passed.units().cast_unsigned();
+        if passed >= 1 << WAY_BITS {
+            return WHOLE;
+        }
+        Self(passed << (u64::BITS - WAY_BITS))
+    }
 }
 
 /// The way from one point to the next.

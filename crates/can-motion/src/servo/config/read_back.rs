@@ -43,6 +43,9 @@ impl ReadBackScale {
     /// A read-back position in command counts, rounded to the nearest; `None` beyond 32 bit.
     #[must_use]
     pub fn to_command_counts(self, read_back: i32) -> Option<i32> {
+        if self.command_counts == self.read_back_counts {
+            return Some(read_back);
+        }
         let (numerator, denominator) = (
             i64::from(self.command_counts),
             i64::from(self.read_back_counts),
