@@ -329,6 +329,14 @@ impl<F> Meaning<F> {
             ..Self::NONE
         }
     }
+
+    /// The checks go on here, and nothing else.
+    pub const fn stage(stage: Stage) -> Self {
+        Self {
+            stage: Some(stage),
+            ..Self::NONE
+        }
+    }
 }
 
 /// A frame that the controller gave back unsent.

@@ -13,6 +13,7 @@ pub(crate) mod placement;
 pub(crate) mod procedure;
 mod schedule;
 pub(crate) mod service;
+pub(crate) mod settings;
 pub(crate) mod sink;
 pub(crate) mod snapshot;
 pub(crate) mod state;

@@ -122,23 +122,33 @@ impl From<CommonFault> for Fault {
 
 impl FaultKind for Fault {
     fn loss(self) -> Loss {
+        self.consequences(&Reactions::DEFAULT).0
+    }
+}
+
+impl Fault {
+    /// What it takes from its axis, and what it does to its group.
+    const fn consequences(self, to: &Reactions) -> (Loss, Reaction) {
         match self {
             // An alarm frees the shaft (DYN2 manual A1.8, alarm table), and a drive that started again comes up with its servo on.
-            Self::AlarmFrame
-            | Self::AlarmStatus(_)
-            | Self::UnknownError { .. }
-            | Self::Reboot { .. } => Loss::Drive,
-            Self::Lost | Self::Bus => Loss::Contact,
-            Self::DataError
-            | Self::Config(_)
-            | Self::Gear { .. }
-            | Self::NoBrake
-            | Self::Drift { .. }
+            Self::AlarmFrame | Self::AlarmStatus(_) | Self::UnknownError { .. } => {
+                (Loss::Drive, to.alarm)
+            }
+            Self::Reboot { .. } => (Loss::Drive, to.position),
+            Self::Lost => (Loss::Contact, to.lost),
+            Self::Bus => (Loss::Contact, to.bus),
+            Self::DataError => (Loss::Knowledge, to.data_error),
+            Self::Config(_) | Self::Gear { .. } | Self::NoBrake => {
+                (Loss::Knowledge, Reaction::Halt)
+            }
+            Self::Drift { .. }
             | Self::FollowingError { .. }
             | Self::PositionJump { .. }
-            | Self::PositionRange { .. } => Loss::Knowledge,
-            Self::ConfirmTimeout | Self::SwitchedOff | Self::SwitchedOn => Loss::Anchor,
-            Self::Backlog { .. } | Self::Group => Loss::Nothing,
+            | Self::PositionRange { .. } => (Loss::Knowledge, to.position),
+            Self::SwitchedOff | Self::SwitchedOn => (Loss::Anchor, to.position),
+            Self::ConfirmTimeout => (Loss::Anchor, Reaction::Halt),
+            Self::Backlog { .. } => (Loss::Nothing, to.backlog),
+            Self::Group => (Loss::Nothing, Reaction::Halt),
         }
     }
 }
@@ -220,24 +230,6 @@ impl Reactions {
     /// The reaction to a fault.
     #[must_use]
     pub const fn to(&self, fault: Fault) -> Reaction {
-        match fault {
-            Fault::AlarmFrame | Fault::AlarmStatus(_) | Fault::UnknownError { .. } => self.alarm,
-            Fault::DataError => self.data_error,
-            Fault::Lost => self.lost,
-            Fault::Backlog { .. } => self.backlog,
-            Fault::Bus => self.bus,
-            Fault::Drift { .. }
-            | Fault::FollowingError { .. }
-            | Fault::PositionJump { .. }
-            | Fault::Reboot { .. }
-            | Fault::PositionRange { .. }
-            | Fault::SwitchedOff
-            | Fault::SwitchedOn => self.position,
-            Fault::Config(_)
-            | Fault::Gear { .. }
-            | Fault::NoBrake
-            | Fault::ConfirmTimeout
-            | Fault::Group => Reaction::Halt,
-        }
+        fault.consequences(self).1
     }
 }

@@ -44,15 +44,10 @@ impl PollKind {
 
     /// The poll that a reply answers.
     #[must_use]
-    pub const fn of_reply(kind: ReplyKind) -> Option<Self> {
-        Some(match kind {
-            ReplyKind::DriveStatus => Self::Status,
-            ReplyKind::Position => Self::Position,
-            ReplyKind::Torque => Self::Torque,
-            ReplyKind::MotorSpeed => Self::Speed,
-            ReplyKind::DiagnosticCounter => Self::Counter,
-            _ => return None,
-        })
+    pub fn of_reply(reply: ReplyKind) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|kind| kind.reply_kind() == reply)
     }
 }
 

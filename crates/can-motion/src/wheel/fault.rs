@@ -99,24 +99,31 @@ impl From<CommonFault> for WheelFault {
 
 impl FaultKind for WheelFault {
     fn loss(self) -> Loss {
+        self.consequences(&WheelReactions::DEFAULT).0
+    }
+}
+
+impl WheelFault {
+    /// What it takes from its wheel, and what it does to its group.
+    const fn consequences(self, to: &WheelReactions) -> (Loss, Reaction) {
         match self {
             // What was set up and told is gone.
-            Self::Reboot => Loss::Drive,
+            Self::Reboot => (Loss::Drive, to.lost),
             // Whether the motor still has power must be read again.
-            Self::Drive(_)
-            | Self::Emergency(_)
-            | Self::NotOperational(_)
-            | Self::Lost
-            | Self::Bus => Loss::Contact,
-            Self::EmergencyInput
-            | Self::SetUp(_)
+            Self::Drive(_) | Self::Emergency(_) => (Loss::Contact, to.drive),
+            Self::NotOperational(_) | Self::Lost => (Loss::Contact, to.lost),
+            Self::Bus => (Loss::Contact, to.bus),
+            Self::EmergencyInput => (Loss::Knowledge, to.drive),
+            Self::SetUp(_)
             | Self::Transfer(_)
             | Self::SpeedResolution { .. }
-            | Self::PositionRange { .. } => Loss::Knowledge,
-            Self::NotEnabled | Self::SwitchedOn | Self::ConfirmTimeout => Loss::Anchor,
-            Self::FollowingError { .. } | Self::FollowingSpeed { .. } | Self::Group => {
-                Loss::Nothing
+            | Self::PositionRange { .. } => (Loss::Knowledge, Reaction::Halt),
+            Self::NotEnabled | Self::SwitchedOn => (Loss::Anchor, to.lost),
+            Self::ConfirmTimeout => (Loss::Anchor, Reaction::Halt),
+            Self::FollowingError { .. } | Self::FollowingSpeed { .. } => {
+                (Loss::Nothing, to.following_error)
             }
+            Self::Group => (Loss::Nothing, Reaction::Halt),
         }
     }
 }
@@ -158,25 +165,6 @@ impl WheelReactions {
     /// The reaction to a fault.
     #[must_use]
     pub const fn to(&self, fault: WheelFault) -> Reaction {
-        match fault {
-            WheelFault::Drive(_) | WheelFault::Emergency(_) | WheelFault::EmergencyInput => {
-                self.drive
-            }
-            WheelFault::Lost
-            | WheelFault::Reboot
-            | WheelFault::NotEnabled
-            | WheelFault::SwitchedOn
-            | WheelFault::NotOperational(_) => self.lost,
-            WheelFault::FollowingError { .. } | WheelFault::FollowingSpeed { .. } => {
-                self.following_error
-            }
-            WheelFault::Bus => self.bus,
-            WheelFault::SetUp(_)
-            | WheelFault::Transfer(_)
-            | WheelFault::SpeedResolution { .. }
-            | WheelFault::ConfirmTimeout
-            | WheelFault::PositionRange { .. }
-            | WheelFault::Group => Reaction::Halt,
-        }
+        fault.consequences(self).1
     }
 }

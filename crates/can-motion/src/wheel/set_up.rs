@@ -1,7 +1,8 @@
 //! What is set up in a drive before it moves.
 
 use zlac8030l::{
-    PdoDirection, PdoMapping, PdoNumber, PdoSetUp, SetUpOptions, SetUpStep, Setting, objects,
+    Object, ObjectValue, PdoDirection, PdoMapping, PdoNumber, PdoSetUp, SetUpOptions, SetUpStep,
+    Setting, objects,
 };
 
 use crate::wheel::config::{FeedbackTiming, WheelConfig, WheelMasterConfig, WheelMode};
@@ -24,44 +25,29 @@ pub(super) const fn options(wheel: &WheelConfig) -> SetUpOptions {
 
 /// The steps, in order. They must be the same at every call for one wheel.
 pub(super) fn steps(config: &WheelMasterConfig, wheel: &WheelConfig) -> [SetUpStep; STEPS] {
-    let value = SetUpStep::Value;
     let (mode, speed_rpm) = match wheel.mode {
         WheelMode::Velocity => (zlac8030l::Mode::Velocity, None),
         WheelMode::Position { profile_speed_rpm } => {
             (zlac8030l::Mode::Position, Some(profile_speed_rpm))
         }
     };
-    let mode = Setting::new(objects::MODE, mode.value());
+    let mode = value(objects::MODE, mode.value());
     let ramp_ms = u32::from(wheel.ramp_ms);
-    let stops = &wheel.stops;
+    let (stops, timeouts) = (&wheel.stops, &config.timeouts);
     let emergency_ms = u32::from(stops.emergency_ms);
     [
-        value(Setting::new(objects::QUICK_STOP_OPTION, stops.quick_stop)),
-        value(Setting::new(objects::SHUTDOWN_OPTION, stops.shutdown)),
-        value(Setting::new(objects::DISABLE_OPTION, stops.disable)),
-        value(Setting::new(objects::HALT_OPTION, stops.halt)),
-        value(Setting::new(
-            objects::EMERGENCY_DECELERATION_TIME_MS,
-            emergency_ms,
-        )),
-        value(Setting::new(
-            objects::ROTATION,
-            u16::from(wheel.counter_clockwise),
-        )),
-        value(Setting::new(
-            objects::PRODUCER_HEARTBEAT_MS,
-            config.timeouts.heartbeat_ms,
-        )),
-        value(Setting::new(
-            objects::OFFLINE_TIME_MS,
-            config.timeouts.offline_ms,
-        )),
-        value(Setting::new(objects::ACCELERATION_TIME_MS, ramp_ms)),
-        value(Setting::new(objects::DECELERATION_TIME_MS, ramp_ms)),
-        value(speed_rpm.map_or(mode, |speed_rpm| {
-            Setting::new(objects::PROFILE_SPEED, u32::from(speed_rpm))
-        })),
-        value(mode),
+        value(objects::QUICK_STOP_OPTION, stops.quick_stop),
+        value(objects::SHUTDOWN_OPTION, stops.shutdown),
+        value(objects::DISABLE_OPTION, stops.disable),
+        value(objects::HALT_OPTION, stops.halt),
+        value(objects::EMERGENCY_DECELERATION_TIME_MS, emergency_ms),
+        value(objects::ROTATION, u16::from(wheel.counter_clockwise)),
+        value(objects::PRODUCER_HEARTBEAT_MS, timeouts.heartbeat_ms),
+        value(objects::OFFLINE_TIME_MS, timeouts.offline_ms),
+        value(objects::ACCELERATION_TIME_MS, ramp_ms),
+        value(objects::DECELERATION_TIME_MS, ramp_ms),
+        speed_rpm.map_or(mode, |rpm| value(objects::PROFILE_SPEED, u32::from(rpm))),
+        mode,
         SetUpStep::Pdo(receive(process_data::command_mapping(wheel.mode))),
         SetUpStep::Pdo(transmit(
             config,
@@ -74,6 +60,10 @@ pub(super) fn steps(config: &WheelMasterConfig, wheel: &WheelConfig) -> [SetUpSt
             process_data::position_mapping(),
         )),
     ]
+}
+
+fn value<T: ObjectValue>(object: Object<T>, value: T) -> SetUpStep {
+    SetUpStep::Value(Setting::new(object, value))
 }
 
 /// Targets are taken as they come, whatever the feedback does.

@@ -4,6 +4,7 @@ use dyn_can::{Counts28, DriveId};
 
 use super::{AxisConfig, ConfigError, MasterConfig, Timeouts, Travel};
 use crate::core::group::MOST_AXES;
+use crate::core::settings::{first_out_of_order, first_too_short};
 use crate::servo::poll_kind::PollKind;
 
 impl MasterConfig {
@@ -29,12 +30,8 @@ impl MasterConfig {
             return Err(ConfigError::NoRequests);
         }
         self.timeouts.validate(self.cycle_us)?;
-        for pair in axes.windows(2) {
-            if let [lower, upper] = pair
-                && upper.drive <= lower.drive
-            {
-                return Err(ConfigError::Order { drive: upper.drive });
-            }
+        if let Some(drive) = first_out_of_order(axes.iter().map(|axis| axis.drive)) {
+            return Err(ConfigError::Order { drive });
         }
         axes.iter().try_for_each(|axis| self.validate_axis(axis))
     }
@@ -94,7 +91,7 @@ impl MasterConfig {
 
 impl Timeouts {
     fn validate(&self, cycle_us: u32) -> Result<(), ConfigError> {
-        let timeouts = [
+        let too_short = first_too_short(&[
             // A reply cannot be waited for in less than the cycle that notices it.
             ("reply_us", cycle_us, self.reply_us),
             ("settle_us", 1, self.settle_us),
@@ -112,17 +109,15 @@ impl Timeouts {
             ),
             ("stuck_us", 1, self.stuck_us),
             ("lost_after", 1, u32::from(self.lost_after)),
-        ];
-        for (name, least, actual) in timeouts {
-            if actual < least {
-                return Err(ConfigError::Timeout {
-                    name,
-                    least,
-                    actual,
-                });
-            }
+        ]);
+        match too_short {
+            None => Ok(()),
+            Some((name, least, actual)) => Err(ConfigError::Timeout {
+                name,
+                least,
+                actual,
+            }),
         }
-        Ok(())
     }
 }
 

@@ -86,14 +86,7 @@ impl WearLimits {
 
 impl Procedure {
     pub(crate) const fn writes(self) -> bool {
-        !matches!(
-            self,
-            Self::ReadDriveId
-                | Self::ReadConfig
-                | Self::ReadGroup1
-                | Self::ReadGroup2
-                | Self::ReadGroup3
-        )
+        self.command().is_some()
     }
 
     pub(crate) fn needs_confirmation(self) -> bool {

@@ -52,20 +52,6 @@ pub enum WheelConfigError {
         /// The value given.
         actual: u32,
     },
-    /// A stop option is outside its object: 605Ah 5 ..= 7, 605Bh and 605Ch 0 ..= 1, 605Dh 0 ..= 3.
-    #[error("the stop option {index:04X}h of node {node} must be {least}..={most}, got {actual}")]
-    StopOption {
-        /// The node.
-        node: NodeId,
-        /// The object.
-        index: u16,
-        /// The smallest value.
-        least: i16,
-        /// The largest value.
-        most: i16,
-        /// The value given.
-        actual: i16,
-    },
     /// The targets of a wheel are an empty range, or leave the range of the object: 1000 r/min, or 3FFFFFFFh counts (Z39).
     #[error("targets of node {node} must be a range within -{most}..={most}, got {min}..={max}")]
     Range {
@@ -78,12 +64,6 @@ pub enum WheelConfigError {
         /// The largest target given.
         max: i32,
     },
-    /// `max_step` or `max_step_change` is 0 or more than 1,000,000: the wheel could never move, never stop, or not be stopped in time.
-    #[error("max_step and max_step_change of node {node} must be 1..=1000000")]
-    Step {
-        /// The node.
-        node: NodeId,
-    },
     /// The bus cannot carry these wheels: a frame may come too late.
     #[error(fmt = late)]
     Late {
@@ -92,15 +72,21 @@ pub enum WheelConfigError {
         /// Its worst case.
         response: Response,
     },
-    /// `speed_resolution` is outside 1 ..= 10, or `profile_speed_rpm` outside 1 ..= 1000.
-    #[error("a speed setting of node {node} must be 1..={most}, got {actual}")]
-    Speed {
+    /// A setting is outside its range: `speed_resolution` 1 ..= 10, `profile_speed_rpm` 1 ..= 1000, `max_step` and `max_step_change`
+    /// 1 ..= 1,000,000 (beyond, the wheel could never move, never stop, or not be stopped in time), the stop options 605Ah 5 ..= 7,
+    /// 605Bh and 605Ch 0 ..= 1, 605Dh 0 ..= 3.
+    #[error("{name} of node {node} must be {least}..={most}, got {actual}")]
+    Setting {
         /// The node.
         node: NodeId,
+        /// The field, or the object.
+        name: &'static str,
+        /// The smallest value.
+        least: i64,
         /// The largest value.
-        most: u16,
+        most: i64,
         /// The value given.
-        actual: u16,
+        actual: i64,
     },
 }
 

@@ -2,13 +2,14 @@
 
 use zlac8030l::NodeId;
 
-use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode, WheelTimeouts};
+use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode};
 use crate::core::group::MOST_AXES;
-use crate::core::targets::ValueLimits;
+use crate::core::settings::{first_out_of_order, first_too_short};
 use crate::wheel::config::FeedbackTiming;
 
 /// Steps and changes of steps with which a ramp can be computed in 64 bit.
-const STEPS: core::ops::RangeInclusive<u32> = 1..=1_000_000;
+const STEPS: core::ops::RangeInclusive<i64> = 1..=1_000_000;
+
 impl WheelMasterConfig {
     pub(crate) fn validate(
         &self,
@@ -34,12 +35,8 @@ impl WheelMasterConfig {
             return Err(WheelConfigError::NoRequests);
         }
         self.validate_timeouts()?;
-        for pair in wheels.windows(2) {
-            if let [lower, upper] = pair
-                && upper.node <= lower.node
-            {
-                return Err(WheelConfigError::Order { node: upper.node });
-            }
+        if let Some(node) = first_out_of_order(wheels.iter().map(|wheel| wheel.node)) {
+            return Err(WheelConfigError::Order { node });
         }
         wheels.iter().try_for_each(WheelConfig::validate)
     }
@@ -47,76 +44,59 @@ impl WheelMasterConfig {
 
 impl WheelMasterConfig {
     fn validate_timeouts(&self) -> Result<(), WheelConfigError> {
-        let WheelTimeouts {
-            sdo,
-            heartbeat_ms,
-            heartbeat_lost_us,
-            feedback_lost_us,
-            offline_ms,
-            standstill_us,
-            standstill_limit_us,
-            confirm_us,
-            stuck_us,
-            lost_after,
-            ..
-        } = self.timeouts;
+        let times = &self.timeouts;
         let cycle_us = self.cycle_us;
-        // At most 65,535 ticks of 1 ms, which is the longer of the two readings (Z11).
-        let feedback_us = match self.feedback {
-            FeedbackTiming::Timer { ticks } => u32::from(ticks) * 1_000,
-            FeedbackTiming::Sync => cycle_us,
+        // At most 65,535 ticks of 1 ms, which is the longer of the two readings (Z11). An event timer of 0 is off, and the feedback
+        // never comes.
+        let (ticks, feedback_us) = match self.feedback {
+            FeedbackTiming::Timer { ticks } => (u32::from(ticks), u32::from(ticks) * 1_000),
+            FeedbackTiming::Sync => (1, cycle_us),
         };
-        // An event timer of 0 is off, and the feedback never comes.
-        let ticks = match self.feedback {
-            FeedbackTiming::Timer { ticks } => u32::from(ticks),
-            FeedbackTiming::Sync => 1,
-        };
-        let timeouts = [
+        let heartbeat_ms = u32::from(times.heartbeat_ms);
+        let too_short = first_too_short(&[
             ("feedback.ticks", 1, ticks),
-            ("sdo.reply_us", 1, sdo.reply_us),
-            ("heartbeat_ms", 1, u32::from(heartbeat_ms)),
+            ("sdo.reply_us", 1, times.sdo.reply_us),
+            ("heartbeat_ms", 1, heartbeat_ms),
             // One heartbeat may be lost.
             (
                 "heartbeat_lost_us",
-                2_000 * u32::from(heartbeat_ms),
-                heartbeat_lost_us,
+                2_000 * heartbeat_ms,
+                times.heartbeat_lost_us,
             ),
             (
                 "feedback_lost_us",
                 feedback_us.saturating_mul(2).max(1),
-                feedback_lost_us,
+                times.feedback_lost_us,
             ),
             // The drive stops by itself after it: one frame of a cycle may be lost.
             (
                 "offline_ms",
                 cycle_us.saturating_mul(2).div_ceil(1_000),
-                u32::from(offline_ms),
+                u32::from(times.offline_ms),
             ),
-            ("standstill_us", 1, standstill_us),
+            ("standstill_us", 1, times.standstill_us),
             (
                 "standstill_limit_us",
-                standstill_us.saturating_add(1),
-                standstill_limit_us,
+                times.standstill_us.saturating_add(1),
+                times.standstill_limit_us,
             ),
             // Three control words, each after the feedback of the one before.
             (
                 "confirm_us",
                 feedback_us.max(cycle_us).saturating_mul(4),
-                confirm_us,
+                times.confirm_us,
             ),
-            ("stuck_us", 1, stuck_us),
-            ("lost_after", 1, u32::from(lost_after)),
-        ];
-        for (name, least, actual) in timeouts {
-            if actual < least {
-                return Err(WheelConfigError::Timeout {
-                    name,
-                    least,
-                    actual,
-                });
-            }
+            ("stuck_us", 1, times.stuck_us),
+            ("lost_after", 1, u32::from(times.lost_after)),
+        ]);
+        match too_short {
+            None => Ok(()),
+            Some((name, least, actual)) => Err(WheelConfigError::Timeout {
+                name,
+                least,
+                actual,
+            }),
         }
-        Ok(())
     }
 }
 
@@ -130,19 +110,33 @@ impl WheelConfig {
     }
 
     fn validate(&self) -> Result<(), WheelConfigError> {
-        let node = self.node;
-        let ValueLimits { min, max, .. } = self.limits.values;
-        let mut speeds = [(10, self.speed_resolution); 2];
-        if let ([_, profile], WheelMode::Position { profile_speed_rpm }) = (&mut speeds, self.mode)
-        {
-            *profile = (1_000, profile_speed_rpm);
-        }
-        for (most, actual) in speeds {
-            if actual == 0 || actual > most {
-                return Err(WheelConfigError::Speed { node, most, actual });
+        let (node, stops, values) = (self.node, &self.stops, &self.limits.values);
+        let profile_speed_rpm = match self.mode {
+            WheelMode::Velocity => 1,
+            WheelMode::Position { profile_speed_rpm } => profile_speed_rpm,
+        };
+        let settings = [
+            ("speed_resolution", 1..=10, self.speed_resolution.into()),
+            ("profile_speed_rpm", 1..=1_000, profile_speed_rpm.into()),
+            ("max_step", STEPS, values.max_step.into()),
+            ("max_step_change", STEPS, values.max_step_change.into()),
+            ("the stop option 605Ah", 5..=7, stops.quick_stop.into()),
+            ("the stop option 605Bh", 0..=1, stops.shutdown.into()),
+            ("the stop option 605Ch", 0..=1, stops.disable.into()),
+            ("the stop option 605Dh", 0..=3, stops.halt.into()),
+        ];
+        for (name, range, actual) in settings {
+            if !range.contains(&actual) {
+                return Err(WheelConfigError::Setting {
+                    node,
+                    name,
+                    least: *range.start(),
+                    most: *range.end(),
+                    actual,
+                });
             }
         }
-        let most = self.most();
+        let (most, min, max) = (self.most(), values.min, values.max);
         if min > max || min < -most || max > most {
             return Err(WheelConfigError::Range {
                 node,
@@ -151,34 +145,6 @@ impl WheelConfig {
                 max,
             });
         }
-        let steps = [
-            self.limits.values.max_step,
-            self.limits.values.max_step_change,
-        ];
-        if steps.iter().any(|step| !STEPS.contains(step)) {
-            return Err(WheelConfigError::Step { node });
-        }
-        self.validate_stops()
-    }
-
-    fn validate_stops(&self) -> Result<(), WheelConfigError> {
-        let stops = &self.stops;
-        for (index, least, most, actual) in [
-            (0x605A, 5, 7, stops.quick_stop),
-            (0x605B, 0, 1, stops.shutdown),
-            (0x605C, 0, 1, stops.disable),
-            (0x605D, 0, 3, stops.halt),
-        ] {
-            if actual < least || actual > most {
-                return Err(WheelConfigError::StopOption {
-                    node: self.node,
-                    index,
-                    least,
-                    most,
-                    actual,
-                });
-            }
-        }
         Ok(())
     }
 }
@@ -186,8 +152,9 @@ impl WheelConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wheel::config::WheelLimits;
+    use crate::wheel::config::{WheelLimits, WheelTimeouts};
     use can_frame::BitRate;
+    use std::string::ToString;
 
     fn wheel(node: i32) -> WheelConfig {
         let limits = WheelLimits::speed(1_000, 10);
@@ -255,8 +222,8 @@ mod tests {
         odd.stops.quick_stop = 4;
         assert!(matches!(
             refused(odd),
-            WheelConfigError::StopOption {
-                index: 0x605A,
+            WheelConfigError::Setting {
+                name: "the stop option 605Ah",
                 actual: 4,
                 ..
             }
@@ -292,6 +259,50 @@ mod tests {
     }
 
     #[test]
+    fn each_setting_has_its_range() {
+        let text = |change: fn(&mut WheelConfig)| {
+            let mut changed = wheel(1);
+            changed.mode = WheelMode::Position {
+                profile_speed_rpm: 100,
+            };
+            change(&mut changed);
+            refused(changed).to_string()
+        };
+        let of_profile = |rpm| WheelMode::Position {
+            profile_speed_rpm: rpm,
+        };
+        let texts = [
+            text(|wheel| wheel.speed_resolution = 0),
+            text(|wheel| wheel.limits.values.max_step = 0),
+            text(|wheel| wheel.limits.values.max_step_change = 1_000_001),
+            text(|wheel| wheel.stops.quick_stop = 4),
+            text(|wheel| wheel.stops.shutdown = 2),
+            text(|wheel| wheel.stops.disable = -1),
+            text(|wheel| wheel.stops.halt = 4),
+        ];
+        assert_eq!(
+            texts,
+            [
+                "speed_resolution of node 1 must be 1..=10, got 0",
+                "max_step of node 1 must be 1..=1000000, got 0",
+                "max_step_change of node 1 must be 1..=1000000, got 1000001",
+                "the stop option 605Ah of node 1 must be 5..=7, got 4",
+                "the stop option 605Bh of node 1 must be 0..=1, got 2",
+                "the stop option 605Ch of node 1 must be 0..=1, got -1",
+                "the stop option 605Dh of node 1 must be 0..=3, got 4",
+            ]
+        );
+        for rpm in [0, 1_001] {
+            let mut changed = wheel(1);
+            changed.mode = of_profile(rpm);
+            assert_eq!(
+                refused(changed).to_string(),
+                std::format!("profile_speed_rpm of node 1 must be 1..=1000, got {rpm}")
+            );
+        }
+    }
+
+    #[test]
     fn targets_stay_within_their_object() {
         let node = NodeId::new(1).unwrap();
         let mut fast = wheel(1);
@@ -310,7 +321,7 @@ mod tests {
         fast.speed_resolution = 11;
         assert!(matches!(
             refused(fast),
-            WheelConfigError::Speed { actual: 11, .. }
+            WheelConfigError::Setting { actual: 11, .. }
         ));
         let far = WheelConfig {
             mode: WheelMode::Position {
