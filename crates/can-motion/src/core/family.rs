@@ -7,16 +7,15 @@
 use core::fmt::Debug;
 
 use bus_plan::ResponseWindow;
+use bus_user::{BusFrame, Instant};
 
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
 use crate::core::placement::{BehindFrames, RequestPlacement};
 use crate::core::procedure::Confirmation;
-use crate::core::sink::BusFrame;
 use crate::core::state::{AxisState, Stage};
 use crate::core::step::Loss;
-use crate::core::time::Instant;
 
 /// Axes with the same group stop together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

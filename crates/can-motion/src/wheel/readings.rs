@@ -1,5 +1,6 @@
 //! Frames of one wheel on their way in, and what they mean.
 
+use bus_user::Instant;
 use zlac8030l::{
     DataFrame, DecodeError, Emcy, HeartbeatEvent, Message, NmtState, ObjectValue, PdoNumber,
     SdoEnd, SdoEvent, SdoHeard, SdoIgnored, State, StatusWord,
@@ -9,7 +10,6 @@ use crate::core::facts::{Knowledge, Latch, Power, Work};
 use crate::core::family::{Context, Meaning, PowerReport, View};
 use crate::core::snapshot::Stamped;
 use crate::core::state::Stage;
-use crate::core::time::Instant;
 use crate::wheel::config::WheelMasterConfig;
 use crate::wheel::drive::{Log, Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
