@@ -11,15 +11,15 @@ mod servo;
 pub mod wheel;
 
 pub use crate::core::command::{CommandError, TargetError};
-pub use crate::core::event::{BusErrorKind, CommonEvent, Event, EventLog};
+pub use crate::core::event::{CommonEvent, Event, EventLog};
 pub use crate::core::family::{GroupId, Reaction};
 pub use crate::core::master::Master;
 pub use crate::core::procedure::Confirmation;
-pub use crate::core::service::{service, service_taking_back};
-pub use crate::core::sink::{BusFrame, BusUser, Outcome, Progress, Sink};
 pub use crate::core::snapshot::{Counters, CycleCounters, Stamped};
 pub use crate::core::state::{AxisState, Reason, Stage};
-pub use crate::core::time::Instant;
+pub use bus_user::{
+    BusErrorKind, BusFrame, BusUser, Instant, Outcome, Progress, Sink, service, service_taking_back,
+};
 pub use servo::{
     Aligned, AxisConfig, AxisSnapshot, ConfigError, DialectChoice, DriftCause, Dyn, EventKind,
     Fault, Feedback, Limits, LimitsError, MasterConfig, MotorLimits, PollKind, PollPeriods,

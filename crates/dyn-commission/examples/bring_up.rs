@@ -1,6 +1,6 @@
 //! A lone fresh drive gets its first id, then it is scanned for and read. `cargo run -p dyn-commission --example bring_up`
 
-use can_motion::{Instant, service};
+use bus_user::{Instant, service};
 use drive_sim::{Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, NodeId, TxOrder};
 use dyn_can::{DriveId, Revision};
 use dyn_commission::{AssignId, AssignResult, Commissioner, Scan, Script};

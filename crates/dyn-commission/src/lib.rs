@@ -10,7 +10,7 @@ pub use assign::{AssignId, AssignResult};
 pub use byte_order::{ByteOrderProbe, ByteOrderResult};
 pub use scan::{FoundDrive, Scan, ScanResult};
 
-use can_motion::{BusErrorKind, BusUser, Instant, Outcome, Progress, Sink};
+use bus_user::{BusErrorKind, BusUser, Instant, Outcome, Progress, Sink};
 use dyn_can::{
     Address, DataFrame, Dialect, DriveError, DynFrame, FrameError, Reply, ReplyKind, Request,
 };

@@ -33,6 +33,8 @@ pub(super) const STEPS: &[Step] = &[
         &[
             "check -p bus-plan --no-default-features",
             "check -p bus-plan --all-features",
+            "check -p bus-user --no-default-features",
+            "check -p bus-user --all-features",
             "check -p can-frame --no-default-features",
             "check -p can-frame --no-default-features --features embedded-can",
             "check -p can-frame --no-default-features --features defmt",

@@ -1,11 +1,12 @@
 //! One axis: its facts, and what a change of them means to its drive.
 
+use bus_user::Instant;
+
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::facts::{Facts, Knowledge, Motion, Power, Work};
 use crate::core::family::{CommonFault, Context, Drive, Family, View};
 use crate::core::state::{AxisState, Reason, Stage};
 use crate::core::step::Input;
-use crate::core::time::Instant;
 
 /// What changes an axis.
 #[derive(Debug, Clone, Copy)]

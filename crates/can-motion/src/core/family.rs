@@ -7,16 +7,15 @@
 use core::fmt::Debug;
 
 use bus_plan::ResponseWindow;
+use bus_user::{BusFrame, Instant};
 
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
 use crate::core::placement::{BehindFrames, RequestPlacement};
 use crate::core::procedure::Confirmation;
-use crate::core::sink::BusFrame;
 use crate::core::state::{AxisState, Stage};
 use crate::core::step::Loss;
-use crate::core::time::Instant;
 
 /// Axes with the same group stop together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -326,6 +325,14 @@ impl<F> Meaning<F> {
     pub const fn fault(fault: F) -> Self {
         Self {
             fault: Some(fault),
+            ..Self::NONE
+        }
+    }
+
+    /// The checks go on here, and nothing else.
+    pub const fn stage(stage: Stage) -> Self {
+        Self {
+            stage: Some(stage),
             ..Self::NONE
         }
     }

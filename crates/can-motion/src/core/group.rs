@@ -1,5 +1,6 @@
 //! The axes of a master, and what happens to one because of its group.
 
+use bus_user::Instant;
 use heapless::Vec;
 
 use crate::core::axis::{Axis, Change};
@@ -11,7 +12,6 @@ use crate::core::family::{
 };
 use crate::core::state::AxisState;
 use crate::core::step::{Input, accepts, step};
-use crate::core::time::Instant;
 
 /// Place in `axis_of` of an address without an axis.
 const NO_AXIS: u8 = u8::MAX;

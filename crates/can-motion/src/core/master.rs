@@ -1,5 +1,7 @@
 //! The master: axes, cycle, commands. Sans-I/O, so every method is told the time.
 
+use bus_user::Instant;
+
 use crate::core::axis::Change;
 use crate::core::command::{CommandError, TargetError};
 use crate::core::event::{CommonEvent, Event};
@@ -14,7 +16,6 @@ use crate::core::schedule::Schedule;
 use crate::core::snapshot::CycleCounters;
 use crate::core::state::AxisState;
 use crate::core::step::Input;
-use crate::core::time::Instant;
 
 /// A motion master for at most `N` axes on one bus, whose drives are of one family; `N` is at most 64.
 ///

@@ -4,8 +4,7 @@ use core::cmp::Ordering;
 use core::fmt::Debug;
 
 use bus_plan::ResponseWindow;
-
-use crate::core::time::Instant;
+use bus_user::Instant;
 
 /// A strategy. [`BehindFrames`] is the simplest one.
 pub trait RequestPlacement: Debug {

@@ -3,11 +3,11 @@
 use core::cmp::Ordering;
 
 use bus_plan::ResponseWindow;
+use bus_user::Instant;
 
 use crate::core::family::{CycleConfig, Drive, Family, Wanted};
 use crate::core::group::Axes;
 use crate::core::placement::RequestPlacement;
-use crate::core::time::Instant;
 
 /// So many cycles a poll may go before one that is due longer, to even out the length of a cycle.
 const COUNTERWEIGHT_CYCLES: i32 = 14;

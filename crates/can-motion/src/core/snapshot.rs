@@ -1,6 +1,6 @@
 //! Counters, and readings with their age.
 
-use crate::core::time::Instant;
+use bus_user::Instant;
 
 /// A reading and when it came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

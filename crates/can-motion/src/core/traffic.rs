@@ -1,15 +1,15 @@
 //! The master on the bus: which frame goes out next, and what the outcome of each means.
 
+use bus_user::{BusErrorKind, BusFrame, BusUser, Instant, Outcome, Progress, Sink};
+
 use crate::core::axis::Change;
-use crate::core::event::{BusErrorKind, CommonEvent};
+use crate::core::event::CommonEvent;
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::Work;
 use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Returned};
 use crate::core::master::Master;
 use crate::core::placement::RequestPlacement;
-use crate::core::sink::{BusFrame, BusUser, Outcome, Progress, Sink};
 use crate::core::step::Input;
-use crate::core::time::Instant;
 
 /// Where a frame comes from.
 enum Source<F: Family> {

@@ -5,7 +5,8 @@
 //! error, with the reading before for a jump, and at standstill against the tight tolerance of drift. Nothing is ever corrected: the
 //! axis faults, and the application decides.
 
-use crate::core::time::Instant;
+use bus_user::Instant;
+
 use crate::servo::config::Limits;
 use crate::servo::fault::{DriftCause, Fault};
 

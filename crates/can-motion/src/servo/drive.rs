@@ -1,6 +1,7 @@
 //! One DYN drive: its frames, its readings, its ledger, and the one request that it may owe.
 
 use bus_plan::ResponseWindow;
+use bus_user::Instant;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
 use crate::core::event::EventLog;
@@ -11,7 +12,6 @@ use crate::core::family::{
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
-use crate::core::time::Instant;
 use crate::servo::bus_frames::poll_bits;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;

@@ -1,9 +1,10 @@
 //! What happened to servo drives and their bus, for the application to read.
 
 use bus_plan::Warning;
+use bus_user::BusErrorKind;
 use dyn_can::{DecodeError, FrameError, FunctionCode, ReplyKind, Revision};
 
-use crate::core::event::{BusErrorKind, CommonEvent};
+use crate::core::event::CommonEvent;
 use crate::core::state::{AxisState, Reason};
 use crate::servo::fault::Fault;
 use crate::servo::procedure::ProcedureEnd;

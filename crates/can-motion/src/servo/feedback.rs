@@ -1,9 +1,9 @@
 //! The latest readings of a drive.
 
+use bus_user::Instant;
 use dyn_can::{ConfigByte, DriveStatus, ParamGroup3, Reply, Revision, Torque};
 
 use crate::core::snapshot::Stamped;
-use crate::core::time::Instant;
 use crate::servo::poll_kind::PollKind;
 
 /// The latest readings of one drive; `None` before the first.

@@ -1,12 +1,12 @@
 //! Requests of one servo on their way out, and frames that come back unsent.
 
+use bus_user::Instant;
 use dyn_can::{Address, DataFrame, ReadSelector, ReplyKind, Request, ServoSwitch};
 
 use crate::core::exit::Class;
 use crate::core::facts::{Power, Work};
 use crate::core::family::{Context, Meaning, Returned, View, Wanted};
 use crate::core::state::Stage;
-use crate::core::time::Instant;
 use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;

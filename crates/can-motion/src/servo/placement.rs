@@ -9,9 +9,9 @@
 use core::cmp::Ordering;
 
 use bus_plan::{Burst, ResponseWindow};
+use bus_user::Instant;
 
 use crate::core::placement::RequestPlacement;
-use crate::core::time::Instant;
 use crate::servo::plan::BusPlan;
 
 /// Cycles from one choice of the place of requests to the next.

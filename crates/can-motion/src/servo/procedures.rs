@@ -1,11 +1,11 @@
 //! The one procedure that a servo may have under way.
 
+use bus_user::Instant;
 use dyn_can::{Reply, ReplyKind, Request};
 
 use crate::core::facts::{Latch, Work};
 use crate::core::family::{Meaning, View};
 use crate::core::procedure::Confirmation;
-use crate::core::time::Instant;
 use crate::servo::drive::{Log, Servo};
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;

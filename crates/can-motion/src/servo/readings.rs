@@ -1,5 +1,6 @@
 //! Frames of one servo on their way in, and what they mean.
 
+use bus_user::Instant;
 use dyn_can::{
     CommandMode, ConfigByte, DataFrame, DecodeError, Dialect, DriveError, DriveStatus, DynFrame,
     FunctionCode, ParamGroup3, Reply, ReplyKind, Revision, ServoMode,
@@ -7,7 +8,6 @@ use dyn_can::{
 
 use crate::core::family::{Context, Meaning, PowerReport, View};
 use crate::core::state::Stage;
-use crate::core::time::Instant;
 use crate::servo::config::DialectChoice;
 use crate::servo::drive::{Log, Servo};
 use crate::servo::dyn_family::Dyn;

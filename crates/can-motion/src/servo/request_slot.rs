@@ -5,9 +5,8 @@
 //! out. The slot stays closed after a timeout (quarantine) and for a moment after a reply, so that late and repeated
 //! replies are recognised and dropped.
 
+use bus_user::Instant;
 use dyn_can::ReplyKind;
-
-use crate::core::time::Instant;
 
 /// What a drive owes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

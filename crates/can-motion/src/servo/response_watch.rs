@@ -1,8 +1,7 @@
 //! How long a drive takes to answer: learned from the first reply on, and tracked.
 
 use bus_plan::ResponseWindow;
-
-use crate::core::time::Instant;
+use bus_user::Instant;
 
 /// Replies after which the older half of what was seen is forgotten: a single late reply does not count for ever.
 const HALF: u8 = 64;

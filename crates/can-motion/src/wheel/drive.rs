@@ -1,5 +1,6 @@
 //! One ZLAC8030L: its frames, its readings, its ledger, and the one transfer that it may owe.
 
+use bus_user::Instant;
 use zlac8030l::{
     ControlWord, DataFrame, HeartbeatWatch, NmtState, SdoClient, SdoEvent, SdoRequest, SetUp,
     SetUpStep, State, StatusWord, objects,
@@ -16,7 +17,6 @@ use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::targets::{AbsoluteLedger, ValueKind};
-use crate::core::time::Instant;
 use crate::wheel::config::{WheelConfig, WheelMasterConfig, WheelMode};
 use crate::wheel::event::WheelEventKind;
 use crate::wheel::fault::WheelFault;

@@ -1,8 +1,9 @@
 //! What happened to wheels, for the application to read.
 
+use bus_user::BusErrorKind;
 use zlac8030l::{DecodeError, Emcy, FrameError, NmtState, SdoEvent, SdoIgnored, SetUpReport};
 
-use crate::core::event::{BusErrorKind, CommonEvent};
+use crate::core::event::CommonEvent;
 use crate::core::state::{AxisState, Reason};
 use crate::wheel::fault::WheelFault;
 

@@ -1,5 +1,6 @@
 //! Requests of one wheel on their way out, and frames that come back unsent.
 
+use bus_user::Instant;
 use zlac8030l::{
     CanopenFrame, ControlWord, DataFrame, NmtCommand, NmtRequest, NmtState, SdoRequest, Service,
     objects,
@@ -9,7 +10,6 @@ use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Brake, Work};
 use crate::core::family::{Context, Returned, View, Wanted};
 use crate::core::state::Stage;
-use crate::core::time::Instant;
 use crate::wheel::drive::{Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
 use crate::wheel::process_data;

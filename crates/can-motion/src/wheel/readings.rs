@@ -1,5 +1,6 @@
 //! Frames of one wheel on their way in, and what they mean.
 
+use bus_user::Instant;
 use zlac8030l::{
     DataFrame, DecodeError, Emcy, HeartbeatEvent, Message, NmtState, ObjectValue, PdoNumber,
     SdoEnd, SdoEvent, SdoHeard, SdoIgnored, State, StatusWord,
@@ -9,7 +10,6 @@ use crate::core::facts::{Knowledge, Latch, Power, Work};
 use crate::core::family::{Context, Meaning, PowerReport, View};
 use crate::core::snapshot::Stamped;
 use crate::core::state::Stage;
-use crate::core::time::Instant;
 use crate::wheel::config::WheelMasterConfig;
 use crate::wheel::drive::{Log, Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
@@ -69,10 +69,7 @@ impl Wheel {
             .or_else(|| self.following_speed(speed_decirpm, view, now));
         Ok(Meaning {
             fault,
-            power: power_of(status, view).map(|is_on| PowerReport {
-                is_on,
-                asked_at: now,
-            }),
+            power: power_report(status, view, now),
             stage: is_done.then_some(Stage::Locating),
             stands: self.stands(is_still, context),
             ..Meaning::NONE
@@ -217,10 +214,7 @@ impl Wheel {
         self.forget_set_up();
         self.start_over_checks();
         if context.view.facts.is_checking() && !was_set_up {
-            return Meaning {
-                stage: Some(Stage::Probing),
-                ..Meaning::NONE
-            };
+            return Meaning::stage(Stage::Probing);
         }
         Meaning::fault(WheelFault::Reboot)
     }
@@ -258,119 +252,106 @@ impl Wheel {
     ) -> Meaning<WheelFault> {
         self.note_abort(&event);
         let purpose = self.purpose.take();
+        let lost = self.note_timeout(event, purpose, context);
         let mut meaning = Meaning::NONE;
-        if event.end == SdoEnd::TimedOut {
-            self.counters.timeouts = self.counters.timeouts.wrapping_add(1);
-            if !context.view.is_lost && purpose != Some(Purpose::Procedure) {
-                context.log.push(WheelEventKind::TransferTimeout(event));
-                meaning.fault = self.miss(context.config.timeouts.lost_after);
-            }
-        } else {
-            self.timeouts_in_row = 0;
-        }
         match purpose {
             Some(Purpose::Procedure) => {
                 context.log.push(WheelEventKind::Transfer(event));
                 meaning.work_ended = self.procedure.take().is_some();
-                meaning
             }
-            Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => Meaning {
-                brake: Some(brake),
-                ..meaning
-            },
-            Some(Purpose::Power) => self.power_was_read(event.end, context, meaning),
+            Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => {
+                meaning.brake = Some(brake);
+            }
+            Some(Purpose::Power) => meaning.power = self.power_read(event.end, &context.view),
             Some(Purpose::Check) if context.view.facts.is_checking() => {
-                self.check_ended(event, context, meaning)
+                meaning = self.check_ended(event.end, context);
             }
-            _ => meaning,
+            _ => {}
         }
+        meaning.fault = meaning.fault.or(lost);
+        meaning
     }
 
-    fn power_was_read(
-        &mut self,
-        end: SdoEnd,
-        context: &Context<'_, Zlac>,
-        meaning: Meaning<WheelFault>,
-    ) -> Meaning<WheelFault> {
-        let SdoEnd::Value(data) = end else {
-            return meaning;
-        };
-        let status = StatusWord::new(data.raw() as u16);
-        Meaning {
-            power: power_of(status, context.view).map(|is_on| PowerReport {
-                is_on,
-                asked_at: self.asked_at,
-            }),
-            ..meaning
-        }
-    }
-
-    fn check_ended(
+    /// Counts the transfers in a row that had no answer.
+    fn note_timeout(
         &mut self,
         event: SdoEvent,
+        purpose: Option<Purpose>,
         context: &mut Context<'_, Zlac>,
-        meaning: Meaning<WheelFault>,
-    ) -> Meaning<WheelFault> {
-        if context.view.stage == Stage::CheckingConfig {
-            return self.follow_script(event.end, &mut context.log, meaning);
+    ) -> Option<WheelFault> {
+        if event.end != SdoEnd::TimedOut {
+            self.timeouts_in_row = 0;
+            return None;
         }
-        let value = match event.end {
+        self.counters.timeouts = self.counters.timeouts.wrapping_add(1);
+        if context.view.is_lost || purpose == Some(Purpose::Procedure) {
+            return None;
+        }
+        context.log.push(WheelEventKind::TransferTimeout(event));
+        self.timeouts_in_row = self.timeouts_in_row.saturating_add(1);
+        let is_lost = self.timeouts_in_row >= context.config.timeouts.lost_after;
+        is_lost.then_some(WheelFault::Lost)
+    }
+
+    /// What a status word that was read tells of the power.
+    fn power_read(&self, end: SdoEnd, view: &View) -> Option<PowerReport> {
+        match end {
+            SdoEnd::Value(data) => {
+                power_report(StatusWord::new(data.raw() as u16), view, self.asked_at)
+            }
+            _ => None,
+        }
+    }
+
+    fn check_ended(&mut self, end: SdoEnd, context: &mut Context<'_, Zlac>) -> Meaning<WheelFault> {
+        if context.view.stage == Stage::CheckingConfig {
+            return self.follow_script(end, &mut context.log);
+        }
+        let value = match end {
             // What these stages read has 16 bits; a reply may leave that open.
             SdoEnd::Value(data) => u16::from_data(data).map_or(data.raw(), u32::from),
             SdoEnd::Written => 0,
-            SdoEnd::TimedOut => return meaning,
+            SdoEnd::TimedOut => return Meaning::NONE,
             end => return Meaning::fault(WheelFault::Transfer(end)),
         };
         match context.view.stage {
-            Stage::Probing if !self.is_known => {
-                self.is_known = true;
-                meaning
+            Stage::Probing if !self.is_known => self.is_known = true,
+            Stage::Probing => {
+                return Meaning {
+                    power: self.power_read(end, &context.view),
+                    ..Meaning::stage(Stage::Identifying)
+                };
             }
-            Stage::Probing => Meaning {
-                stage: Some(Stage::Identifying),
-                ..self.power_was_read(event.end, context, meaning)
-            },
-            Stage::Identifying => self.judge_resolution(value, meaning),
+            Stage::Identifying => return self.judge_resolution(value),
             Stage::CheckingStatus => {
                 self.reset = match self.reset {
                     Reset::Allowed if value != 0 => Reset::Edge,
                     Reset::Edge => Reset::Release,
                     _ => Reset::No,
                 };
-                meaning
             }
-            _ => meaning,
+            _ => {}
         }
+        Meaning::NONE
     }
 
-    fn judge_resolution(&self, actual: u32, meaning: Meaning<WheelFault>) -> Meaning<WheelFault> {
+    fn judge_resolution(&self, actual: u32) -> Meaning<WheelFault> {
         let expected = self.config.speed_resolution;
         if actual != u32::from(expected) {
             return Meaning::fault(WheelFault::SpeedResolution { expected, actual });
         }
-        Meaning {
-            stage: Some(Stage::CheckingConfig),
-            ..meaning
-        }
+        Meaning::stage(Stage::CheckingConfig)
     }
 
-    fn follow_script(
-        &mut self,
-        end: SdoEnd,
-        log: &mut Log<'_>,
-        meaning: Meaning<WheelFault>,
-    ) -> Meaning<WheelFault> {
+    fn follow_script(&mut self, end: SdoEnd, log: &mut Log<'_>) -> Meaning<WheelFault> {
         let steps = self.steps();
         self.script.on_end(&steps, end);
         match self.script.outcome() {
-            None => meaning,
+            None => Meaning::NONE,
             Some(Ok(report)) => {
                 log.push(WheelEventKind::SetUp(report));
                 self.is_set_up = true;
-                Meaning {
-                    stage: Some(Stage::CheckingStatus),
-                    ..meaning
-                }
+                Meaning::stage(Stage::CheckingStatus)
             }
             Some(Err(error)) => Meaning::fault(WheelFault::SetUp(error)),
         }
@@ -416,12 +397,6 @@ impl Wheel {
             || is_stale(self.feedback.position_counts.map(|read| read.at));
         (stale || self.heartbeat.is_lost(now.as_us())).then_some(WheelFault::Lost)
     }
-
-    /// A transfer had no answer.
-    fn miss(&mut self, lost_after: u8) -> Option<WheelFault> {
-        self.timeouts_in_row = self.timeouts_in_row.saturating_add(1);
-        (self.timeouts_in_row >= lost_after).then_some(WheelFault::Lost)
-    }
 }
 
 fn stamped<T>(value: T, at: Instant) -> Option<Stamped<T>> {
@@ -430,15 +405,16 @@ fn stamped<T>(value: T, at: Instant) -> Option<Stamped<T>> {
 
 /// Whether the motor has power; `None` in a state that no document describes, and while a quick stop is being released. In the fault state
 /// of CiA 402, bit 3, the power stage is off; the guide does not describe it, so it only counts as a report and never as a permission.
-fn power_of(status: StatusWord, view: &View) -> Option<bool> {
-    match status.state() {
-        State::OperationEnabled => {
-            let is_early = view.facts.power == Power::OnSent && status.emergency_stop();
-            (!is_early).then_some(true)
-        }
-        State::NotEnabled | State::ReadyToSwitchOn | State::SwitchedOn => Some(false),
-        State::Undocumented => status.fault_bit().then_some(false),
-    }
+fn power_report(status: StatusWord, view: &View, asked_at: Instant) -> Option<PowerReport> {
+    let is_early = view.facts.power == Power::OnSent && status.emergency_stop();
+    let is_on = match status.state() {
+        State::OperationEnabled if is_early => return None,
+        State::OperationEnabled => true,
+        State::NotEnabled | State::ReadyToSwitchOn | State::SwitchedOn => false,
+        State::Undocumented if status.fault_bit() => false,
+        State::Undocumented => return None,
+    };
+    Some(PowerReport { is_on, asked_at })
 }
 
 /// An emergency message; one with error code 0 tells that an error is gone.

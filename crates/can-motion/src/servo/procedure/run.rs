@@ -1,9 +1,9 @@
 //! A procedure under way: what it waits for, and where a reply leads.
 
+use bus_user::Instant;
 use dyn_can::{Reply, ReplyKind, Request};
 
 use super::{Procedure, ProcedureEnd};
-use crate::core::time::Instant;
 
 /// From a write to its read-back: the documents state 10 ms for a new drive id and nothing for parameters (D33).
 const WRITE_SETTLE_US: u32 = 20_000;

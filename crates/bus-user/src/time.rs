@@ -12,18 +12,21 @@ pub struct Instant(u64);
 
 impl Instant {
     /// A point in time from microseconds.
+    #[inline]
     #[must_use]
     pub const fn from_us(us: u64) -> Self {
         Self(us)
     }
 
     /// Microseconds since the start.
+    #[inline]
     #[must_use]
     pub const fn as_us(self) -> u64 {
         self.0
     }
 
     /// Microseconds since an earlier point, 0 for a later one.
+    #[inline]
     #[must_use]
     pub const fn us_since(self, earlier: Self) -> u64 {
         self.0.saturating_sub(earlier.0)
@@ -34,6 +37,7 @@ impl Add<u32> for Instant {
     type Output = Self;
 
     /// A point in time so many microseconds later.
+    #[inline]
     fn add(self, us: u32) -> Self {
         Self(self.0.wrapping_add(us as u64))
     }

@@ -2,8 +2,8 @@
 
 use embedded_can::Frame;
 
-use crate::core::event::BusErrorKind;
-use crate::core::time::Instant;
+use crate::error::BusErrorKind;
+use crate::time::Instant;
 
 /// A frame of one protocol, which every driver's frame can carry.
 pub trait BusFrame: Sized {
@@ -58,7 +58,7 @@ pub trait Sink<Fr> {
 
     /// Takes back one frame that waits unsent in the controller; `None` when there is none, or when this controller cannot.
     ///
-    /// The master calls it when an axis must stop at once, until nothing comes back. Where it always returns `None`, set-points that
+    /// A master calls it when an axis must stop at once, until nothing comes back. Where it always returns `None`, set-points that
     /// the controller holds still go out: three with usual mailboxes, sixteen behind a slcan adapter.
     fn take_back(&mut self) -> Option<Fr> {
         None
@@ -82,8 +82,7 @@ pub enum Progress {
     Blocked,
 }
 
-/// Something that sends and receives frames without knowing a driver: the [`Master`](crate::Master) while machines move, a
-/// [`Commissioner`](crate::commission::Commissioner) before.
+/// Something that sends and receives frames without knowing a driver: a master while machines move, a task of commissioning before.
 pub trait BusUser {
     /// A frame of its protocol.
     type Frame: BusFrame;

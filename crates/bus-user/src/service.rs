@@ -3,11 +3,11 @@
 use embedded_can::Error as _;
 use embedded_can::nb::Can;
 
-use crate::core::event::BusErrorKind;
-use crate::core::sink::{BusFrame, BusUser, Outcome, Progress, Sink};
-use crate::core::time::Instant;
+use crate::error::BusErrorKind;
+use crate::sink::{BusFrame, BusUser, Outcome, Progress, Sink};
+use crate::time::Instant;
 
-/// Hands what came in to the user of the bus, usually the [`Master`](crate::Master), and what it wants sent to the controller.
+/// Hands what came in to the user of the bus, and what it wants sent to the controller.
 ///
 /// All four outcomes of [`Can::transmit`] reach the ledger: accepted, accepted and another frame displaced, no room, error. Never
 /// waits.
