@@ -1,13 +1,11 @@
 //! The application: the cycle of the master at its fixed rate, and the bus in between.
 
-use core::mem::size_of;
-
 use can_motion::facts::{Input, Latch, Motion, Power, accepts};
 use can_motion::{BusUser, ConfigError, EventKind, Instant, Outcome, ServoMaster, Sink};
 use dyn_can::{Address, Dialect, Request, ServoSwitch};
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
-use crate::board::{InputPins, STACK_BYTES, StatusLed, Watchdog};
+use crate::board::{InputPins, StatusLed, Watchdog};
 use crate::bus::Bus;
 use crate::config::{self, AXES, GROUP};
 use crate::cycle_clock::{Beat, Beats};
@@ -52,12 +50,14 @@ pub(crate) struct Refused {
 }
 
 /// The application in the memory that it stays in, or the reason why the configuration cannot work. To be called once: a second call
-/// panics. Not inlined: its stack, on which the application is built, must be free again afterwards.
-#[inline(never)]
+/// panics.
 pub(crate) fn place(parts: Parts) -> Result<&'static mut App, Refused> {
+    // All of it is zero, so it takes no place in the flash, and it is made a master where it lies: nearly all of the memory is in it.
+    static MASTER: ConstStaticCell<ServoMaster<AXES>> = ConstStaticCell::new(ServoMaster::vacant());
     static APP: StaticCell<App> = StaticCell::new();
-    match ServoMaster::with_plan(&config::PLAN) {
-        Ok(master) => Ok(APP.init(App::new(master, parts))),
+    let master = MASTER.take();
+    match master.take_on(&config::PLAN) {
+        Ok(()) => Ok(APP.init(App::new(master, parts))),
         Err(error) => Err(Refused {
             error,
             status_led: parts.status_led,
@@ -65,12 +65,6 @@ pub(crate) fn place(parts: Parts) -> Result<&'static mut App, Refused> {
         }),
     }
 }
-
-/// The application is built on the stack before it goes to its place, and the compiler may copy it on the way.
-const _: () = assert!(
-    3 * size_of::<App>() <= STACK_BYTES,
-    "too many axes for the stack: raise STACK in the memory map and STACK_BYTES"
-);
 
 /// How far the application is.
 #[derive(Clone, Copy)]
@@ -86,7 +80,7 @@ enum Phase {
 
 /// The cycle with everything it works with.
 pub(crate) struct App {
-    master: ServoMaster<AXES>,
+    master: &'static mut ServoMaster<AXES>,
     parts: Parts,
     phase: Phase,
     beats: Beats,
@@ -113,9 +107,9 @@ struct Seen {
 }
 
 impl App {
-    fn new(master: ServoMaster<AXES>, parts: Parts) -> Self {
+    fn new(master: &'static mut ServoMaster<AXES>, parts: Parts) -> Self {
         Self {
-            seen: (master.changes(), look(&master)),
+            seen: (master.changes(), look(master)),
             master,
             supervisor: Supervisor::new(parts.is_locked),
             parts,
@@ -198,14 +192,14 @@ impl App {
         self.supervise(planned, now);
         let is_streaming = self.look().axes.streaming;
         self.playback
-            .set_targets(&mut self.master, is_streaming, planned, now);
+            .set_targets(self.master, is_streaming, planned, now);
         self.master.begin_cycle(now);
         self.service();
         misbehaviour::act();
         self.report();
-        if let Some(second) =
-            self.statistics
-                .note_cycle(beat.delay_us, stretch, &self.master, now)
+        if let Some(second) = self
+            .statistics
+            .note_cycle(beat.delay_us, stretch, self.master, now)
         {
             telemetry::tell(Message::Second(second));
         }
@@ -217,7 +211,8 @@ impl App {
         loop {
             self.parts.bus.begin_service();
             while self.parts.bus.has_news()
-                && let Some(received) = self.parts.bus.receive() {
+                && let Some(received) = self.parts.bus.receive()
+            {
                 match received {
                     Ok(frame) => self.master.on_frame(now, &frame),
                     Err(kind) => {
@@ -278,7 +273,7 @@ impl App {
     fn look(&mut self) -> Seen {
         let changes = self.master.changes();
         if self.seen.0 != changes {
-            self.seen = (changes, look(&self.master));
+            self.seen = (changes, look(self.master));
         }
         self.seen.1
     }
@@ -315,7 +310,7 @@ impl App {
             Action::Adopt => self.master.adopt(now, GROUP),
             Action::Enable => self.master.enable(now, GROUP),
             Action::Start => {
-                self.playback.start(&self.master, planned);
+                self.playback.start(self.master, planned);
                 Ok(())
             }
             Action::Finish => {

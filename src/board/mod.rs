@@ -22,9 +22,6 @@ use stm32g474 as chosen;
 
 pub(crate) use chosen::{CORE_HZ, enable_interrupts, has_lost_clock, init, take_cause};
 
-/// Bytes of the stack, as in the memory map of every board.
-pub(crate) const STACK_BYTES: usize = 48 * 1024;
-
 /// Clock of the processor before the board has set its own: the internal oscillator of both chips.
 const START_HZ: u32 = 16_000_000;
 /// A crystal starts within some milliseconds (STM32F405 data sheet, table 40: 2 ms; STM32G474 data sheet, table 43: 2 ms), or not at all.

@@ -13,9 +13,6 @@ use crate::core::family::{
 use crate::core::state::AxisState;
 use crate::core::step::{Input, accepts, step};
 
-/// Place in `axis_of` of an address without an axis.
-const NO_AXIS: u8 = u8::MAX;
-
 /// The most axes that a master can have: one bit each.
 pub(crate) const MOST_AXES: usize = 64;
 
@@ -32,7 +29,7 @@ const fn ends_at_once(input: Input) -> bool {
 pub(crate) struct Axes<const N: usize, F: Family> {
     list: Vec<Axis<F>, N>,
     pub(crate) events: Events<F::EventKind>,
-    /// Place of each address in the list.
+    /// Place of each address in the list, counted from 1; 0 for an address without an axis.
     axis_of: [u8; 128],
     /// One bit an axis: the controller has not accepted its frame of this cycle yet.
     pub(crate) due: u64,
@@ -50,7 +47,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         Self {
             list: Vec::new(),
             events: Events::new(),
-            axis_of: [NO_AXIS; 128],
+            axis_of: [0; 128],
             due: 0,
             switching: 0,
             take_back: false,
@@ -81,13 +78,25 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
-    /// Adds the axis of the drive with this address; one without room is left out, so the number of axes is checked before.
-    pub(crate) fn add(&mut self, address: u8, drive: F::Drive) {
+    /// Removes the axes, with what is left of them.
+    pub(crate) fn clear(&mut self) {
+        self.list.clear();
+        while self.events.pop().is_some() {}
+        self.axis_of = [0; 128];
+        (self.due, self.switching, self.take_back) = (0, 0, false);
+    }
+
+    /// Adds an axis, made where it stays as far as the compiler can; one without room is left out, so the number of axes is checked before.
+    #[inline(never)]
+    pub(crate) fn add(&mut self, config: &F::Config, axis: &F::AxisConfig, rank: u32) {
         let index = self.list.len() as u8;
-        if self.list.push(Axis::new(drive)).is_ok()
-            && let Some(place) = self.axis_of.get_mut(usize::from(address))
+        if self
+            .list
+            .push(Axis::new(F::drive(config, axis, rank)))
+            .is_ok()
+            && let Some(place) = self.axis_of.get_mut(usize::from(F::address_of(axis)))
         {
-            *place = index;
+            *place = index + 1;
         }
     }
 
@@ -109,8 +118,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     pub(crate) fn index_of(&self, frame: &F::Frame) -> Option<usize> {
         let address = F::address(frame)?;
-        let index = *self.axis_of.get(usize::from(address))?;
-        (index != NO_AXIS).then_some(usize::from(index))
+        let place = *self.axis_of.get(usize::from(address))?;
+        usize::from(place).checked_sub(1)
     }
 
     /// An axis, and where it writes its events.
@@ -201,7 +210,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
             }
             let mut is_in_use = was_in_use;
             if other != index {
-                is_in_use = self.get(other).is_some_and(|axis| axis.view.facts.is_in_use());
+                is_in_use = self
+                    .get(other)
+                    .is_some_and(|axis| axis.view.facts.is_in_use());
                 self.apply(
                     now,
                     other,

@@ -11,6 +11,7 @@ use crate::core::family::{
     CommonFault, CycleConfig, Drive, Family, GroupId, Plan, ProcedureRefusal,
 };
 use crate::core::group::Axes;
+use crate::core::late::Late;
 use crate::core::procedure::Confirmation;
 use crate::core::schedule::Schedule;
 use crate::core::snapshot::CycleCounters;
@@ -23,7 +24,8 @@ use crate::core::step::Input;
 /// sink of your own) until nothing is left, again whenever the controller has room, and `on_frame` for what comes in.
 #[derive(Debug)]
 pub struct Master<const N: usize, F: Family> {
-    pub(crate) config: F::Config,
+    /// The settings; without axes there are none.
+    pub(crate) config: Late<F::Config>,
     pub(crate) axes: Axes<N, F>,
     pub(crate) schedule: Schedule<F>,
     /// The frame of the whole bus has not been accepted in this cycle yet.
@@ -49,52 +51,77 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_plan(plan: &F::Plan<'_>) -> Result<Self, F::ConfigError> {
+        let mut master = Self::vacant();
+        master.take_on(plan)?;
+        Ok(master)
+    }
+
+    /// A master without axes, for a static: all of it is zero, and [`Self::take_on`] makes it the master of a plan where it lies, without a
+    /// copy on the stack.
+    #[must_use]
+    pub const fn vacant() -> Self {
         const {
             assert!(
                 N <= crate::core::group::MOST_AXES,
                 "a master has at most 64 axes"
             );
         }
-        plan.admit(N)?;
-        let config = *plan.config();
-        let mut master = Self {
+        Self {
+            config: Late::Not,
             axes: Axes::new(),
-            schedule: Schedule::new(plan.placement()),
-            config,
+            schedule: Schedule::new(),
             frame_of_bus_due: false,
             cycle_started: None,
-            cycle: CycleCounters::default(),
+            cycle: CycleCounters::NONE,
             bus_off: false,
             full_since: None,
-        };
+        }
+    }
+
+    /// Becomes the master for the axes of a plan, which replace those that it has.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; nothing changes then.
+    pub fn take_on(&mut self, plan: &F::Plan<'_>) -> Result<(), F::ConfigError> {
+        plan.admit(N)?;
+        self.axes.clear();
+        self.schedule = Schedule::new();
+        (self.cycle, self.cycle_started) = (CycleCounters::NONE, None);
+        (self.bus_off, self.full_since) = (false, None);
+        let config = *plan.config();
+        self.schedule.placement = Late::Come(plan.placement());
         for warning in plan.warnings() {
-            master.axes.events.push(Instant::default(), None, warning);
+            self.axes.events.push(Instant::default(), None, warning);
         }
         for (rank, axis) in (0..).zip(plan.axes()) {
-            let drive = F::drive(&config, axis, rank);
-            master.axes.add(F::address_of(axis), drive);
+            self.axes.add(&config, axis, rank);
         }
-        Ok(master)
+        self.config = Late::Come(config);
+        Ok(())
     }
 
     /// Starts a cycle: what the cycle before left over is merged, time passes, and every axis in motion owes a set-point.
     pub fn begin_cycle(&mut self, now: Instant) {
-        let is_on_time = self.count_cycle(now);
+        let Some(config) = self.config.get() else {
+            return;
+        };
+        let (cycle_us, stuck_us) = (config.cycle_us(), config.stuck_us());
+        let requests = config.requests_per_cycle();
+        let is_on_time = self.count_cycle(now, cycle_us);
         if self.axes.due != 0 || !is_on_time {
             self.merge_leftovers(now);
         }
         if self.full_since.is_some() {
-            self.watch_bus(now);
+            self.watch_bus(now, stuck_us);
         }
-        let streaming = self.axes.stream_on(now, self.config.stuck_us());
+        let streaming = self.axes.stream_on(now, stuck_us);
         self.axes.due = streaming;
         if streaming.count_ones() as usize != self.axes.len() {
             self.tick_others(now, streaming);
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
-        self.schedule
-            .begin_cycle(now, cycle, &self.config, &self.axes);
+        self.schedule.begin_cycle(now, cycle, requests, &self.axes);
     }
 
     /// The axes that do more in this cycle than to stream on.
@@ -109,10 +136,10 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     /// Whether no cycle was missed.
-    fn count_cycle(&mut self, now: Instant) -> bool {
+    fn count_cycle(&mut self, now: Instant, cycle_us: u32) -> bool {
         self.cycle.cycles = self.cycle.cycles.wrapping_add(1);
         let started = self.cycle_started.replace(now);
-        let cycle_us = u64::from(self.config.cycle_us().max(1));
+        let cycle_us = u64::from(cycle_us.max(1));
         // Half a cycle of jitter still belongs to the cycle it was planned for.
         let is_on_time =
             started.is_none_or(|started| now.us_since(started) < cycle_us + cycle_us.div_ceil(2));
@@ -151,8 +178,8 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     /// A controller that has had no room for too long stops every group that has or wants power: nobody is on the bus, or it is blocked.
-    fn watch_bus(&mut self, now: Instant) {
-        let stuck_us = u64::from(self.config.stuck_us());
+    fn watch_bus(&mut self, now: Instant, stuck_us: u32) {
+        let stuck_us = u64::from(stuck_us);
         let is_stuck = self
             .full_since
             .is_some_and(|since| now.us_since(since) >= stuck_us);
@@ -169,8 +196,11 @@ impl<const N: usize, F: Family> Master<N, F> {
 
     /// Lets time pass for one axis.
     fn tick(&mut self, now: Instant, index: usize) {
-        let at = (now, self.cycle.cycles, &self.config);
-        let cycle_us = self.config.cycle_us();
+        let Some(config) = self.config.get() else {
+            return;
+        };
+        let at = (now, self.cycle.cycles, config);
+        let cycle_us = config.cycle_us();
         let Some(meaning) = self
             .axes
             .with_drive(at, index, |drive, context| drive.tick(context))
@@ -187,12 +217,12 @@ impl<const N: usize, F: Family> Master<N, F> {
         let is_sent = matches!(facts.power, Power::OnSent | Power::OffSent);
         if facts.motion == Motion::Ramp && axis.drive.has_stopped() {
             self.axes.apply(now, index, Change::of(Input::RampDone));
-        } else if facts.moves() && over(axis.sent_at, self.config.stuck_us()) {
+        } else if facts.moves() && over(axis.sent_at, config.stuck_us()) {
             self.fail_group(now, axis.drive.group());
-        } else if is_sent && over(axis.switched_at, self.config.confirm_us()) {
+        } else if is_sent && over(axis.switched_at, config.confirm_us()) {
             self.axes
                 .apply(now, index, Change::of(Input::ConfirmTimeout));
-        } else if awaits_shaft && over(axis.view.since, self.config.standstill_limit_us()) {
+        } else if awaits_shaft && over(axis.view.since, config.standstill_limit_us()) {
             self.axes
                 .raise(now, index, CommonFault::NotConfirmed.into());
         }
@@ -338,10 +368,12 @@ impl<const N: usize, F: Family> Master<N, F> {
         self.bus_off = true;
         self.axes.events.push(now, None, CommonEvent::BusOff);
         for index in 0..self.axes.len() {
-            let at = (now, self.cycle.cycles, &self.config);
-            self.axes.with_drive(at, index, |drive, context| {
-                drive.abandon_request(context);
-            });
+            if let Some(config) = self.config.get() {
+                let at = (now, self.cycle.cycles, config);
+                self.axes.with_drive(at, index, |drive, context| {
+                    drive.abandon_request(context);
+                });
+            }
             self.axes.raise(now, index, CommonFault::Bus.into());
         }
     }
@@ -357,9 +389,9 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// When `begin_cycle` should come next.
     #[must_use]
     pub fn poll_at(&self) -> Instant {
-        self.cycle_started.map_or(Instant::default(), |started| {
-            started + self.config.cycle_us()
-        })
+        let cycle_us = self.config.get().map_or(0, CycleConfig::cycle_us);
+        self.cycle_started
+            .map_or(Instant::default(), |started| started + cycle_us)
     }
 
     /// True when every axis of the group is in this state; false for a group without axes.

@@ -8,6 +8,7 @@ pub(crate) mod exit;
 pub(crate) mod facts;
 pub(crate) mod family;
 pub(crate) mod group;
+mod late;
 pub(crate) mod master;
 pub(crate) mod placement;
 pub(crate) mod procedure;

@@ -5,8 +5,9 @@ use core::cmp::Ordering;
 use bus_plan::ResponseWindow;
 use bus_user::Instant;
 
-use crate::core::family::{CycleConfig, Drive, Family, Wanted};
+use crate::core::family::{Drive, Family, Wanted};
 use crate::core::group::Axes;
+use crate::core::late::Late;
 use crate::core::placement::RequestPlacement;
 
 /// So many cycles a poll may go before one that is due longer, to even out the length of a cycle.
@@ -17,7 +18,7 @@ const NOT_WANTED: i32 = i32::MIN;
 /// The requests of a cycle.
 #[derive(Debug)]
 pub(crate) struct Schedule<F: Family> {
-    pub(crate) placement: F::Placement,
+    pub(crate) placement: Late<F::Placement>,
     /// Requests that may still go out in this cycle.
     left: u8,
     /// The axis whose request is next. What it asks is decided anew each time when it is offered.
@@ -28,13 +29,13 @@ pub(crate) struct Schedule<F: Family> {
 }
 
 impl<F: Family> Schedule<F> {
-    pub(crate) fn new(placement: F::Placement) -> Self {
+    pub(crate) const fn new() -> Self {
         Self {
-            placement,
+            placement: Late::Not,
             left: 0,
             next: None,
             turn: 0,
-            quiet_until: Instant::default(),
+            quiet_until: Instant::from_us(0),
         }
     }
 
@@ -42,15 +43,39 @@ impl<F: Family> Schedule<F> {
         &mut self,
         now: Instant,
         cycle: u32,
-        config: &F::Config,
+        requests: u8,
         axes: &Axes<N, F>,
     ) {
-        self.left = config.requests_per_cycle();
-        self.placement.begin_cycle(cycle, axes.len() as u8, || {
-            let windows = axes.iter().map(|axis| axis.drive.response_window());
-            windows.fold(None, ResponseWindow::union)
-        });
+        self.left = requests;
+        if let Some(placement) = self.placement.get_mut() {
+            placement.begin_cycle(cycle, axes.len() as u8, || {
+                let windows = axes.iter().map(|axis| axis.drive.response_window());
+                windows.fold(None, ResponseWindow::union)
+            });
+        }
         self.choose(now, cycle, axes);
+    }
+
+    /// Whether it is the turn of the requests, with the frames of these axes still to come.
+    #[inline]
+    pub(crate) fn is_reached(&self, due: u64) -> bool {
+        let is_reached = |placement: &F::Placement| placement.is_reached(due);
+        self.placement.get().is_some_and(is_reached)
+    }
+
+    /// The frame of a cycle was accepted.
+    #[inline]
+    pub(crate) fn frame_accepted(&mut self) {
+        if let Some(placement) = self.placement.get_mut() {
+            placement.frame_accepted();
+        }
+    }
+
+    /// When a request that is accepted now will have left the controller.
+    pub(crate) fn request_leaves(&self, now: Instant, started: Instant) -> Instant {
+        self.placement
+            .get()
+            .map_or(now, |placement| placement.request_leaves(now, started))
     }
 
     /// The request of an axis was accepted.
@@ -78,7 +103,8 @@ impl<F: Family> Schedule<F> {
             return;
         }
         // Where frames of the cycle come behind the requests, a cycle without a request would move them.
-        let may_be_early = self.placement.needs_requests() && axes.due != 0;
+        let needs_requests = |placement: &F::Placement| placement.needs_requests();
+        let may_be_early = axes.due != 0 && self.placement.get().is_some_and(needs_requests);
         let earliest = if may_be_early { NOT_WANTED + 1 } else { 0 };
         let mut overdue = [NOT_WANTED; N];
         for (axis, overdue) in axes.iter().zip(&mut overdue) {
@@ -93,7 +119,10 @@ impl<F: Family> Schedule<F> {
         if !may_be_early || longest == Wanted::<F::Request>::URGENT {
             return;
         }
-        let Some(preference) = self.placement.preference(|| due_bits(axes)) else {
+        let Some(placement) = self.placement.get_mut() else {
+            return;
+        };
+        let Some(preference) = placement.preference(|| due_bits(axes)) else {
             return;
         };
         let soon = longest.saturating_sub(COUNTERWEIGHT_CYCLES);

@@ -58,3 +58,13 @@ pub struct CycleCounters {
     /// Events dropped because nobody read them.
     pub events_dropped: u32,
 }
+
+impl CycleCounters {
+    /// Nothing has happened.
+    pub(crate) const NONE: Self = Self {
+        cycles: 0,
+        late: 0,
+        missed: 0,
+        events_dropped: 0,
+    };
+}

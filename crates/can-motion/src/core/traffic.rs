@@ -8,7 +8,6 @@ use crate::core::exit::{Class, may_leave};
 use crate::core::facts::Work;
 use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Returned};
 use crate::core::master::Master;
-use crate::core::placement::RequestPlacement;
 use crate::core::step::Input;
 
 /// Where a frame comes from.
@@ -80,7 +79,10 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     }
 
     fn on_displaced(&mut self, now: Instant, frame: &F::Frame) {
-        if F::frame_of_bus(&self.config) == Some(*frame) {
+        let Some(config) = self.config.get() else {
+            return;
+        };
+        if F::frame_of_bus(config) == Some(*frame) {
             self.frame_of_bus_due = true;
             return;
         }
@@ -88,7 +90,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             self.foreign(now, F::foreign(frame));
             return;
         };
-        let at = (now, self.cycle.cycles, &self.config);
+        let at = (now, self.cycle.cycles, config);
         let returned = self
             .axes
             .with_drive(at, index, |drive, context| drive.returned(frame, context));
@@ -121,8 +123,11 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             self.foreign(now, F::foreign(frame));
             return;
         };
-        let at = (now, self.cycle.cycles, &self.config);
-        let cycle_us = self.config.cycle_us();
+        let Some(config) = self.config.get() else {
+            return;
+        };
+        let at = (now, self.cycle.cycles, config);
+        let cycle_us = config.cycle_us();
         if let Some(meaning) = self
             .axes
             .with_drive(at, index, |drive, context| drive.receive(frame, context))
@@ -164,7 +169,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
         if self.axes.due != 0 {
             if self.schedule.next.is_some()
-                && self.schedule.placement.is_reached(self.axes.due)
+                && self.schedule.is_reached(self.axes.due)
                 && let Some((frame, sender)) = self.request(now)
             {
                 return self.offer(now, sink, &frame, &sender);
@@ -264,7 +269,8 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     fn frame_of_bus(&self) -> Option<F::Frame> {
-        F::frame_of_bus(&self.config).filter(|_| self.frame_of_bus_due)
+        let config = self.config.get().filter(|_| self.frame_of_bus_due)?;
+        F::frame_of_bus(config)
     }
 
     fn switch(&self, class: Class) -> Option<(F::Frame, Sender<F>)> {
@@ -335,7 +341,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         // It is the lowest: frames go out in this order.
         self.axes.due &= self.axes.due.wrapping_sub(1);
         self.full_since = None;
-        self.schedule.placement.frame_accepted();
+        self.schedule.frame_accepted();
         if matches!(class, Class::SwitchOn | Class::SwitchOff) {
             self.switch_accepted(now, index, class);
         }
@@ -349,9 +355,12 @@ impl<const N: usize, F: Family> Master<N, F> {
 
     fn request_accepted(&mut self, now: Instant, index: usize, class: Class, request: F::Request) {
         self.full_since = None;
+        let Some(config) = self.config.get() else {
+            return;
+        };
         let started = self.cycle_started.unwrap_or(now);
-        let leaves_at = self.schedule.placement.request_leaves(now, started);
-        let at = (now, self.cycle.cycles, &self.config);
+        let leaves_at = self.schedule.request_leaves(now, started);
+        let (at, cycle_us) = ((now, self.cycle.cycles, config), config.cycle_us());
         let meaning = self.axes.with_drive(at, index, |drive, context| {
             drive.request_accepted(request, leaves_at, context)
         });
@@ -359,7 +368,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         self.axes
             .apply(now, index, Change::of(Input::Accepted(class)));
         if let Some(meaning) = meaning {
-            self.axes.take(now, self.config.cycle_us(), index, meaning);
+            self.axes.take(now, cycle_us, index, meaning);
         }
         self.schedule.choose(now, self.cycle.cycles, &self.axes);
     }

@@ -2,6 +2,7 @@
 
 use bus_plan::ResponseWindow;
 use bus_user::Instant;
+use can_frame::wire::exact_bits;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
 use crate::core::event::EventLog;
@@ -12,7 +13,6 @@ use crate::core::family::{
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
-use crate::servo::bus_frames::poll_bits;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
@@ -67,7 +67,7 @@ pub struct Servo {
 
 impl Servo {
     pub(super) fn new(config: AxisConfig, master: &MasterConfig, rank: u32) -> Self {
-        Self {
+        let mut servo = Self {
             config,
             dialect: config.initial_dialect(),
             ledger: Ledger::default(),
@@ -76,7 +76,7 @@ impl Servo {
             counters: Counters::default(),
             slot: RequestSlot::default(),
             polls: PollClock::new(&config.polls, master.cycle_us, rank),
-            poll_bits: PollKind::ALL.map(|kind| poll_bits(&config, kind) as u8),
+            poll_bits: [0; PollKind::ALL.len()],
             responses: ResponseWatch::default(),
             timeouts_in_row: 0,
             asked_at: Instant::default(),
@@ -89,7 +89,16 @@ impl Servo {
             retry_us: master.timeouts.confirm_us,
             guarded_at: Instant::default(),
             has_alarmed: false,
-        }
+        };
+        servo.poll_bits = PollKind::ALL.map(|kind| servo.request_bits(kind));
+        servo
+    }
+
+    /// Length of the request of a poll on the wire. Not inlined: it is for the start alone.
+    #[inline(never)]
+    fn request_bits(&self, kind: PollKind) -> u8 {
+        let frame = self.frame_of(self.request(kind.reply_kind()));
+        frame.map_or(0, |frame| exact_bits(frame.id(), frame.data()) as u8)
     }
 
     fn is_far_behind(&self) -> bool {
