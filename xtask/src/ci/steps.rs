@@ -5,6 +5,7 @@ use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED};
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
+use crate::cost;
 
 /// Every step.
 pub(super) const STEPS: &[Step] = &[
@@ -113,6 +114,12 @@ pub(super) const STEPS: &[Step] = &[
         "firmware-tests",
         "the real images on emulated boards; the first time this builds the emulator",
         &["firmware-tests"],
+    )
+    .needs(&[&TARGET, &PYTHON]),
+    Step::call(
+        "cost",
+        "nothing that is quick to measure costs more than 3 % more than docs/cost.md says: an image in motion, the hot path, profiles, libraries",
+        |_| cost::check(),
     )
     .needs(&[&TARGET, &PYTHON]),
     Step::cargo(
