@@ -44,33 +44,27 @@ impl Flash {
     pub(crate) fn measure(builder: &Builder, folder: &Path) -> Result<Self, Error> {
         let mut images = Vec::new();
         // Another log level compiles nearly everything anew: what is measured next has the first of the table.
-        for (log, target) in LOGS.into_iter().rev() {
+        for log in LOGS.iter().rev() {
             for board in Board::ALL {
-                let image = Image::of_board(board, log).build(builder, folder)?;
-                let size = Size::of_image(&image)?;
-                images.push(ImageSize {
-                    board,
-                    log,
-                    flash: size.flash() as f64,
-                    ram: size.ram() as f64,
-                    target,
-                });
+                images.push(ImageSize::measure(board, log, builder, folder)?);
             }
         }
         images.sort_by_key(|image: &ImageSize| image.log == OFF);
         Ok(Self {
             images,
-            ..Self::measure_few(builder)?
+            libraries: proofs::library_sizes(builder)?,
         })
     }
 
-    /// The libraries alone.
+    /// The image of the default board with a log, and the libraries alone.
     ///
     /// # Errors
     /// When one does not build.
-    pub(crate) fn measure_few(builder: &Builder) -> Result<Self, Error> {
+    pub(crate) fn measure_few(builder: &Builder, folder: &Path) -> Result<Self, Error> {
+        let [with_log, _] = &LOGS;
+        let image = ImageSize::measure(Board::Stm32f405, with_log, builder, folder)?;
         Ok(Self {
-            images: Vec::new(),
+            images: vec![image],
             libraries: proofs::library_sizes(builder)?,
         })
     }
@@ -135,6 +129,23 @@ fn library(image: &str, flash: u64) -> Figure {
 }
 
 impl ImageSize {
+    fn measure(
+        board: Board,
+        &(log, target): &(&'static str, f64),
+        builder: &Builder,
+        folder: &Path,
+    ) -> Result<Self, Error> {
+        let image = Image::of_board(board, log).build(builder, folder)?;
+        let size = Size::of_image(&image)?;
+        Ok(Self {
+            board,
+            log,
+            flash: size.flash() as f64,
+            ram: size.ram() as f64,
+            target,
+        })
+    }
+
     fn command(&self) -> String {
         format!(
             "DEFMT_LOG={} cargo fw --board {}",

@@ -131,7 +131,7 @@ impl Tools {
     fn few(&self) -> Result<Cost, Error> {
         let Self { builder, emulator } = self;
         Ok(Cost {
-            flash: Flash::measure_few(builder)?,
+            flash: Flash::measure_few(builder, emulator.images())?,
             motion: Motion::measure_few(builder, emulator)?,
             hot_path: HotPath::measure(builder, emulator)?,
             trajectory: TrajectoryCost::measure(builder, emulator)?,

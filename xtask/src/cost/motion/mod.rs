@@ -29,7 +29,7 @@ const OTHER_RESPONSE_US: u32 = 500;
 const FEW: Cases = Cases {
     board: Board::Stm32f405,
     axes: TARGET_AXES,
-    responses_us: &[OTHER_RESPONSE_US],
+    responses_us: &RESPONSES_US,
 };
 
 /// Targets, for 8 axes and a cycle of 1 ms.
@@ -75,7 +75,7 @@ impl Motion {
         Self::of(&all, builder, emulator)
     }
 
-    /// The same for one image of 8 axes, to compare it in a short time.
+    /// The same for the image of the default board with 8 axes, to compare it in a short time.
     ///
     /// # Errors
     /// When the image does not build or the emulator fails.
