@@ -42,7 +42,7 @@ const CODECS: [Codec; 4] = [
         name: "code of `dbc-codegen` 0.4",
         encode: "dbc_encode",
         decode: "dbc_decode",
-        set_point: "step of 2 bytes: range",
+        set_point: "step of 2 bytes, data without an identifier: range",
         position: "position of 4 bytes: identifier, number of bytes; not the range",
     },
     Codec {
