@@ -5,6 +5,7 @@ use unicorn_engine::{RegisterARM, uc_error};
 use crate::cpu::{self, Engine, takeable};
 use crate::image::Image;
 use crate::instructions;
+use crate::profile::Run;
 
 /// Why the processor stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,6 +90,15 @@ fn before_run(engine: &mut Engine<'_>, address: u64, bytes: u32) {
     soc.now += u64::from(instructions);
     soc.masked
         .note(address as u32, u64::from(instructions), is_masked);
+    let exception = soc.nvic.innermost();
+    if let Some(profile) = &mut soc.profile {
+        profile.note(Run {
+            address: address as u32,
+            bytes,
+            instructions,
+            exception,
+        });
+    }
 }
 
 fn count(engine: &mut Engine<'_>, address: u64, bytes: u32) -> u32 {

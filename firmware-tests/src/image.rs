@@ -143,6 +143,32 @@ impl Image {
             .map(|(name, &address)| (name.as_str(), address))
     }
 
+    /// The code of a straight run; `None` where the image has none.
+    #[must_use]
+    pub fn code(&self, address: u32, bytes: u32) -> Option<&[u8]> {
+        self.code.iter().find_map(|piece| {
+            let start = address.checked_sub(piece.address)? as usize;
+            piece.bytes.get(start..start + bytes as usize)
+        })
+    }
+
+    /// A word of what is loaded; `None` where the image has none.
+    #[must_use]
+    pub fn word(&self, address: u32) -> Option<u32> {
+        self.load.iter().find_map(|piece| {
+            let start = address.checked_sub(piece.address)? as usize;
+            let bytes = piece.bytes.get(start..start + 4)?;
+            Some(u32::from_le_bytes(bytes.try_into().ok()?))
+        })
+    }
+
+    /// The symbol at an address, the first in the alphabet where there are several.
+    #[must_use]
+    pub fn symbol_at(&self, address: u32) -> Option<&str> {
+        let all = self.symbols.iter().filter(|symbol| *symbol.1 == address);
+        all.map(|(name, _)| name.as_str()).min()
+    }
+
     /// Where the stack lies: from its end, the lowest address, to its start.
     #[must_use]
     pub fn stack(&self) -> Option<Range<u32>> {

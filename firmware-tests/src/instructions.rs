@@ -51,15 +51,21 @@ fn halfword(address: u64) -> usize {
     (address.wrapping_sub(FLASH) / 2) as usize
 }
 
+/// Where each instruction of a straight run of Thumb code begins, in bytes from its start.
+pub fn offsets(code: &[u8]) -> impl Iterator<Item = u32> {
+    let mut at = 0;
+    core::iter::from_fn(move || {
+        let offset = at;
+        let upper = code.get(offset + 1)?;
+        at += if upper >> 3 >= WIDE { 4 } else { 2 };
+        Some(offset as u32)
+    })
+}
+
 /// Instructions in a straight run of Thumb code.
 #[must_use]
 pub fn count(code: &[u8]) -> u32 {
-    let (mut at, mut instructions) = (0, 0);
-    while let Some(upper) = code.get(at + 1) {
-        at += if upper >> 3 >= WIDE { 4 } else { 2 };
-        instructions += 1;
-    }
-    instructions
+    offsets(code).count() as u32
 }
 
 #[cfg(test)]

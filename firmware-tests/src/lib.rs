@@ -22,6 +22,8 @@
 //! | [`chip`] | what differs between the chips, as a table |
 //! | [`can`], [`bxcan`], [`fdcan`] | register models of the CAN controllers, on a node of drive-sim |
 //! | [`load`] | how many instructions each handler took |
+//! | [`motion`] | standing and moving axes whose instructions are counted |
+//! | [`profile`], [`names`] | which instructions ran how often, and the functions that they belong to |
 //! | [`log`] | the firmware's log |
 //! | [`rig`], [`scenario`] | a board with drives, the wiring of the default board, and how to bring it up |
 
@@ -41,7 +43,10 @@ pub mod image;
 pub mod instructions;
 pub mod load;
 pub mod log;
+pub mod motion;
+pub mod names;
 pub mod nvic;
+pub mod profile;
 pub mod rig;
 pub mod scenario;
 pub mod soc;

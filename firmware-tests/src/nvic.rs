@@ -89,6 +89,12 @@ impl Nvic {
         self.active.len()
     }
 
+    /// The innermost exception under way, 0 for the thread.
+    #[must_use]
+    pub fn innermost(&self) -> u16 {
+        self.active.last().copied().unwrap_or(0)
+    }
+
     /// Whether this exception is under way.
     #[must_use]
     pub fn is_active(&self, exception: u16) -> bool {

@@ -10,6 +10,7 @@ use crate::hooks::Leave;
 use crate::instructions::Runs;
 use crate::load::Masked;
 use crate::nvic::{NMI, Nvic};
+use crate::profile::Profile;
 use crate::storage::Storage;
 use crate::timer::{TIMERS, Timer};
 use crate::watchdog::Watchdog;
@@ -75,6 +76,8 @@ pub struct Soc {
     pub runs: Runs,
     /// Stretches with interrupts masked.
     pub masked: Masked,
+    /// Which code ran, while that is noted.
+    pub profile: Option<Profile>,
     /// The event register of the processor.
     pub event: bool,
     /// Why the processor has stopped.
@@ -110,6 +113,7 @@ impl Soc {
             storage: Storage::default(),
             runs: Runs::default(),
             masked: Masked::default(),
+            profile: None,
             event: false,
             leave: None,
             reset_request: None,

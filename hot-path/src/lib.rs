@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod drives;
+pub mod floor;
 pub mod trajectory;
 
 use core::hint::black_box;
@@ -15,8 +16,8 @@ use can_motion::{
     StepChange, Travel,
 };
 use dyn_can::{
-    ByteOrder, DataFrame, Dialect, DriveId, GearNumber, PdStep, Reply, ReplyKind, StepLimit,
-    go_relative_pos_pd,
+    Address, ByteOrder, DataFrame, Dialect, DriveId, GearNumber, PdStep, Reply, ReplyKind,
+    StepLimit, go_relative_pos_pd,
 };
 
 use drives::Drives;
@@ -47,17 +48,38 @@ pub fn encode() {
     }
 }
 
-/// One position reply, length and range checked.
-pub fn decode() {
-    let Ok(frame) = DataFrame::new(0x02E, &[0x12, 0x34, 0x56]) else {
+/// One position reply of `N` data bytes with every check (function, number of bytes, form, range), and the two values that a caller wants
+/// of it.
+pub fn decode<const N: usize>() {
+    let Ok(frame) = DataFrame::new(0x02E, &[0x02; N]) else {
         return;
     };
     for _ in 0..CALLS {
-        let _ = black_box(Reply::decode(
+        let decoded = Reply::decode(
             black_box(&frame),
             Some(ReplyKind::Position),
             black_box(&Dialect::V1_6A),
-        ));
+        );
+        match decoded {
+            Ok((address, Reply::Position(counts))) => {
+                black_box((address, counts));
+            }
+            other => {
+                let _ = black_box(other);
+            }
+        }
+    }
+}
+
+/// The loop of [`decode`] with the inputs and the results of the same types, to take off from its counts.
+pub fn decode_nothing() {
+    let Ok(frame) = DataFrame::new(0x02E, &[0x02; 4]) else {
+        return;
+    };
+    for _ in 0..CALLS {
+        black_box(&Dialect::V1_6A);
+        let address = core::ptr::from_ref(black_box(&frame)).addr();
+        black_box((Address::Broadcast, address as i32));
     }
 }
 

@@ -1,12 +1,12 @@
 //! The codec: every request and reply in both directions, every validated number, every unit.
 
 use dyn_can::{
-    Address, Alarm, Amplitude, ByteOrder, CommandMode, ConfigByte, Counts28, DataFrame, Dialect,
-    DriveConfig, DriveError, DriveId, DriveStatus, DynFrame, FrequencyHz, FunctionCode, GearNumber,
-    Group3ReplyOrder, IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange,
-    PdStep, Quantity, Reply, ReplyKind, Request, Revision, Rotation, ServoMode, SetOriginData,
-    SpeedGain, SpeedRpm, StepLimit, StoredDriveId, Torque, TorqueFilter, TorqueFullScale,
-    ZeroAddress, go_relative_pos_pd, units,
+    Address, Alarm, Amplitude, ByteOrder, CommandMode, ConfigByte, Counts28, DataFrame,
+    DecodeError, Dialect, DriveConfig, DriveError, DriveId, DriveStatus, DynFrame, EncodeError,
+    FrequencyHz, FunctionCode, GearNumber, Group3ReplyOrder, IntegrationGain, LineNumber, MainGain,
+    MaxAcceleration, MaxSpeed, OnPosRange, PdStep, Quantity, Reply, ReplyKind, Request, Revision,
+    Rotation, ServoMode, SetOriginData, SpeedGain, SpeedRpm, StepLimit, StoredDriveId, Torque,
+    TorqueFilter, TorqueFullScale, ZeroAddress, go_relative_pos_pd, units,
 };
 
 use crate::opaque::{self, consume, number};
@@ -23,22 +23,72 @@ pub fn exercise() {
     moves();
 }
 
-/// Calls what turns requests and replies into frames and back, and nothing else.
+/// Calls what turns requests and replies into frames and back, each once, and nothing else.
 pub fn messages() {
-    requests();
-    replies();
+    let inputs = Inputs::any();
+    consume(Request::decode(&inputs.frame, &inputs.dialect));
+    consume(Reply::decode(&inputs.frame, inputs.kind, &inputs.dialect));
+    consume(inputs.request.encode(inputs.address, &inputs.dialect));
+    consume(inputs.reply.encode(inputs.address, &inputs.dialect));
+}
+
+/// Takes the inputs of [`messages`] and uses values of the types of its results, and calls none of the codec: what that image has
+/// beside it.
+pub fn messages_without_codec() {
+    let inputs = Inputs::any();
+    let request: Result<_, DecodeError> = Ok((inputs.address, inputs.request));
+    let reply: Result<_, DecodeError> = Ok((inputs.address, inputs.reply));
+    let encoded: Result<_, EncodeError> = Ok(inputs.frame);
+    consume(opaque::hide(request));
+    consume(opaque::hide(reply));
+    consume(opaque::hide(encoded));
+    consume(inputs.frame);
+    consume((inputs.kind, inputs.dialect));
+}
+
+/// What the messages are made of.
+struct Inputs {
+    frame: DataFrame,
+    kind: Option<ReplyKind>,
+    dialect: Dialect,
+    address: Address,
+    request: Request,
+    reply: Reply,
+}
+
+impl Inputs {
+    /// Any, without a call of the codec.
+    fn any() -> Self {
+        Self {
+            frame: any_frame(),
+            kind: opaque::hide(Some(ReplyKind::Position)),
+            dialect: opaque::hide(Dialect::V1_6A),
+            address: opaque::hide(Address::Broadcast),
+            request: opaque::hide(Request::SetOrigin),
+            reply: opaque::hide(Reply::Position(0)),
+        }
+    }
+}
+
+/// Any frame, without a call of the codec.
+fn any_frame() -> DataFrame {
+    opaque::hide(DataFrame::from_fields(0, 0, [0; 8]))
 }
 
 /// Calls what a cycle needs most: encodes a streamed set-point and decodes a position reply.
 pub fn set_point_and_position() {
-    let step = PdStep::new(number()).unwrap_or(PdStep::ZERO);
-    consume(go_relative_pos_pd(drive(), step, ByteOrder::MsbFirst));
-    let Some(frame) = frame() else { return };
-    consume(Reply::decode(
-        &frame,
-        Some(ReplyKind::Position),
-        &Dialect::V1_6A,
-    ));
+    let (drive, step) = (opaque::hide(DriveId::MIN), opaque::hide(PdStep::ZERO));
+    consume(go_relative_pos_pd(drive, step, ByteOrder::MsbFirst));
+    let kind = Some(ReplyKind::Position);
+    consume(Reply::decode(&any_frame(), kind, &Dialect::V1_6A));
+}
+
+/// The same without the codec: what that image has beside it.
+pub fn set_point_and_position_without_codec() {
+    consume((opaque::hide(DriveId::MIN), opaque::hide(PdStep::ZERO)));
+    consume(any_frame());
+    let reply: Result<_, DecodeError> = Ok((Address::Broadcast, Reply::Position(0)));
+    consume(opaque::hide(reply));
 }
 
 /// Any frame.

@@ -2,6 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -124,6 +125,32 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     results.into_iter().collect()
 }
 
+/// What an image has to do while it is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Load {
+    /// Number of axes.
+    pub(crate) axes: usize,
+    /// Time until a drive answers, each time up to a quarter more or less.
+    pub(crate) response_us: u32,
+    /// The axes move.
+    pub(crate) moving: bool,
+}
+
+impl fmt::Display for Load {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            axes, response_us, ..
+        } = self;
+        let state = if self.moving { "moving" } else { "standing" };
+        write!(
+            f,
+            "{axes} axes, {state}, drives answer after {} to {} us",
+            response_us * 3 / 4,
+            response_us * 5 / 4
+        )
+    }
+}
+
 /// The emulator's workspace with the tools to build it.
 pub(crate) struct Emulator {
     folder: PathBuf,
@@ -156,13 +183,46 @@ impl Emulator {
         &self.images
     }
 
-    /// Measures an image in motion.
+    /// Measures an image standing and moving, for each time until a drive answers: one entry each, in that order.
     ///
     /// # Errors
     /// When the emulator does not build, fails, or answers something else than JSON.
-    pub(crate) fn measure(&self, image: &Path, axes: usize) -> Result<Value, Error> {
+    pub(crate) fn measure(
+        &self,
+        image: &Path,
+        board: Board,
+        axes: usize,
+        responses_us: &[u32],
+    ) -> Result<Value, Error> {
+        let times: Vec<String> = responses_us.iter().map(u32::to_string).collect();
         self.answer("measure", |command| {
-            command.arg(image).args(["--axes", &axes.to_string()])
+            command
+                .arg(image)
+                .args(["--axes", &axes.to_string()])
+                .args(["--response-us", &times.join(",")])
+                .env(BOARD, board.feature())
+        })
+    }
+
+    /// Counts the instructions of an image by function.
+    ///
+    /// # Errors
+    /// When the emulator does not build, fails, or answers something else than JSON.
+    pub(crate) fn profile(
+        &self,
+        image: &Path,
+        board: Board,
+        load: Load,
+        ms: u32,
+    ) -> Result<Value, Error> {
+        self.answer("profile", |command| {
+            command
+                .arg(image)
+                .args(["--axes", &load.axes.to_string()])
+                .args(["--response-us", &load.response_us.to_string()])
+                .args(["--ms", &ms.to_string()])
+                .args(load.moving.then_some("--moving"))
+                .env(BOARD, board.feature())
         })
     }
 

@@ -65,6 +65,11 @@ pub(crate) enum Error {
         /// What it depends on.
         found: Vec<String>,
     },
+    /// Something costs more than before.
+    Risen {
+        /// How many figures have risen.
+        figures: usize,
+    },
     /// Steps of the checks failed; they have said why.
     Checks {
         /// Their names.
@@ -156,6 +161,10 @@ impl fmt::Display for Error {
                 f,
                 "{package} must have no dependency but the shared crates without features, it has {}: make them optional",
                 found.join(", ")
+            ),
+            Self::Risen { figures } => write!(
+                f,
+                "{figures} figures have risen by more than is tolerated: see above; `cargo xtask cost` accepts a rise that is meant"
             ),
             Self::Checks { failed } => write!(
                 f,

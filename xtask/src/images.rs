@@ -132,16 +132,19 @@ impl Image {
     }
 
     /// One with so many axes.
-    pub(crate) fn with_axes(axes: usize) -> Self {
+    pub(crate) fn with_axes(board: Board, axes: usize) -> Self {
+        let configuration = vec![
+            (CONFIG.into(), MANY_AXES.into()),
+            (AXES.into(), axes.to_string()),
+            // What docs/cost.md says, whatever the user's environment says.
+            ("DEFMT_LOG".into(), "info".into()),
+        ];
         Self {
-            name: format!("axes-{axes}"),
+            name: format!("{}-axes-{axes}", board.feature()),
             binary: PACKAGE,
             variant: Variant {
-                environment: vec![
-                    (CONFIG.into(), MANY_AXES.into()),
-                    (AXES.into(), axes.to_string()),
-                ],
-                ..Variant::default()
+                arguments: board.arguments().to_vec(),
+                environment: configuration,
             },
         }
     }

@@ -1,20 +1,21 @@
 //! Tasks of the project: `cargo xtask <task>`, with `cargo fw` as the short form of `cargo xtask fw`.
 
+mod calls;
 mod ci;
 mod cost;
 mod emulator;
 mod error;
 mod firmware;
-mod hot_path;
 mod images;
 mod module_cycles;
 mod mutants;
+mod peers;
+mod profile;
 mod proofs;
 mod size;
 mod symbols;
 mod thumb;
 mod toolchain;
-mod trajectory_cost;
 mod workspace;
 
 use std::process::ExitCode;
@@ -45,6 +46,10 @@ enum Task {
     ModuleCycles(module_cycles::Arguments),
     /// Seed mistakes into a crate and count those that its tests find.
     Mutants(mutants::Arguments),
+    /// Show what our codec takes beside public ones.
+    Peers(peers::Arguments),
+    /// Show by function where the instructions of a cycle go, on an emulated board.
+    Profile(profile::Arguments),
     /// Show that the libraries cannot panic, and how large they are on the target.
     Proofs(proofs::Arguments),
 }
@@ -58,6 +63,8 @@ fn main() -> ExitCode {
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
         Task::ModuleCycles(arguments) => module_cycles::run(&arguments),
         Task::Mutants(arguments) => mutants::run(&arguments),
+        Task::Peers(arguments) => peers::run(&arguments),
+        Task::Profile(arguments) => profile::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),
     };
     match result {

@@ -64,6 +64,11 @@ impl Builder {
         &self.workspace.target
     }
 
+    /// The compiler with its version, and where the target's core library comes from.
+    pub(crate) fn compiler(&self) -> String {
+        self.toolchain.version()
+    }
+
     /// The folder of the images.
     pub(crate) fn images(&self) -> PathBuf {
         self.folder.join(TARGET).join("release")

@@ -88,6 +88,21 @@ impl Toolchain {
         }
     }
 
+    /// The version of the compiler, and where the core library comes from: what has the same one makes the same code.
+    pub(crate) fn version(&self) -> String {
+        let usual = || env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+        let (rustc, core) = match self {
+            Self::Installed => (usual(), "core as installed"),
+            Self::Source { rustc, .. } => (rustc.clone().into_os_string(), "core from source"),
+        };
+        let output = Command::new(rustc).arg("--version").output();
+        let version = output.map_or_else(
+            |_| "unknown".to_owned(),
+            |output| String::from_utf8_lossy(&output.stdout).trim().to_owned(),
+        );
+        format!("{version}, {core}")
+    }
+
     /// Makes `cargo` use this toolchain.
     pub(crate) fn apply(&self, cargo: &mut Command) {
         let Self::Source { rustc, linker } = self else {

@@ -81,7 +81,8 @@ pub(crate) const fn first_word(frame: &DataFrame) -> [u8; 4] {
     [a, b, c, d]
 }
 
-pub(crate) fn expect_len(frame: &DataFrame, min: u8, max: u8) -> Result<(), DecodeError> {
+/// Checks the number of data bytes against the fewest and the most.
+pub(crate) fn expect_len(frame: &DataFrame, (min, max): (u8, u8)) -> Result<(), DecodeError> {
     if frame.len() < min || frame.len() > max {
         return Err(DecodeError::Length {
             function: frame.function(),
@@ -91,11 +92,4 @@ pub(crate) fn expect_len(frame: &DataFrame, min: u8, max: u8) -> Result<(), Deco
         });
     }
     Ok(())
-}
-
-/// The only data byte.
-pub(crate) fn one_byte(frame: &DataFrame) -> Result<u8, DecodeError> {
-    expect_len(frame, 1, 1)?;
-    let [byte, ..] = *frame.bytes();
-    Ok(byte)
 }

@@ -18,6 +18,16 @@ macro_rules! function_codes {
             /// Every function code in ascending order.
             pub const ALL: [Self; 32] = [$(Self::$variant,)*];
 
+            /// The function code in the lower five bits of an identifier.
+            #[must_use]
+            pub const fn from_can_id(can_id: u16) -> Self {
+                match can_id & 0x1F {
+                    $($code => Self::$variant,)*
+                    // Five bits have no other value.
+                    _ => Self::SetOrigin,
+                }
+            }
+
             /// The name that the documents print.
             #[must_use]
             pub const fn name(self) -> &'static str {
@@ -97,27 +107,19 @@ function_codes! {
 }
 
 impl FunctionCode {
-    /// The function code in the lower five bits of an identifier.
-    #[must_use]
-    pub const fn from_can_id(can_id: u16) -> Self {
-        Self::ALL[(can_id & 0x1F) as usize]
-    }
-
     /// Whether a master may send this function in this revision.
     ///
     /// # Errors
     /// [`Refusal`] with the reason for 0x0F, 0x1D and the codes missing in the revision.
     pub const fn admit_request(self, revision: Revision) -> Result<(), Refusal> {
-        match (self, revision) {
-            (Self::ForMotorDefine, _) => Err(Refusal::Factory),
-            (Self::DriveError, _) => Err(Refusal::DriveOnly),
-            (Self::MakeLinearLine | Self::MakeCircularArc, Revision::V1_6A)
-            | (Self::DriveReset, Revision::V1_2A) => Err(Refusal::Revision {
-                function: self,
-                revision,
-            }),
-            _ => Ok(()),
+        if !self.is_one_of(NO_REQUEST | missing(revision)) {
+            return Ok(());
         }
+        Err(match self {
+            Self::ForMotorDefine => Refusal::Factory,
+            Self::DriveError => Refusal::DriveOnly,
+            function => Refusal::Revision { function, revision },
+        })
     }
 
     /// Whether a drive sends this function in this revision, as a reply or by itself.
@@ -125,23 +127,56 @@ impl FunctionCode {
     /// # Errors
     /// [`Refusal`] with the reason for functions without a reply.
     pub const fn admit_reply(self, revision: Revision) -> Result<(), Refusal> {
-        match self {
-            Self::DriveError => return Ok(()),
-            Self::ReadDriveId
-            | Self::ReadDriveConfig
-            | Self::ReadDriveStatus
-            | Self::GeneralRead
-            | Self::ReadParamGroup1
-            | Self::ReadParamGroup2
-            | Self::ReadParamGroup3
-            | Self::ReadMotorSpeed
-            | Self::DriveReset
-            | Self::EchoFunction
-            | Self::DiagnosticCounter => {}
-            Self::ForMotorDefine => return Err(Refusal::Factory),
-            _ => return Err(Refusal::NoReply { function: self }),
+        if self.is_one_of(REPLIES & !missing(revision)) {
+            return Ok(());
         }
-        self.admit_request(revision)
+        Err(match self {
+            Self::ForMotorDefine => Refusal::Factory,
+            function if self.is_one_of(REPLIES) => Refusal::Revision { function, revision },
+            function => Refusal::NoReply { function },
+        })
+    }
+
+    /// Whether it is in a set, one bit a function.
+    pub(crate) const fn is_one_of(self, set: u32) -> bool {
+        set >> self as u32 & 1 != 0
+    }
+}
+
+/// A set of functions, one bit each.
+pub(crate) const fn set_of(functions: &[FunctionCode]) -> u32 {
+    let (mut set, mut index) = (0, 0);
+    while index < functions.len() {
+        set |= 1 << functions[index] as u32;
+        index += 1;
+    }
+    set
+}
+
+/// What no master may send in any revision.
+const NO_REQUEST: u32 = set_of(&[FunctionCode::ForMotorDefine, FunctionCode::DriveError]);
+
+/// What a drive sends.
+const REPLIES: u32 = set_of(&[
+    FunctionCode::ReadDriveId,
+    FunctionCode::ReadDriveConfig,
+    FunctionCode::ReadDriveStatus,
+    FunctionCode::GeneralRead,
+    FunctionCode::ReadParamGroup1,
+    FunctionCode::ReadParamGroup2,
+    FunctionCode::ReadParamGroup3,
+    FunctionCode::ReadMotorSpeed,
+    FunctionCode::DriveReset,
+    FunctionCode::DriveError,
+    FunctionCode::EchoFunction,
+    FunctionCode::DiagnosticCounter,
+]);
+
+/// The functions that a revision lacks.
+const fn missing(revision: Revision) -> u32 {
+    match revision {
+        Revision::V1_2A => set_of(&[FunctionCode::DriveReset]),
+        Revision::V1_6A => set_of(&[FunctionCode::MakeLinearLine, FunctionCode::MakeCircularArc]),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Identifier: `drive_id << 5 | function code` (1.6A section 4, 11-bit identifier structure).
 
 use core::fmt;
+use core::num::NonZeroU8;
 
 use dyn_values::{Quantity, RangeError};
 
@@ -12,40 +13,47 @@ use crate::function::FunctionCode;
 /// its identifiers from 0x7F0 on begin with seven recessive bits, which some old controllers cannot send (D4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct DriveId(u8);
+pub struct DriveId(NonZeroU8);
 
 impl DriveId {
     /// Drive 1.
-    pub const MIN: Self = Self(1);
+    pub const MIN: Self = Self(NonZeroU8::MIN);
     /// Drive 63.
-    pub const MAX: Self = Self(63);
+    pub const MAX: Self = Self(NonZeroU8::MIN.saturating_add(62));
 
     /// Checks a drive id.
     ///
     /// # Errors
     /// [`RangeError`] outside 1 ..= 63.
     pub const fn new(value: i32) -> Result<Self, RangeError> {
-        match Quantity::DriveId.check(value) {
-            Ok(value) => Ok(Self(value as u8)),
-            Err(error) => Err(error),
+        let refused = Err(RangeError {
+            quantity: Quantity::DriveId,
+            actual: value,
+        });
+        if value < Self::MIN.get() as i32 || value > Self::MAX.get() as i32 {
+            return refused;
+        }
+        match NonZeroU8::new(value as u8) {
+            Some(id) => Ok(Self(id)),
+            None => refused,
         }
     }
 
     /// The number, 1 ..= 63.
     #[must_use]
     pub const fn get(self) -> u8 {
-        self.0
+        self.0.get()
     }
 
     /// The identifier of a function of this drive.
     #[must_use]
     pub const fn can_id(self, function: FunctionCode) -> u16 {
-        (self.0 as u16) << 5 | function as u16
+        (self.get() as u16) << 5 | function as u16
     }
 
     /// Every drive id in ascending order, for a scan.
     pub fn all() -> impl Iterator<Item = Self> {
-        (Self::MIN.0..=Self::MAX.0).map(Self)
+        (Self::MIN.get()..=Self::MAX.get()).filter_map(|id| NonZeroU8::new(id).map(Self))
     }
 }
 
@@ -77,9 +85,9 @@ impl Address {
     /// The address in the upper six bits of an 11-bit identifier.
     #[must_use]
     pub const fn from_can_id(can_id: u16) -> Self {
-        match (can_id >> 5 & 0x3F) as u8 {
-            0 => Self::Broadcast,
-            id => Self::Drive(DriveId(id)),
+        match NonZeroU8::new((can_id >> 5 & 0x3F) as u8) {
+            None => Self::Broadcast,
+            Some(id) => Self::Drive(DriveId(id)),
         }
     }
 

@@ -3,31 +3,55 @@
 use can_frame::DataFrame;
 
 use crate::byte_order::ByteOrder;
+use crate::dialect::Dialect;
 use crate::error::DecodeError;
-use crate::frame::{DynFrame, Payload, expect_len, first_word};
-use crate::function::FunctionCode;
+use crate::frame::{DynFrame, Payload, first_word};
 
-/// Number of bytes of the shortest two's-complement form, 1 ..= 4.
-pub(crate) const fn shortest_len(value: i32) -> u8 {
-    if value as i8 as i32 == value {
-        1
-    } else if value as i16 as i32 == value {
-        2
-    } else if value << 8 >> 8 == value {
-        3
-    } else {
-        4
+/// A number of bytes that a number may be sent in, and the bits of a word that it leaves unused.
+#[derive(Clone, Copy)]
+pub(crate) struct Form {
+    pub(crate) len: u8,
+    unused_bits: u32,
+}
+
+impl Form {
+    const ONE: Self = Self::of_bytes(1);
+    pub(crate) const TWO: Self = Self::of_bytes(2);
+    const THREE: Self = Self::of_bytes(3);
+    const FOUR: Self = Self::of_bytes(4);
+
+    const fn of_bytes(len: u8) -> Self {
+        Self {
+            len,
+            unused_bits: 8 * (4 - len as u32),
+        }
+    }
+
+    /// The shortest two's-complement form of a number.
+    pub(crate) const fn shortest(value: i32) -> Self {
+        if value as i8 as i32 == value {
+            Self::ONE
+        } else if value as i16 as i32 == value {
+            Self::TWO
+        } else if value << 8 >> 8 == value {
+            Self::THREE
+        } else {
+            Self::FOUR
+        }
     }
 }
 
 /// The shortest two's-complement form.
 pub(crate) const fn encode(value: i32, order: ByteOrder) -> Payload {
-    encode_in(value, shortest_len(value), order)
+    encode_in(value, Form::shortest(value), order)
 }
 
-/// The two's-complement form in `len` bytes, 1 ..= 4, which must hold the value.
-pub(crate) const fn encode_in(value: i32, len: u8, order: ByteOrder) -> Payload {
-    let unused_bits = 8 * (4 - len as u32);
+/// The two's-complement form in so many bytes, which must hold the value.
+pub(crate) const fn encode_in(
+    value: i32,
+    Form { len, unused_bits }: Form,
+    order: ByteOrder,
+) -> Payload {
     let word = match order {
         ByteOrder::MsbFirst => ((value as u32) << unused_bits).to_be_bytes(),
         ByteOrder::LsbFirst => ((value as u32) << unused_bits >> unused_bits).to_le_bytes(),
@@ -37,41 +61,37 @@ pub(crate) const fn encode_in(value: i32, len: u8, order: ByteOrder) -> Payload 
 
 /// Reads the whole data field as one number; the caller has checked that it has 1 ..= 4 bytes.
 pub(crate) const fn decode(frame: &DataFrame, order: ByteOrder) -> i32 {
-    let word = first_word(frame);
-    // Frames are zero-filled behind their data, so the shift alone extends the sign.
-    let unused_bits = 8 * (4_u32.wrapping_sub(frame.len() as u32) & 3);
     match order {
-        ByteOrder::MsbFirst => i32::from_be_bytes(word) >> unused_bits,
-        ByteOrder::LsbFirst => i32::from_le_bytes(word) << unused_bits >> unused_bits,
+        ByteOrder::MsbFirst => decode_msb_first(frame),
+        ByteOrder::LsbFirst => {
+            let unused_bits = unused_bits(frame);
+            i32::from_le_bytes(first_word(frame)) << unused_bits >> unused_bits
+        }
     }
 }
 
-/// Reads a number of `min` to `max` bytes and, where asked, insists on its shortest form.
-pub(crate) fn decode_checked(
-    frame: &DataFrame,
-    (min, max): (u8, u8),
-    order: ByteOrder,
-    strict_minimal: bool,
-) -> Result<i32, DecodeError> {
-    let function = frame.function();
-    expect_len(frame, min, max)?;
-    let value = decode(frame, order);
-    if strict_minimal {
-        require_shortest(function, value, frame.len())?;
-    }
-    Ok(value)
+/// The same with the most significant byte first.
+pub(crate) const fn decode_msb_first(frame: &DataFrame) -> i32 {
+    // Frames are zero-filled behind their data, so the shift alone extends the sign.
+    i32::from_be_bytes(first_word(frame)) >> unused_bits(frame)
 }
 
-fn require_shortest(function: FunctionCode, value: i32, actual: u8) -> Result<(), DecodeError> {
-    let expected = shortest_len(value);
-    if actual > expected {
+const fn unused_bits(frame: &DataFrame) -> u32 {
+    8 * (4_u32.wrapping_sub(frame.len() as u32) & 3)
+}
+
+/// Reads the whole data field, 1 ..= 4 bytes as the caller has checked, and where asked insists on the shortest form.
+pub(crate) fn decode_checked(frame: &DataFrame, dialect: &Dialect) -> Result<i32, DecodeError> {
+    let value = decode(frame, dialect.number_order);
+    let expected = Form::shortest(value).len;
+    if dialect.strict_minimal && frame.len() > expected {
         return Err(DecodeError::NotShortest {
-            function,
+            function: frame.function(),
             expected,
-            actual,
+            actual: frame.len(),
         });
     }
-    Ok(())
+    Ok(value)
 }
 
 #[cfg(test)]

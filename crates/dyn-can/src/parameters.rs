@@ -9,7 +9,7 @@ use dyn_values::{
 use crate::byte_order::ByteOrder;
 use crate::dialect::{Dialect, Group3ReplyOrder};
 use crate::error::DecodeError;
-use crate::frame::{Payload, expect_len, first_word};
+use crate::frame::Payload;
 use crate::revision::Revision;
 
 /// Parameter group 1 as a drive reports it.
@@ -125,9 +125,8 @@ impl ParamGroup1 {
         )
     }
 
-    pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        expect_len(frame, 4, 4)?;
-        let [main, speed, integration, filter] = first_word(frame).map(i32::from);
+    pub(crate) fn decode(data: [u8; 4]) -> Result<Self, RangeError> {
+        let [main, speed, integration, filter] = data.map(i32::from);
         Ok(Self {
             main_gain: MainGain::new(main)?,
             speed_gain: SpeedGain::new(speed)?,
@@ -150,9 +149,8 @@ impl SetParamGroup1 {
         )
     }
 
-    pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        expect_len(frame, 4, 4)?;
-        let [main, speed, integration, filter] = first_word(frame).map(i32::from);
+    pub(crate) fn decode(data: [u8; 4]) -> Result<Self, RangeError> {
+        let [main, speed, integration, filter] = data.map(i32::from);
         Ok(Self {
             main_gain: optional(main, MainGain::new)?,
             speed_gain: optional(speed, SpeedGain::new)?,
@@ -167,9 +165,8 @@ impl ParamGroup2 {
         Payload::from_word([self.max_speed.get(), self.max_acceleration.get(), 0, 0], 2)
     }
 
-    pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        expect_len(frame, 2, 2)?;
-        let [speed, acceleration, ..] = first_word(frame).map(i32::from);
+    pub(crate) fn decode(data: [u8; 4]) -> Result<Self, RangeError> {
+        let [speed, acceleration, ..] = data.map(i32::from);
         Ok(Self {
             max_speed: MaxSpeed::new(speed)?,
             max_acceleration: MaxAcceleration::new(acceleration)?,
@@ -184,9 +181,8 @@ impl SetParamGroup2 {
         Payload::from_word([speed, acceleration, 0, 0], 2)
     }
 
-    pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        expect_len(frame, 2, 2)?;
-        let [speed, acceleration, ..] = first_word(frame).map(i32::from);
+    pub(crate) fn decode(data: [u8; 4]) -> Result<Self, RangeError> {
+        let [speed, acceleration, ..] = data.map(i32::from);
         Ok(Self {
             max_speed: optional(speed, MaxSpeed::new)?,
             max_acceleration: optional(acceleration, MaxAcceleration::new)?,
@@ -219,7 +215,6 @@ impl ParamGroup3 {
         let [a, b, c, d, e, f, ..] = *frame.bytes();
         match dialect.revision {
             Revision::V1_2A => {
-                expect_len(frame, 5, 5)?;
                 let read = |order| Self::from_raw(i32::from(a), [b, c], [d, e], order);
                 match dialect.group3_reply_order_1_2a {
                     Group3ReplyOrder::Fixed(order) => read(order),
@@ -229,7 +224,6 @@ impl ParamGroup3 {
                 }
             }
             Revision::V1_6A => {
-                expect_len(frame, 6, 6)?;
                 let order = match dialect.group3_reply_order_1_6a {
                     Group3ReplyOrder::Fixed(order) => order,
                     Group3ReplyOrder::Recognise => recognise_order([a, b])?,
@@ -284,8 +278,7 @@ impl SetParamGroup3 {
         Payload::five([self.on_pos_range.map_or(0, OnPosRange::get), b, c, d, e])
     }
 
-    pub(crate) fn decode(frame: &DataFrame, order: ByteOrder) -> Result<Self, DecodeError> {
-        expect_len(frame, 5, 5)?;
+    pub(crate) fn decode(frame: &DataFrame, order: ByteOrder) -> Result<Self, RangeError> {
         let [on_pos_range, b, c, d, e, ..] = *frame.bytes();
         Ok(Self {
             on_pos_range: optional(i32::from(on_pos_range), OnPosRange::new)?,

@@ -3,62 +3,56 @@
 use can_frame::DataFrame;
 use dyn_values::{ConfigByte, Counts28, DriveStatus};
 
+use crate::byte_order::ByteOrder;
 use crate::dialect::{Dialect, Rotation, TorqueFullScale};
 use crate::error::DecodeError;
-use crate::frame::{DynFrame, Payload, compose, expect_len, first_word, one_byte};
+use crate::frame::{DynFrame, Payload, compose, expect_len, first_word};
 use crate::function::FunctionCode;
 use crate::id::Address;
-use crate::number;
+use crate::number::{self, Form};
 use crate::parameters::{ParamGroup1, ParamGroup2, ParamGroup3};
+use crate::revision::Revision;
 use crate::selectors::{DriveError, StoredDriveId};
+
+/// The second message of General_Read: its function code in the lower five bits, as every message here has it, and a mark above them.
+const SECOND_OF_GENERAL_READ: u8 = 0x20 | FunctionCode::GeneralRead as u8;
 
 /// What is awaited: one kind for each request that is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
 pub enum ReplyKind {
     /// To Read_Drive_ID.
-    DriveId,
+    DriveId = FunctionCode::ReadDriveId as u8,
     /// To Read_Drive_Config.
-    DriveConfig,
+    DriveConfig = FunctionCode::ReadDriveConfig as u8,
     /// To Read_Drive_Status.
-    DriveStatus,
+    DriveStatus = FunctionCode::ReadDriveStatus as u8,
     /// To General_Read with 1B.
-    Position,
+    Position = FunctionCode::GeneralRead as u8,
     /// To General_Read with 1E.
-    Torque,
+    Torque = SECOND_OF_GENERAL_READ,
     /// To Read_Param_Group1.
-    ParamGroup1,
+    ParamGroup1 = FunctionCode::ReadParamGroup1 as u8,
     /// To Read_Param_Group2.
-    ParamGroup2,
+    ParamGroup2 = FunctionCode::ReadParamGroup2 as u8,
     /// To Read_Param_Group3.
-    ParamGroup3,
+    ParamGroup3 = FunctionCode::ReadParamGroup3 as u8,
     /// To Read_Motor_Speed.
-    MotorSpeed,
+    MotorSpeed = FunctionCode::ReadMotorSpeed as u8,
     /// To Drive_Reset.
-    DriveReset,
+    DriveReset = FunctionCode::DriveReset as u8,
     /// To Echo_Function.
-    Echo,
+    Echo = FunctionCode::EchoFunction as u8,
     /// To Diagnostic_counter.
-    DiagnosticCounter,
+    DiagnosticCounter = FunctionCode::DiagnosticCounter as u8,
 }
 
 impl ReplyKind {
     /// The function code of the request, which the reply repeats (D5).
     #[must_use]
     pub const fn function(self) -> FunctionCode {
-        match self {
-            Self::DriveId => FunctionCode::ReadDriveId,
-            Self::DriveConfig => FunctionCode::ReadDriveConfig,
-            Self::DriveStatus => FunctionCode::ReadDriveStatus,
-            Self::Position | Self::Torque => FunctionCode::GeneralRead,
-            Self::ParamGroup1 => FunctionCode::ReadParamGroup1,
-            Self::ParamGroup2 => FunctionCode::ReadParamGroup2,
-            Self::ParamGroup3 => FunctionCode::ReadParamGroup3,
-            Self::MotorSpeed => FunctionCode::ReadMotorSpeed,
-            Self::DriveReset => FunctionCode::DriveReset,
-            Self::Echo => FunctionCode::EchoFunction,
-            Self::DiagnosticCounter => FunctionCode::DiagnosticCounter,
-        }
+        FunctionCode::from_can_id(self as u16)
     }
 
     /// The kind of a function's reply when the outstanding request is not known.
@@ -94,34 +88,35 @@ pub struct Torque {
 /// A message from a drive (1.6A and 1.2A, section 6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
 pub enum Reply {
     /// The drive id, 0 on a drive that was never given one.
-    DriveId(StoredDriveId),
+    DriveId(StoredDriveId) = FunctionCode::ReadDriveId as u8,
     /// The configuration byte.
-    DriveConfig(ConfigByte),
+    DriveConfig(ConfigByte) = FunctionCode::ReadDriveConfig as u8,
     /// The status byte.
-    DriveStatus(DriveStatus),
+    DriveStatus(DriveStatus) = FunctionCode::ReadDriveStatus as u8,
     /// The position in the drive's read-back unit, 28 bit unless [`Dialect::accept_beyond_28_bit`]; its scale
     /// against command counts is not stated (D44).
-    Position(i32),
+    Position(i32) = FunctionCode::GeneralRead as u8,
     /// The torque.
-    Torque(Torque),
+    Torque(Torque) = SECOND_OF_GENERAL_READ,
     /// Gains and torque filter.
-    ParamGroup1(ParamGroup1),
+    ParamGroup1(ParamGroup1) = FunctionCode::ReadParamGroup1 as u8,
     /// Max speed and max acceleration.
-    ParamGroup2(ParamGroup2),
+    ParamGroup2(ParamGroup2) = FunctionCode::ReadParamGroup2 as u8,
     /// On-position range, gear and line number.
-    ParamGroup3(ParamGroup3),
+    ParamGroup3(ParamGroup3) = FunctionCode::ReadParamGroup3 as u8,
     /// The motor speed in rpm (D26).
-    MotorSpeed(i16),
+    MotorSpeed(i16) = FunctionCode::ReadMotorSpeed as u8,
     /// One byte that no document explains (D35).
-    DriveReset(u8),
+    DriveReset(u8) = FunctionCode::DriveReset as u8,
     /// The four bytes of the request.
-    Echo([u8; 4]),
+    Echo([u8; 4]) = FunctionCode::EchoFunction as u8,
     /// Counts its own reads, 255 is followed by 0.
-    DiagnosticCounter(u8),
+    DiagnosticCounter(u8) = FunctionCode::DiagnosticCounter as u8,
     /// Sent unasked: alarm or data error.
-    DriveError(DriveError),
+    DriveError(DriveError) = FunctionCode::DriveError as u8,
 }
 
 impl Reply {
@@ -161,7 +156,9 @@ impl Reply {
             Self::ParamGroup1(group) => group.payload(),
             Self::ParamGroup2(group) => group.payload(),
             Self::ParamGroup3(group) => group.payload(dialect),
-            Self::MotorSpeed(speed_rpm) => number::encode_in(i32::from(speed_rpm), 2, order),
+            Self::MotorSpeed(speed_rpm) => {
+                number::encode_in(i32::from(speed_rpm), Form::TWO, order)
+            }
             Self::DriveReset(byte) | Self::DiagnosticCounter(byte) => Payload::one(byte),
             Self::Echo(bytes) => Payload::from_word(bytes, 4),
             Self::DriveError(error) => Payload::one(error.to_byte()),
@@ -176,19 +173,67 @@ impl Reply {
     /// # Errors
     /// [`DecodeError`] for everything that this dialect does not allow as a reply, [`DecodeError::Unexpected`] for a
     /// reply to another request, [`DecodeError::SelectorUnknown`] for General_Read without its request (D31).
+    #[inline]
     pub fn decode(
         frame: &DataFrame,
         outstanding: Option<ReplyKind>,
         dialect: &Dialect,
     ) -> Result<(Address, Self), DecodeError> {
+        if outstanding != Some(ReplyKind::Position) {
+            return Self::decode_any(frame, outstanding, dialect);
+        }
+        // The message of every cycle: what is in order is read at once, and what is not is looked at anew for the reason.
+        match position_in_order(frame, dialect) {
+            Some(counts) => Ok((frame.address(), Self::Position(counts))),
+            None => Self::decode_position(frame, dialect),
+        }
+    }
+
+    /// A frame that may be the position that is awaited, with every check.
+    #[cold]
+    #[inline(never)]
+    fn decode_position(
+        frame: &DataFrame,
+        dialect: &Dialect,
+    ) -> Result<(Address, Self), DecodeError> {
         let function = frame.function();
-        function.admit_reply(dialect.revision)?;
-        let reply = if function == FunctionCode::DriveError {
-            Self::DriveError(DriveError::from_byte(one_byte(frame)?))
+        let is_position = function == FunctionCode::GeneralRead;
+        if !is_position && function != FunctionCode::DriveError {
+            function.admit_reply(dialect.revision)?;
+            return Err(DecodeError::Unexpected {
+                expected: FunctionCode::GeneralRead,
+                actual: function,
+            });
+        }
+        expect_len(frame, (1, if is_position { 4 } else { 1 }))?;
+        let reply = if is_position {
+            Self::Position(position(frame, dialect)?)
         } else {
-            Self::decode_kind(frame, awaited(function, outstanding)?, dialect)?
+            Self::drive_error(frame)
         };
         Ok((frame.address(), reply))
+    }
+
+    #[inline(never)]
+    fn decode_any(
+        frame: &DataFrame,
+        outstanding: Option<ReplyKind>,
+        dialect: &Dialect,
+    ) -> Result<(Address, Self), DecodeError> {
+        let reply = match kind_of(frame, outstanding, dialect)? {
+            Some(kind) => Self::decode_kind(frame, kind, dialect)?,
+            None => {
+                expect_len(frame, (1, 1))?;
+                Self::drive_error(frame)
+            }
+        };
+        Ok((frame.address(), reply))
+    }
+
+    /// The first data byte as Drive_Error.
+    fn drive_error(frame: &DataFrame) -> Self {
+        let [byte, ..] = *frame.bytes();
+        Self::DriveError(DriveError::from_byte(byte))
     }
 
     fn decode_kind(
@@ -196,42 +241,46 @@ impl Reply {
         kind: ReplyKind,
         dialect: &Dialect,
     ) -> Result<Self, DecodeError> {
-        match kind {
-            ReplyKind::DriveId => Ok(Self::DriveId(StoredDriveId::decode(frame)?)),
-            ReplyKind::DriveConfig => {
-                Ok(Self::DriveConfig(ConfigByte::from_byte(one_byte(frame)?)))
-            }
-            ReplyKind::DriveStatus => {
-                Ok(Self::DriveStatus(DriveStatus::from_byte(one_byte(frame)?)))
-            }
-            ReplyKind::Position => decode_position(frame, dialect).map(Self::Position),
-            ReplyKind::Torque => decode_torque(frame, dialect).map(Self::Torque),
-            ReplyKind::ParamGroup1 => Ok(Self::ParamGroup1(ParamGroup1::decode(frame)?)),
-            ReplyKind::ParamGroup2 => Ok(Self::ParamGroup2(ParamGroup2::decode(frame)?)),
-            ReplyKind::ParamGroup3 => Ok(Self::ParamGroup3(ParamGroup3::decode(frame, dialect)?)),
+        expect_len(frame, lengths(kind, dialect))?;
+        let word @ [byte, ..] = first_word(frame);
+        Ok(match kind {
+            ReplyKind::DriveId => Self::DriveId(StoredDriveId::new(i32::from(byte))?),
+            ReplyKind::DriveConfig => Self::DriveConfig(ConfigByte::from_byte(byte)),
+            ReplyKind::DriveStatus => Self::DriveStatus(DriveStatus::from_byte(byte)),
+            ReplyKind::Position => Self::Position(position(frame, dialect)?),
+            // Two bytes at most were checked; a number beyond the scale is a value in doubt and no lost reply.
+            ReplyKind::Torque => Self::Torque(Torque {
+                raw: number::decode_checked(frame, dialect)? as i16,
+                full_scale: dialect.torque_full_scale,
+                positive: dialect.positive_torque,
+            }),
+            ReplyKind::ParamGroup1 => Self::ParamGroup1(ParamGroup1::decode(word)?),
+            ReplyKind::ParamGroup2 => Self::ParamGroup2(ParamGroup2::decode(word)?),
+            ReplyKind::ParamGroup3 => Self::ParamGroup3(ParamGroup3::decode(frame, dialect)?),
             ReplyKind::MotorSpeed => {
-                expect_len(frame, 2, 2)?;
-                Ok(Self::MotorSpeed(
-                    number::decode(frame, dialect.number_order) as i16,
-                ))
+                Self::MotorSpeed(number::decode(frame, dialect.number_order) as i16)
             }
-            ReplyKind::DriveReset => Ok(Self::DriveReset(one_byte(frame)?)),
-            ReplyKind::Echo => {
-                expect_len(frame, 4, 4)?;
-                Ok(Self::Echo(first_word(frame)))
-            }
-            ReplyKind::DiagnosticCounter => Ok(Self::DiagnosticCounter(one_byte(frame)?)),
-        }
+            ReplyKind::DriveReset => Self::DriveReset(byte),
+            ReplyKind::Echo => Self::Echo(word),
+            ReplyKind::DiagnosticCounter => Self::DiagnosticCounter(byte),
+        })
     }
 }
 
-fn awaited(
-    function: FunctionCode,
+/// The kind as which a frame is to be read, `None` for Drive_Error.
+fn kind_of(
+    frame: &DataFrame,
     outstanding: Option<ReplyKind>,
-) -> Result<ReplyKind, DecodeError> {
+    dialect: &Dialect,
+) -> Result<Option<ReplyKind>, DecodeError> {
+    let function = frame.function();
+    function.admit_reply(dialect.revision)?;
+    if function == FunctionCode::DriveError {
+        return Ok(None);
+    }
     match outstanding {
-        None => ReplyKind::of_function(function),
-        Some(kind) if kind.function() == function => Ok(kind),
+        None => ReplyKind::of_function(function).map(Some),
+        Some(kind) if kind.function() == function => Ok(Some(kind)),
         Some(kind) => Err(DecodeError::Unexpected {
             expected: kind.function(),
             actual: function,
@@ -239,27 +288,52 @@ fn awaited(
     }
 }
 
-fn decode_position(frame: &DataFrame, dialect: &Dialect) -> Result<i32, DecodeError> {
-    let counts =
-        number::decode_checked(frame, (1, 4), dialect.number_order, dialect.strict_minimal)?;
-    if dialect.accept_beyond_28_bit {
-        return Ok(counts);
+/// The fewest and the most data bytes of a reply.
+const fn lengths(kind: ReplyKind, dialect: &Dialect) -> (u8, u8) {
+    match kind {
+        ReplyKind::Position => (1, 4),
+        ReplyKind::Torque => (1, 2),
+        ReplyKind::MotorSpeed | ReplyKind::ParamGroup2 => (2, 2),
+        ReplyKind::ParamGroup1 | ReplyKind::Echo => (4, 4),
+        ReplyKind::ParamGroup3 => match dialect.revision {
+            Revision::V1_2A => (5, 5),
+            Revision::V1_6A => (6, 6),
+        },
+        ReplyKind::DriveId
+        | ReplyKind::DriveConfig
+        | ReplyKind::DriveStatus
+        | ReplyKind::DriveReset
+        | ReplyKind::DiagnosticCounter => (1, 1),
     }
-    Ok(Counts28::new(counts)?.get())
 }
 
-fn decode_torque(frame: &DataFrame, dialect: &Dialect) -> Result<Torque, DecodeError> {
-    let raw = number::decode_checked(frame, (1, 2), dialect.number_order, dialect.strict_minimal)?;
-    // Two bytes at most were checked; a number beyond the scale is a value in doubt and no lost reply.
-    Ok(Torque {
-        raw: raw as i16,
-        full_scale: dialect.torque_full_scale,
-        positive: dialect.positive_torque,
-    })
+/// The position of a frame that is a reply to General_Read, of 1 to 4 bytes and within 28 bit, where numbers come in the usual order and
+/// of any length; everything else is left to [`Reply::decode_position`].
+#[inline]
+const fn position_in_order(frame: &DataFrame, dialect: &Dialect) -> Option<i32> {
+    // Each is 0 where it is as usual, so that one branch is enough for all.
+    let function = (frame.id() ^ FunctionCode::GeneralRead as u16) as u32 & 0x1F;
+    let length = (frame.len() as u32).wrapping_sub(1) >> 2;
+    let reading = dialect.number_order as u32 | dialect.strict_minimal as u32;
+    const { assert!(ByteOrder::MsbFirst as u32 == 0) };
+    let counts = number::decode_msb_first(frame);
+    let is_in_order = function | length | reading == 0 && counts << 4 >> 4 == counts;
+    if is_in_order { Some(counts) } else { None }
+}
+
+/// The position in a frame of 1 to 4 bytes.
+fn position(frame: &DataFrame, dialect: &Dialect) -> Result<i32, DecodeError> {
+    let counts = number::decode_checked(frame, dialect)?;
+    if !dialect.accept_beyond_28_bit {
+        Counts28::new(counts)?;
+    }
+    Ok(counts)
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::function::Refusal;
 
@@ -359,5 +433,39 @@ mod tests {
             decode(&[0xFF], 0x0B8, None),
             Err(DecodeError::Refused(Refusal::NoReply { function }))
         );
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_read_at_once_is_what_every_check_reads(
+            drive in 0..0x40_u16,
+            other in any::<Option<u8>>(),
+            data in prop::collection::vec(any::<u8>(), 0..=8),
+            small in any::<bool>(),
+            (lsb_first, strict_minimal, accept_beyond_28_bit) in any::<(bool, bool, bool)>(),
+        ) {
+            let dialect = Dialect {
+                number_order: if lsb_first { ByteOrder::LsbFirst } else { ByteOrder::MsbFirst },
+                strict_minimal,
+                accept_beyond_28_bit,
+                ..Dialect::V1_6A
+            };
+            let function = other.map_or(0x0E, |other| u16::from(other) & 0x1F);
+            let mut data = data;
+            if let Some(first) = data.first_mut().filter(|_| small) {
+                *first = (*first as i8 >> 4) as u8;
+            }
+            let frame = DataFrame::new(drive << 5 | function, &data).unwrap();
+            let checked = Reply::decode_position(&frame, &dialect);
+            let at_once = position_in_order(&frame, &dialect).map(Reply::Position);
+            if let Some(reply) = at_once {
+                prop_assert_eq!(checked, Ok((frame.address(), reply)));
+            } else if !lsb_first && !strict_minimal && !accept_beyond_28_bit {
+                prop_assert!(!matches!(checked, Ok((_, Reply::Position(_)))));
+            }
+            let kind = Some(ReplyKind::Position);
+            prop_assert_eq!(Reply::decode(&frame, kind, &dialect), checked);
+            prop_assert_eq!(Reply::decode_any(&frame, kind, &dialect), checked);
+        }
     }
 }

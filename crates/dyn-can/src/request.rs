@@ -6,110 +6,109 @@ use dyn_values::{Amplitude, Counts28, DriveConfig, FrequencyHz, PdStep, SpeedRpm
 use crate::byte_order::ByteOrder;
 use crate::dialect::{Dialect, SetOriginData, ZeroAddress};
 use crate::error::{DecodeError, EncodeError};
-use crate::frame::{DynFrame, Payload, compose, expect_len, first_word, one_byte};
-use crate::function::{FunctionCode, Refusal};
+use crate::frame::{DynFrame, Payload, compose, expect_len, first_word};
+use crate::function::{FunctionCode, Refusal, set_of};
 use crate::id::{Address, DriveId};
 use crate::number;
 use crate::parameters::{SetParamGroup1, SetParamGroup2, SetParamGroup3};
 use crate::reply::ReplyKind;
-use crate::selectors::{
-    self, ReadSelector, ServoSwitch, StoredDriveId, SyncKind, decode_drive_reset,
-};
+use crate::selectors::{DRIVE_RESET, ReadSelector, ServoSwitch, StoredDriveId, SyncKind};
 
 /// A request of either revision (1.6A and 1.2A, sections 5 and 6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
 pub enum Request {
     /// Makes the present position the absolute zero (EEPROM).
     #[doc(alias = "Set_Origin")]
-    SetOrigin,
+    SetOrigin = FunctionCode::SetOrigin as u8,
     /// Moves to an absolute position with the built-in S-curve.
     #[doc(alias = "Go_Absolute_Pos_PTP")]
-    GoAbsolutePosPtp(Counts28),
+    GoAbsolutePosPtp(Counts28) = FunctionCode::GoAbsolutePosPtp as u8,
     /// One word of a coordinated line, 1.2A only; the sequence is not documented for CAN (D56).
     #[doc(alias = "Make_LinearLine")]
-    MakeLinearLine(Counts28),
+    MakeLinearLine(Counts28) = FunctionCode::MakeLinearLine as u8,
     /// Moves by a distance with the built-in S-curve.
     #[doc(alias = "Go_Relative_Pos_PTP")]
-    GoRelativePosPtp(Counts28),
+    GoRelativePosPtp(Counts28) = FunctionCode::GoRelativePosPtp as u8,
     /// One word of a coordinated arc, 1.2A only; the sequence is not documented for CAN (D56).
     #[doc(alias = "Make_CircularArc")]
-    MakeCircularArc(Counts28),
+    MakeCircularArc(Counts28) = FunctionCode::MakeCircularArc as u8,
     /// Stores a new drive id (EEPROM). 1.2A: active after 10 ms; 1.6A: after a power cycle (D33).
     #[doc(alias = "Assign_Drive_ID")]
-    AssignDriveId(StoredDriveId),
+    AssignDriveId(StoredDriveId) = FunctionCode::AssignDriveId as u8,
     /// Reads the drive id.
     #[doc(alias = "Read_Drive_ID")]
-    ReadDriveId,
+    ReadDriveId = FunctionCode::ReadDriveId as u8,
     /// Writes the configuration byte (EEPROM).
     #[doc(alias = "Set_Drive_Config")]
-    SetDriveConfig(DriveConfig),
+    SetDriveConfig(DriveConfig) = FunctionCode::SetDriveConfig as u8,
     /// Reads the configuration byte.
     #[doc(alias = "Read_Drive_Config")]
-    ReadDriveConfig,
+    ReadDriveConfig = FunctionCode::ReadDriveConfig as u8,
     /// Reads the status byte.
     #[doc(alias = "Read_Drive_Status")]
-    ReadDriveStatus,
+    ReadDriveStatus = FunctionCode::ReadDriveStatus as u8,
     /// Turns at constant speed. 1.6A: the drive switches itself to speed mode, and the way back is not stated (D41).
     #[doc(alias = "Turn_ConstSpeed")]
-    TurnConstSpeed(SpeedRpm),
+    TurnConstSpeed(SpeedRpm) = FunctionCode::TurnConstSpeed as u8,
     /// Amplitude of the built-in square wave.
     #[doc(alias = "Square_Wave")]
-    SquareWave(Amplitude),
+    SquareWave(Amplitude) = FunctionCode::SquareWave as u8,
     /// Amplitude of the built-in sine wave.
     #[doc(alias = "Sin_Wave")]
-    SinWave(Amplitude),
+    SinWave(Amplitude) = FunctionCode::SinWave as u8,
     /// Frequency of the built-in waves.
     #[doc(alias = "SS_Frequency")]
-    SsFrequency(FrequencyHz),
+    SsFrequency(FrequencyHz) = FunctionCode::SsFrequency as u8,
     /// Reads position or torque; the reply does not say which (D31).
     #[doc(alias = "General_Read")]
-    GeneralRead(ReadSelector),
+    GeneralRead(ReadSelector) = FunctionCode::GeneralRead as u8,
     /// Writes gains and torque filter (EEPROM).
     #[doc(alias = "Set_Param_Group1")]
-    SetParamGroup1(SetParamGroup1),
+    SetParamGroup1(SetParamGroup1) = FunctionCode::SetParamGroup1 as u8,
     /// Writes max speed and max acceleration.
     #[doc(alias = "Set_Param_Group2")]
-    SetParamGroup2(SetParamGroup2),
+    SetParamGroup2(SetParamGroup2) = FunctionCode::SetParamGroup2 as u8,
     /// Writes on-position range, gear and line number (EEPROM).
     #[doc(alias = "Set_Param_Group3")]
-    SetParamGroup3(SetParamGroup3),
+    SetParamGroup3(SetParamGroup3) = FunctionCode::SetParamGroup3 as u8,
     /// Reads gains and torque filter.
     #[doc(alias = "Read_Param_Group1")]
-    ReadParamGroup1,
+    ReadParamGroup1 = FunctionCode::ReadParamGroup1 as u8,
     /// Reads max speed and max acceleration.
     #[doc(alias = "Read_Param_Group2")]
-    ReadParamGroup2,
+    ReadParamGroup2 = FunctionCode::ReadParamGroup2 as u8,
     /// Reads on-position range, gear and line number; the length of the reply tells the revision (D62).
     #[doc(alias = "Read_Param_Group3")]
-    ReadParamGroup3,
+    ReadParamGroup3 = FunctionCode::ReadParamGroup3 as u8,
     /// Loads an absolute move for Sync_Trigger.
     #[doc(alias = "Go_Absolute_Pos_Sync")]
-    GoAbsolutePosSync(Counts28),
+    GoAbsolutePosSync(Counts28) = FunctionCode::GoAbsolutePosSync as u8,
     /// Loads a relative move for Sync_Trigger.
     #[doc(alias = "Go_Relative_Pos_Sync")]
-    GoRelativePosSync(Counts28),
+    GoRelativePosSync(Counts28) = FunctionCode::GoRelativePosSync as u8,
     /// Starts the loaded moves.
     #[doc(alias = "Sync_Trigger")]
-    SyncTrigger(SyncKind),
+    SyncTrigger(SyncKind) = FunctionCode::SyncTrigger as u8,
     /// Enables or disables the servo.
     #[doc(alias = "Servo_Disable")]
-    ServoDisable(ServoSwitch),
+    ServoDisable(ServoSwitch) = FunctionCode::ServoDisable as u8,
     /// Reads the motor speed.
     #[doc(alias = "Read_Motor_Speed")]
-    ReadMotorSpeed,
+    ReadMotorSpeed = FunctionCode::ReadMotorSpeed as u8,
     /// Clears a fault and resets the absolute position, 1.6A only (D36, D37).
     #[doc(alias = "Drive_Reset")]
-    DriveReset,
+    DriveReset = FunctionCode::DriveReset as u8,
     /// Moves by a step at once, without a speed profile: the streamed set-point.
     #[doc(alias = "Go_Relative_Pos_PD")]
-    GoRelativePosPd(PdStep),
+    GoRelativePosPd(PdStep) = FunctionCode::GoRelativePosPd as u8,
     /// Asks for the same four bytes back.
     #[doc(alias = "Echo_Function")]
-    EchoFunction([u8; 4]),
+    EchoFunction([u8; 4]) = FunctionCode::EchoFunction as u8,
     /// Reads a counter that counts its own reads.
     #[doc(alias = "Diagnostic_counter")]
-    DiagnosticCounter,
+    DiagnosticCounter = FunctionCode::DiagnosticCounter as u8,
 }
 
 /// The frame of one streamed set-point; the hot path, which cannot fail.
@@ -117,6 +116,7 @@ pub enum Request {
 /// The same frame as [`Request::GoRelativePosPd`] makes.
 #[doc(alias = "Go_Relative_Pos_PD")]
 #[must_use]
+#[inline]
 pub const fn go_relative_pos_pd(drive: DriveId, step: PdStep, order: ByteOrder) -> DataFrame {
     let payload = number::encode(step.get() as i32, order);
     compose(
@@ -218,43 +218,45 @@ impl Request {
     }
 
     fn payload(&self, dialect: &Dialect) -> Payload {
-        let number = |value: i32| number::encode(value, dialect.number_order);
-        match *self {
-            Self::SetOrigin => match dialect.set_origin {
-                SetOriginData::Magic(magic) => Payload::one(magic),
-                SetOriginData::Empty => Payload::EMPTY,
-            },
+        let number = match *self {
             Self::GoAbsolutePosPtp(counts)
             | Self::MakeLinearLine(counts)
             | Self::GoRelativePosPtp(counts)
             | Self::MakeCircularArc(counts)
             | Self::GoAbsolutePosSync(counts)
-            | Self::GoRelativePosSync(counts) => number(counts.get()),
-            Self::TurnConstSpeed(speed) => number(i32::from(speed.get())),
-            Self::SquareWave(amplitude) | Self::SinWave(amplitude) => {
-                number(i32::from(amplitude.get()))
-            }
-            Self::GoRelativePosPd(step) => number(i32::from(step.get())),
-            Self::AssignDriveId(id) => Payload::one(id.get()),
-            Self::SetDriveConfig(config) => Payload::one(config.to_byte()),
-            Self::SsFrequency(frequency) => Payload::one(frequency.get()),
-            Self::GeneralRead(selector) => selector.payload(),
-            Self::SetParamGroup1(group) => group.payload(),
-            Self::SetParamGroup2(group) => group.payload(),
-            Self::SetParamGroup3(group) => group.payload(dialect.group3_request_order),
-            Self::SyncTrigger(kind) => kind.payload(),
-            Self::ServoDisable(switch) => switch.payload(),
-            Self::DriveReset => selectors::drive_reset_payload(),
-            Self::EchoFunction(bytes) => Payload::from_word(bytes, 4),
-            Self::ReadDriveId
-            | Self::ReadDriveConfig
-            | Self::ReadDriveStatus
-            | Self::ReadParamGroup1
-            | Self::ReadParamGroup2
-            | Self::ReadParamGroup3
-            | Self::ReadMotorSpeed
-            | Self::DiagnosticCounter => dialect.read_dummy.map_or(Payload::EMPTY, Payload::one),
-        }
+            | Self::GoRelativePosSync(counts) => counts.get(),
+            Self::TurnConstSpeed(speed) => i32::from(speed.get()),
+            Self::SquareWave(amplitude) | Self::SinWave(amplitude) => i32::from(amplitude.get()),
+            Self::GoRelativePosPd(step) => i32::from(step.get()),
+            _ => return self.payload_of_bytes(dialect),
+        };
+        number::encode(number, dialect.number_order)
+    }
+
+    /// The data of a request that carries no number of variable length.
+    fn payload_of_bytes(&self, dialect: &Dialect) -> Payload {
+        let byte = match *self {
+            Self::SetOrigin => match dialect.set_origin {
+                SetOriginData::Magic(magic) => magic,
+                SetOriginData::Empty => return Payload::EMPTY,
+            },
+            Self::AssignDriveId(id) => id.get(),
+            Self::SetDriveConfig(config) => config.to_byte(),
+            Self::SsFrequency(frequency) => frequency.get(),
+            Self::GeneralRead(selector) => selector as u8,
+            Self::SyncTrigger(kind) => kind as u8,
+            Self::ServoDisable(switch) => switch as u8,
+            Self::DriveReset => DRIVE_RESET,
+            Self::SetParamGroup1(group) => return group.payload(),
+            Self::SetParamGroup2(group) => return group.payload(),
+            Self::SetParamGroup3(group) => return group.payload(dialect.group3_request_order),
+            Self::EchoFunction(bytes) => return Payload::from_word(bytes, 4),
+            _ => match dialect.read_dummy {
+                Some(dummy) => dummy,
+                None => return Payload::EMPTY,
+            },
+        };
+        Payload::one(byte)
     }
 
     /// Reads a frame as a request.
@@ -280,87 +282,121 @@ impl Request {
         frame: &DataFrame,
         dialect: &Dialect,
     ) -> Result<Self, DecodeError> {
-        let number = |max_len| {
-            number::decode_checked(
-                frame,
-                (1, max_len),
-                dialect.number_order,
-                dialect.strict_minimal,
-            )
+        expect_len(frame, lengths(function, dialect))?;
+        let word @ [byte, ..] = first_word(frame);
+        let value = if function.is_one_of(NUMBERS) {
+            number::decode_checked(frame, dialect)?
+        } else {
+            i32::from(byte)
         };
-        let read = |request| expect_read(frame, dialect).map(|()| request);
-        match function {
-            FunctionCode::SetOrigin => decode_set_origin(frame, dialect),
-            FunctionCode::GoAbsolutePosPtp => {
-                Ok(Self::GoAbsolutePosPtp(Counts28::new(number(4)?)?))
+        let magic = |expected| DecodeError::Magic {
+            function,
+            expected,
+            actual: byte,
+        };
+        Ok(match function {
+            FunctionCode::SetOrigin => match dialect.set_origin {
+                SetOriginData::Magic(expected) if expected != byte => {
+                    return Err(magic([expected; 2]));
+                }
+                _ => Self::SetOrigin,
+            },
+            FunctionCode::GoAbsolutePosPtp => Self::GoAbsolutePosPtp(Counts28::new(value)?),
+            FunctionCode::MakeLinearLine => Self::MakeLinearLine(Counts28::new(value)?),
+            FunctionCode::GoRelativePosPtp => Self::GoRelativePosPtp(Counts28::new(value)?),
+            FunctionCode::MakeCircularArc => Self::MakeCircularArc(Counts28::new(value)?),
+            FunctionCode::AssignDriveId => {
+                let id = StoredDriveId::new(value)?;
+                if !dialect.allow_assign_zero {
+                    DriveId::new(value)?;
+                }
+                Self::AssignDriveId(id)
             }
-            FunctionCode::MakeLinearLine => Ok(Self::MakeLinearLine(Counts28::new(number(4)?)?)),
-            FunctionCode::GoRelativePosPtp => {
-                Ok(Self::GoRelativePosPtp(Counts28::new(number(4)?)?))
+            FunctionCode::ReadDriveId => Self::ReadDriveId,
+            FunctionCode::SetDriveConfig => Self::SetDriveConfig(DriveConfig::from_byte(byte)?),
+            FunctionCode::ReadDriveConfig => Self::ReadDriveConfig,
+            FunctionCode::ReadDriveStatus => Self::ReadDriveStatus,
+            FunctionCode::TurnConstSpeed => Self::TurnConstSpeed(SpeedRpm::new(value)?),
+            FunctionCode::SquareWave => Self::SquareWave(Amplitude::new(value)?),
+            FunctionCode::SinWave => Self::SinWave(Amplitude::new(value)?),
+            FunctionCode::SsFrequency => Self::SsFrequency(FrequencyHz::new(value)?),
+            FunctionCode::GeneralRead => {
+                Self::GeneralRead(ReadSelector::from_byte(byte).map_err(magic)?)
             }
-            FunctionCode::MakeCircularArc => Ok(Self::MakeCircularArc(Counts28::new(number(4)?)?)),
-            FunctionCode::AssignDriveId => Ok(Self::AssignDriveId(StoredDriveId::decode_assigned(
-                frame, dialect,
-            )?)),
-            FunctionCode::ReadDriveId => read(Self::ReadDriveId),
-            FunctionCode::SetDriveConfig => Ok(Self::SetDriveConfig(DriveConfig::from_byte(
-                one_byte(frame)?,
-            )?)),
-            FunctionCode::ReadDriveConfig => read(Self::ReadDriveConfig),
-            FunctionCode::ReadDriveStatus => read(Self::ReadDriveStatus),
-            FunctionCode::TurnConstSpeed => Ok(Self::TurnConstSpeed(SpeedRpm::new(number(2)?)?)),
-            FunctionCode::SquareWave => Ok(Self::SquareWave(Amplitude::new(number(3)?)?)),
-            FunctionCode::SinWave => Ok(Self::SinWave(Amplitude::new(number(3)?)?)),
-            FunctionCode::SsFrequency => Ok(Self::SsFrequency(FrequencyHz::new(i32::from(
-                one_byte(frame)?,
-            ))?)),
-            FunctionCode::GeneralRead => Ok(Self::GeneralRead(ReadSelector::decode(frame)?)),
-            FunctionCode::SetParamGroup1 => {
-                Ok(Self::SetParamGroup1(SetParamGroup1::decode(frame)?))
-            }
-            FunctionCode::SetParamGroup2 => {
-                Ok(Self::SetParamGroup2(SetParamGroup2::decode(frame)?))
-            }
+            FunctionCode::SetParamGroup1 => Self::SetParamGroup1(SetParamGroup1::decode(word)?),
+            FunctionCode::SetParamGroup2 => Self::SetParamGroup2(SetParamGroup2::decode(word)?),
             FunctionCode::SetParamGroup3 => {
                 let order = dialect.group3_request_order;
-                Ok(Self::SetParamGroup3(SetParamGroup3::decode(frame, order)?))
+                Self::SetParamGroup3(SetParamGroup3::decode(frame, order)?)
             }
-            FunctionCode::ReadParamGroup1 => read(Self::ReadParamGroup1),
-            FunctionCode::ReadParamGroup2 => read(Self::ReadParamGroup2),
-            FunctionCode::ReadParamGroup3 => read(Self::ReadParamGroup3),
-            FunctionCode::GoAbsolutePosSync => {
-                Ok(Self::GoAbsolutePosSync(Counts28::new(number(4)?)?))
+            FunctionCode::ReadParamGroup1 => Self::ReadParamGroup1,
+            FunctionCode::ReadParamGroup2 => Self::ReadParamGroup2,
+            FunctionCode::ReadParamGroup3 => Self::ReadParamGroup3,
+            FunctionCode::GoAbsolutePosSync => Self::GoAbsolutePosSync(Counts28::new(value)?),
+            FunctionCode::GoRelativePosSync => Self::GoRelativePosSync(Counts28::new(value)?),
+            FunctionCode::SyncTrigger => {
+                Self::SyncTrigger(SyncKind::from_byte(byte).map_err(magic)?)
             }
-            FunctionCode::GoRelativePosSync => {
-                Ok(Self::GoRelativePosSync(Counts28::new(number(4)?)?))
+            FunctionCode::ServoDisable => {
+                Self::ServoDisable(ServoSwitch::from_byte(byte).map_err(magic)?)
             }
-            FunctionCode::SyncTrigger => Ok(Self::SyncTrigger(SyncKind::decode(frame)?)),
-            FunctionCode::ServoDisable => Ok(Self::ServoDisable(ServoSwitch::decode(frame)?)),
-            FunctionCode::ReadMotorSpeed => read(Self::ReadMotorSpeed),
-            FunctionCode::DriveReset => decode_drive_reset(frame).map(|()| Self::DriveReset),
-            FunctionCode::GoRelativePosPd => Ok(Self::GoRelativePosPd(PdStep::new(number(2)?)?)),
-            FunctionCode::EchoFunction => {
-                expect_len(frame, 4, 4)?;
-                Ok(Self::EchoFunction(first_word(frame)))
+            FunctionCode::ReadMotorSpeed => Self::ReadMotorSpeed,
+            FunctionCode::DriveReset if byte != DRIVE_RESET => {
+                return Err(magic([DRIVE_RESET; 2]));
             }
-            FunctionCode::DiagnosticCounter => read(Self::DiagnosticCounter),
-            FunctionCode::ForMotorDefine => Err(Refusal::Factory.into()),
-            FunctionCode::DriveError => Err(Refusal::DriveOnly.into()),
-        }
+            FunctionCode::DriveReset => Self::DriveReset,
+            FunctionCode::GoRelativePosPd => Self::GoRelativePosPd(PdStep::new(value)?),
+            FunctionCode::EchoFunction => Self::EchoFunction(word),
+            FunctionCode::DiagnosticCounter => Self::DiagnosticCounter,
+            FunctionCode::ForMotorDefine => return Err(Refusal::Factory.into()),
+            FunctionCode::DriveError => return Err(Refusal::DriveOnly.into()),
+        })
     }
 }
 
-fn decode_set_origin(frame: &DataFrame, dialect: &Dialect) -> Result<Request, DecodeError> {
-    match dialect.set_origin {
-        SetOriginData::Magic(magic) => selectors::expect_magic(frame, magic)?,
-        SetOriginData::Empty => expect_len(frame, 0, 0)?,
-    }
-    Ok(Request::SetOrigin)
-}
+/// The functions whose data is one number of variable length.
+const NUMBERS: u32 = set_of(&[
+    FunctionCode::GoAbsolutePosPtp,
+    FunctionCode::MakeLinearLine,
+    FunctionCode::GoRelativePosPtp,
+    FunctionCode::MakeCircularArc,
+    FunctionCode::TurnConstSpeed,
+    FunctionCode::SquareWave,
+    FunctionCode::SinWave,
+    FunctionCode::GoAbsolutePosSync,
+    FunctionCode::GoRelativePosSync,
+    FunctionCode::GoRelativePosPd,
+]);
 
-/// A request without arguments: no data, or one byte of any value where the dialect has a dummy (D11).
-fn expect_read(frame: &DataFrame, dialect: &Dialect) -> Result<(), DecodeError> {
-    expect_len(frame, 0, u8::from(dialect.read_dummy.is_some()))
+/// The fewest and the most data bytes of a request.
+const fn lengths(function: FunctionCode, dialect: &Dialect) -> (u8, u8) {
+    match function {
+        FunctionCode::GoAbsolutePosPtp
+        | FunctionCode::MakeLinearLine
+        | FunctionCode::GoRelativePosPtp
+        | FunctionCode::MakeCircularArc
+        | FunctionCode::GoAbsolutePosSync
+        | FunctionCode::GoRelativePosSync => (1, 4),
+        FunctionCode::SquareWave | FunctionCode::SinWave => (1, 3),
+        FunctionCode::TurnConstSpeed | FunctionCode::GoRelativePosPd => (1, 2),
+        FunctionCode::SetParamGroup1 | FunctionCode::EchoFunction => (4, 4),
+        FunctionCode::SetParamGroup2 => (2, 2),
+        FunctionCode::SetParamGroup3 => (5, 5),
+        FunctionCode::SetOrigin => match dialect.set_origin {
+            SetOriginData::Magic(_) => (1, 1),
+            SetOriginData::Empty => (0, 0),
+        },
+        // No arguments: no data, or one byte of any value where the dialect has a dummy (D11).
+        FunctionCode::ReadDriveId
+        | FunctionCode::ReadDriveConfig
+        | FunctionCode::ReadDriveStatus
+        | FunctionCode::ReadParamGroup1
+        | FunctionCode::ReadParamGroup2
+        | FunctionCode::ReadParamGroup3
+        | FunctionCode::ReadMotorSpeed
+        | FunctionCode::DiagnosticCounter => (0, dialect.read_dummy.is_some() as u8),
+        _ => (1, 1),
+    }
 }
 
 #[cfg(test)]

@@ -2,16 +2,12 @@
 
 use core::fmt;
 
-use can_frame::DataFrame;
 use dyn_values::{Quantity, RangeError};
 
-use crate::dialect::Dialect;
-use crate::error::DecodeError;
-use crate::frame::{DynFrame, Payload, one_byte};
 use crate::id::DriveId;
 
 /// Data byte of Drive_Reset (1.6A section 6, #27).
-const DRIVE_RESET: u8 = 0xFE;
+pub(crate) const DRIVE_RESET: u8 = 0xFE;
 
 macro_rules! selector {
     ($(#[$doc:meta])* $name:ident { $(#[$first_doc:meta])* $first:ident = $first_byte:literal,
@@ -28,19 +24,12 @@ macro_rules! selector {
         }
 
         impl $name {
-            pub(crate) const fn payload(self) -> Payload {
-                Payload::one(self as u8)
-            }
-
-            pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-                match one_byte(frame)? {
+            /// The meaning of the data byte; an error has the two bytes that mean something.
+            pub(crate) const fn from_byte(byte: u8) -> Result<Self, [u8; 2]> {
+                match byte {
                     $first_byte => Ok(Self::$first),
                     $second_byte => Ok(Self::$second),
-                    actual => Err(DecodeError::Magic {
-                        function: frame.function(),
-                        expected: [$first_byte, $second_byte],
-                        actual,
-                    }),
+                    _ => Err([$first_byte, $second_byte]),
                 }
             }
         }
@@ -84,7 +73,7 @@ pub struct StoredDriveId(u8);
 impl StoredDriveId {
     /// No id: the drive then answers on the broadcast identifiers only, as a fresh one does (D2).
     ///
-    /// [`Dialect::allow_assign_zero`] decides whether such a request decodes.
+    /// [`Dialect::allow_assign_zero`](crate::Dialect::allow_assign_zero) decides whether such a request decodes.
     pub const NONE: Self = Self(0);
 
     /// A drive id as stored in a drive.
@@ -108,22 +97,6 @@ impl StoredDriveId {
     #[must_use]
     pub fn drive_id(self) -> Option<DriveId> {
         DriveId::new(i32::from(self.0)).ok()
-    }
-
-    pub(crate) fn decode(frame: &DataFrame) -> Result<Self, DecodeError> {
-        Ok(Self::new(i32::from(one_byte(frame)?))?)
-    }
-
-    /// As the argument of Assign_Drive_ID, where 0 needs permission.
-    pub(crate) fn decode_assigned(
-        frame: &DataFrame,
-        dialect: &Dialect,
-    ) -> Result<Self, DecodeError> {
-        let id = Self::decode(frame)?;
-        if !dialect.allow_assign_zero {
-            DriveId::new(i32::from(id.0))?;
-        }
-        Ok(id)
     }
 }
 
@@ -183,49 +156,20 @@ impl fmt::Display for DriveError {
     }
 }
 
-pub(crate) const fn drive_reset_payload() -> Payload {
-    Payload::one(DRIVE_RESET)
-}
-
-pub(crate) fn decode_drive_reset(frame: &DataFrame) -> Result<(), DecodeError> {
-    expect_magic(frame, DRIVE_RESET)
-}
-
-/// The only data byte must be `expected`.
-pub(crate) fn expect_magic(frame: &DataFrame, expected: u8) -> Result<(), DecodeError> {
-    let actual = one_byte(frame)?;
-    if actual != expected {
-        return Err(DecodeError::Magic {
-            function: frame.function(),
-            expected: [expected; 2],
-            actual,
-        });
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::function::FunctionCode;
 
     #[test]
     fn zero_enables_and_is_never_a_default() {
-        assert_eq!(ServoSwitch::Enable.payload().as_slice(), [0x00]);
-        assert_eq!(ServoSwitch::Disable.payload().as_slice(), [0xFF]);
+        assert_eq!(ServoSwitch::from_byte(0x00), Ok(ServoSwitch::Enable));
+        assert_eq!(ServoSwitch::Enable as u8, 0x00);
+        assert_eq!(ServoSwitch::Disable as u8, 0xFF);
     }
 
     #[test]
     fn an_unknown_selector_carries_what_was_expected() {
-        let frame = DataFrame::new(0x08E, &[0x1C]).unwrap();
-        assert_eq!(
-            ReadSelector::decode(&frame),
-            Err(DecodeError::Magic {
-                function: FunctionCode::GeneralRead,
-                expected: [0x1B, 0x1E],
-                actual: 0x1C
-            })
-        );
+        assert_eq!(ReadSelector::from_byte(0x1C), Err([0x1B, 0x1E]));
     }
 
     #[test]

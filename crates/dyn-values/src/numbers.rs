@@ -1,15 +1,13 @@
 //! Numbers with a range: what a type holds can always be encoded.
 
 use core::fmt;
+use core::num::{NonZeroU8, NonZeroU16};
 
 use crate::quantity::{Quantity, RangeError};
 
 macro_rules! bounded {
     ($($(#[$doc:meta])* $name:ident($repr:ty),)*) => {$(
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        pub struct $name($repr);
+        bounded! { @type $(#[$doc])* $name($repr) }
 
         impl $name {
             /// The smallest value.
@@ -34,6 +32,13 @@ macro_rules! bounded {
                 self.0
             }
         }
+    )*};
+
+    (@type $(#[$doc:meta])* $name:ident($repr:ty)) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub struct $name($repr);
 
         impl TryFrom<i32> for $name {
             type Error = RangeError;
@@ -48,6 +53,50 @@ macro_rules! bounded {
                 self.0.fmt(f)
             }
         }
+    };
+}
+
+/// Numbers of which none is 0: a value that is not there takes no room.
+macro_rules! bounded_without_zero {
+    ($($(#[$doc:meta])* $name:ident($repr:ty, $non_zero:ty),)*) => {$(
+        bounded! { @type $(#[$doc])* $name($non_zero) }
+
+        impl $name {
+            /// The smallest value.
+            pub const MIN: Self = Self::limit(Quantity::$name.limits().0);
+            /// The largest value.
+            pub const MAX: Self = Self::limit(Quantity::$name.limits().1);
+
+            const fn limit(value: i32) -> Self {
+                match Self::new(value) {
+                    Ok(limit) => limit,
+                    Err(_) => panic!("0 is not among the values of the quantity"),
+                }
+            }
+
+            /// Checks the number against the limits of its quantity.
+            ///
+            /// # Errors
+            /// [`RangeError`] when the number lies outside.
+            pub const fn new(value: i32) -> Result<Self, RangeError> {
+                match Quantity::$name.check(value) {
+                    Ok(checked) => match <$non_zero>::new(checked as $repr) {
+                        Some(number) => Ok(Self(number)),
+                        None => Err(RangeError {
+                            quantity: Quantity::$name,
+                            actual: value,
+                        }),
+                    },
+                    Err(error) => Err(error),
+                }
+            }
+
+            /// The number.
+            #[must_use]
+            pub const fn get(self) -> $repr {
+                self.0.get()
+            }
+        }
     )*};
 }
 
@@ -56,36 +105,39 @@ bounded! {
     Counts28(i32),
     /// One step of Go_Relative_Pos_PD in command counts, -16384 ..= 16384.
     PdStep(i16),
-    /// The largest step that an axis may take at once, in command counts, 1 ..= 16384.
-    StepLimit(u16),
     /// A speed in rpm, -20000 ..= 20000; positive turns clockwise.
     SpeedRpm(i16),
     /// Amplitude of a built-in wave in counts, 0 ..= 4096; 1024 is 45 degrees.
     Amplitude(u16),
     /// Frequency of a built-in wave in Hz, 0 ..= 50; 0 stops it.
     FrequencyHz(u8),
-    /// Main gain, 1 ..= 127.
-    MainGain(u8),
-    /// Speed gain, 1 ..= 127.
-    SpeedGain(u8),
-    /// Integration gain, 1 ..= 127.
-    IntegrationGain(u8),
-    /// Torque filter constant, 1 ..= 127.
-    TorqueFilter(u8),
-    /// Max speed parameter, 1 ..= 127; not rpm.
-    MaxSpeed(u8),
-    /// Max acceleration parameter, 1 ..= 127; not rpm/s.
-    MaxAcceleration(u8),
-    /// On-position range, 1 ..= 127. 127 also turns JP3-9 into the brake output (D54).
-    OnPosRange(u8),
-    /// Gear number, 500 ..= 16384; 4096 is gear ratio 1. 16384 does not fit the two bytes of the serial protocol's table (M13).
-    GearNumber(u16),
-    /// Line number, 500 ..= 4095; not explained by any document (D24).
-    LineNumber(u16),
-    /// Feed rate of a coordinated move, 1 ..= 127; its unit is not stated. Serial only.
-    FeedRate(u8),
     /// The byte that a function of the serial protocol without data sends, 0 ..= 127.
     Dummy(u8),
+}
+
+bounded_without_zero! {
+    /// The largest step that an axis may take at once, in command counts, 1 ..= 16384.
+    StepLimit(u16, NonZeroU16),
+    /// Main gain, 1 ..= 127.
+    MainGain(u8, NonZeroU8),
+    /// Speed gain, 1 ..= 127.
+    SpeedGain(u8, NonZeroU8),
+    /// Integration gain, 1 ..= 127.
+    IntegrationGain(u8, NonZeroU8),
+    /// Torque filter constant, 1 ..= 127.
+    TorqueFilter(u8, NonZeroU8),
+    /// Max speed parameter, 1 ..= 127; not rpm.
+    MaxSpeed(u8, NonZeroU8),
+    /// Max acceleration parameter, 1 ..= 127; not rpm/s.
+    MaxAcceleration(u8, NonZeroU8),
+    /// On-position range, 1 ..= 127. 127 also turns JP3-9 into the brake output (D54).
+    OnPosRange(u8, NonZeroU8),
+    /// Gear number, 500 ..= 16384; 4096 is gear ratio 1. 16384 does not fit the two bytes of the serial protocol's table (M13).
+    GearNumber(u16, NonZeroU16),
+    /// Line number, 500 ..= 4095; not explained by any document (D24).
+    LineNumber(u16, NonZeroU16),
+    /// Feed rate of a coordinated move, 1 ..= 127; its unit is not stated. Serial only.
+    FeedRate(u8, NonZeroU8),
 }
 
 impl PdStep {
@@ -95,7 +147,7 @@ impl PdStep {
     /// The step towards a distance in counts, not longer than `limit`; the caller carries the rest.
     #[must_use]
     pub const fn toward(distance_counts: i32, limit: StepLimit) -> Self {
-        let limit = limit.0 as i16;
+        let limit = limit.get() as i16;
         if distance_counts > limit as i32 {
             Self(limit)
         } else if distance_counts < -(limit as i32) {
@@ -120,7 +172,7 @@ impl OnPosRange {
     /// True for 127, the value that also makes JP3-9 the brake output after the next power cycle (D54).
     #[must_use]
     pub const fn enables_brake_output(self) -> bool {
-        self.0 == 127
+        self.get() == 127
     }
 }
 

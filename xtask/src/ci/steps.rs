@@ -5,6 +5,7 @@ use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED};
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
+use crate::cost;
 
 /// Every step.
 pub(super) const STEPS: &[Step] = &[
@@ -119,6 +120,12 @@ pub(super) const STEPS: &[Step] = &[
         "firmware-tests",
         "the real images on emulated boards; the first time this builds the emulator",
         &["firmware-tests"],
+    )
+    .needs(&[&TARGET, &PYTHON]),
+    Step::call(
+        "cost",
+        "no figure that is quick to measure is more than 3 % above docs/cost.md: stm32f405 with 8 axes, its flash, hot path, profiles, libraries",
+        |_| cost::check(),
     )
     .needs(&[&TARGET, &PYTHON]),
     Step::cargo(

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
+use super::figure::Figure;
 use crate::emulator::Emulator;
 use crate::error::Error;
 use crate::thumb::{Builder, Variant};
@@ -17,6 +18,8 @@ const PROFILE: f64 = 360.0;
 /// Calls of each kind in the image; `hot_path::trajectory`.
 const MOVES: f64 = 2_000.0;
 const SAMPLES: f64 = 20_000.0;
+
+const COMMAND: &str = "cargo xtask cost --only trajectory";
 
 /// Targets, for an STM32F405.
 const PLAN_INSTRUCTIONS: f64 = 20_000.0;
@@ -71,32 +74,46 @@ impl TrajectoryCost {
         text.push_str(SECTION);
         for ((_, what, _), (mean, largest)) in CALLS.iter().zip(self.instructions) {
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "| {what} | {mean:.0} | {largest:.0} |");
+            let _ = writeln!(text, "| {what} | {mean:.0} | {largest:.0} | `{COMMAND}` |");
         }
     }
 
-    /// What is asked for: name, target, actual value.
-    pub(crate) fn targets(&self) -> [(&'static str, f64, f64); 3] {
+    /// What is asked for.
+    pub(crate) fn targets(&self) -> Vec<Figure> {
         let [.., (_, sample)] = self.instructions;
         let plans = self.instructions.iter().rev().skip(1);
         let plan = plans.fold(0.0_f64, |most, &(_, largest)| most.max(largest));
-        [
-            (
+        vec![
+            Figure::new(
                 "instructions to plan a profile of one axis, worst case",
-                PLAN_INSTRUCTIONS,
                 plan,
-            ),
-            (
-                "instructions to sample it, worst case",
-                SAMPLE_INSTRUCTIONS,
-                sample,
-            ),
-            (
+                COMMAND,
+            )
+            .at_most(PLAN_INSTRUCTIONS),
+            Figure::new("instructions to sample it, worst case", sample, COMMAND)
+                .at_most(SAMPLE_INSTRUCTIONS),
+            Figure::new(
                 "stack of planning, beside the profile, bytes",
-                STACK_BYTES,
                 self.stack,
-            ),
+                COMMAND,
+            )
+            .at_most(STACK_BYTES),
         ]
+    }
+
+    /// Every figure, for the baseline.
+    pub(crate) fn figures(&self) -> Vec<Figure> {
+        let calls = CALLS.iter().zip(self.instructions);
+        let mut figures: Vec<Figure> = calls
+            .flat_map(|((_, what, _), (mean, largest))| {
+                [
+                    Figure::new(format!("{what}: mean"), mean, COMMAND),
+                    Figure::new(format!("{what}: largest"), largest, COMMAND),
+                ]
+            })
+            .collect();
+        figures.extend(self.targets());
+        figures
     }
 }
 
@@ -113,8 +130,8 @@ const SECTION: &str = "
 Instructions of a call of the crate `trajectory`, 2000 random moves: limits over four orders of magnitude, starts inside and beyond
 them, distances from one count to millions. Every move is planned in each way, and sampled at ten times.
 
-| call | mean | largest |
-|---|---|---|
+| call | mean | largest | command |
+|---|---|---|---|
 ";
 
 #[cfg(test)]
@@ -133,10 +150,10 @@ mod tests {
             ],
             stack: 700.0,
         };
-        let [(_, _, plan), (_, _, sample), (_, _, stack)] = cost.targets();
-        assert_eq!((plan, sample, stack), (40.0, 99.0, 700.0));
+        let values: Vec<f64> = cost.targets().iter().map(|figure| figure.value).collect();
+        assert_eq!(values, [40.0, 99.0, 700.0]);
         let mut text = String::new();
         cost.write(&mut text);
-        assert!(text.contains("| plan a move from any state to rest | 2 | 40 |"));
+        assert!(text.contains("| plan a move from any state to rest | 2 | 40 | `"));
     }
 }

@@ -1,4 +1,4 @@
-//! See `hot_path::decode`.
+//! See `hot_path::decode_nothing`.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
 
@@ -8,7 +8,7 @@ use panic_never as _;
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    hot_path::decode();
+    hot_path::decode_nothing();
     loop {
         cortex_m::asm::wfi();
     }

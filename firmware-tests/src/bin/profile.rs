@@ -1,0 +1,81 @@
+//! Prints by function how many instructions an image executes, standing or moving, as one line of JSON, for `cargo xtask profile`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Parser;
+use firmware_tests::Image;
+use firmware_tests::motion::{self, Drives, Milliseconds};
+use firmware_tests::names::{self, Function, Names};
+use firmware_tests::profile::Profile;
+use serde_json::{Value, json};
+
+/// Counts the instructions of an image of the firmware by function, on the emulated board of the variable FIRMWARE_BOARD.
+#[derive(Parser)]
+#[command(name = "profile")]
+struct Arguments {
+    /// The image
+    image: PathBuf,
+    /// Its axes
+    #[arg(long)]
+    axes: i32,
+    /// Time until a drive answers, each time up to a quarter more or less, in microseconds
+    #[arg(long)]
+    response_us: u64,
+    /// The axes move
+    #[arg(long)]
+    moving: bool,
+    /// Milliseconds to count
+    #[arg(long)]
+    ms: u64,
+}
+
+fn main() -> ExitCode {
+    match profile(&Arguments::parse()) {
+        Ok(profile) => {
+            println!("{profile}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn profile(arguments: &Arguments) -> Result<Value, String> {
+    let path: &Path = &arguments.image;
+    let image = Image::read(path).map_err(|error| error.to_string())?;
+    let names = Names::read(path)?;
+    let drives = Drives {
+        count: arguments.axes,
+        response_us: arguments.response_us,
+    };
+    let mut rig = motion::standing(image, drives)?;
+    if arguments.moving {
+        motion::set_moving(&mut rig);
+    }
+    rig.board_mut().soc_mut().profile = Some(Profile::default());
+    let counted = Milliseconds::count(&mut rig, arguments.ms);
+    let profile = rig.board_mut().soc_mut().profile.take().unwrap_or_default();
+    let image = rig.board().image();
+    let mut functions: BTreeMap<Function, BTreeMap<String, u64>> = BTreeMap::new();
+    for ((address, exception), times) in profile.instructions(image) {
+        let context = names::exception(image, exception);
+        let contexts = functions.entry(names.function(address)).or_default();
+        *contexts.entry(context).or_default() += times;
+    }
+    let functions: Vec<Value> = functions
+        .into_iter()
+        .map(|(function, contexts)| {
+            json!({"function": function.name, "file": function.file, "instructions": contexts})
+        })
+        .collect();
+    Ok(json!({
+        "milliseconds": counted.count,
+        "instructions": counted.instructions,
+        "worst_millisecond": counted.worst,
+        "functions": functions,
+    }))
+}

@@ -1,0 +1,5 @@
+//! See `peers::moteus_encode`.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+peers::image!(peers::moteus_encode);

@@ -1,0 +1,5 @@
+//! See `peers::nothing`.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+peers::image!(peers::nothing);
