@@ -29,6 +29,9 @@ pub const CALLS: u32 = if cfg!(feature = "twice") {
     1_000
 };
 
+/// Cycle of the masters.
+const CYCLE_US: u32 = 1_000;
+
 /// What the images print where they are built for the host.
 pub const HOST_MESSAGE: &str = "this image is for the target: cargo xtask cost";
 
@@ -85,25 +88,36 @@ pub fn decode_nothing() {
 
 /// The core of the master with `N` streaming axes: targets in, frames out.
 pub fn master<const N: usize>() {
-    let Some(mut master) = streaming::<N>() else {
+    let Some((mut master, mut now)) = streaming::<N>() else {
         return;
     };
-    let mut now = Instant::from_us(10_000_000);
     for call in 0..CALLS {
-        for axis in 0..N {
-            let _ = black_box(master.set_target(axis, black_box(call as i32)));
-        }
-        now = now + 1_000;
-        master.begin_cycle(now);
-        let _ = master.send(now, &mut |frame: &DataFrame| {
+        now = now + CYCLE_US;
+        cycle(&mut master, now, black_box(call as i32), &mut |frame| {
             black_box(frame);
-            Outcome::Accepted
         });
     }
 }
 
-/// A master with `N` streaming axes and no polls; `None` when it did not come to that.
-fn streaming<const N: usize>() -> Option<ServoMaster<N>> {
+/// One cycle of streaming axes with a new target for each; every frame is accepted.
+fn cycle<const N: usize>(
+    master: &mut ServoMaster<N>,
+    now: Instant,
+    target_counts: i32,
+    hear: &mut impl FnMut(&DataFrame),
+) {
+    for axis in 0..N {
+        let _ = black_box(master.set_target(axis, target_counts));
+    }
+    master.begin_cycle(now);
+    let _ = master.send(now, &mut |frame: &DataFrame| {
+        hear(frame);
+        Outcome::Accepted
+    });
+}
+
+/// A master with `N` streaming axes and no polls, and its latest cycle; `None` when it did not come to that.
+fn streaming<const N: usize>() -> Option<(ServoMaster<N>, Instant)> {
     let mut drives = DriveId::all();
     let limits = Limits::new(StepLimit::MAX, StepChange::MAX, Travel::WHOLE);
     let axes = [(); N].map(|()| AxisConfig {
@@ -118,7 +132,7 @@ fn streaming<const N: usize>() -> Option<ServoMaster<N>> {
     let mut master = ServoMaster::<N>::new(MasterConfig::DEFAULT, &axes).ok()?;
     let mut answers = Drives::default();
     for cycle in 0..5_000 {
-        let now = Instant::from_us(cycle * 1_000);
+        let now = Instant::from_us(cycle * u64::from(CYCLE_US));
         // Refused until every axis is ready, and once it streams.
         let _ = master.enable(now, GroupId(0));
         master.begin_cycle(now);
@@ -132,7 +146,7 @@ fn streaming<const N: usize>() -> Option<ServoMaster<N>> {
             master.on_frame(now, &reply);
         }
         if master.all_are(GroupId(0), can_motion::AxisState::Streaming) {
-            return Some(master);
+            return Some((master, now));
         }
         while master.next_event().is_some() {}
     }
@@ -141,9 +155,26 @@ fn streaming<const N: usize>() -> Option<ServoMaster<N>> {
 
 #[cfg(test)]
 mod tests {
+    use dyn_can::{DynFrame, FunctionCode};
+
+    use super::*;
+
+    /// The axes must stream while they are counted: without set-points a cycle would be cheap.
+    fn set_points<const N: usize>() -> usize {
+        let (mut master, mut now) = streaming::<N>().unwrap();
+        let mut set_points = 0;
+        for call in 0..CALLS {
+            now = now + CYCLE_US;
+            cycle(&mut master, now, call as i32, &mut |frame| {
+                set_points += usize::from(frame.function() == FunctionCode::GoRelativePosPd);
+            });
+        }
+        set_points
+    }
+
     #[test]
-    fn the_axes_stream_while_they_are_counted() {
-        assert!(super::streaming::<1>().is_some());
-        assert!(super::streaming::<8>().is_some());
+    fn every_counted_cycle_sends_a_set_point_to_every_axis() {
+        assert_eq!(set_points::<1>(), CALLS as usize);
+        assert_eq!(set_points::<8>(), 8 * CALLS as usize);
     }
 }

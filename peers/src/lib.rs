@@ -63,7 +63,7 @@ macro_rules! image {
 }
 
 /// The loop and one number in and out: what every image has.
-pub fn nothing() {
+pub fn loop_alone() {
     for call in 0..CALLS {
         let _ = black_box(black_box(call as i32));
     }

@@ -10,7 +10,7 @@ use crate::toolchain::Preference;
 
 const PACKAGE: &str = "peers";
 /// What every image has: the loop.
-const NOTHING: &str = "nothing";
+const NOTHING: &str = "loop_alone";
 
 /// A codec, its images, and what it checks.
 struct Codec {

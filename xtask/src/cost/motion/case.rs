@@ -6,6 +6,10 @@ use crate::cost::figure::Figure;
 use crate::emulator::Load;
 use crate::images::Board;
 
+/// The number of axes for which the targets of a cycle are given, and the largest number, for the targets of memory.
+pub(super) const TARGET_AXES: usize = 8;
+pub(super) const MOST_AXES: usize = 14;
+
 /// One image with standing or moving axes.
 pub(super) struct Case {
     pub(super) board: Board,

@@ -1,11 +1,12 @@
 //! What an image takes of the RAM, whatever the drives do.
 
+use super::case::{MOST_AXES, TARGET_AXES};
 use crate::cost::figure::Figure;
 use crate::images::Board;
 
-/// Targets in bytes, for 8 axes.
+/// Targets in bytes, for the usual number of axes.
 const STACK_IN_MOTION: f64 = 2_048.0;
-/// For 14 axes.
+/// For the largest number of axes.
 const STACK_AT_START: f64 = 4_096.0;
 const STATIC_RAM: f64 = 8_192.0;
 
@@ -44,8 +45,8 @@ impl Memory {
             Err(_) => return Vec::new(),
         };
         match self.axes {
-            super::TARGET_AXES => vec![motion.at_most(STACK_IN_MOTION)],
-            super::MOST_AXES => vec![ram.at_most(STATIC_RAM), start.at_most(STACK_AT_START)],
+            TARGET_AXES => vec![motion.at_most(STACK_IN_MOTION)],
+            MOST_AXES => vec![ram.at_most(STATIC_RAM), start.at_most(STACK_AT_START)],
             _ => Vec::new(),
         }
     }

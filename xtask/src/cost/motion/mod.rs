@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use self::case::Case;
+use self::case::{Case, MOST_AXES, TARGET_AXES};
 use self::memory::Memory;
 use super::figure::Figure;
 use crate::emulator::{Emulator, Load};
@@ -17,13 +17,10 @@ use crate::profile;
 use crate::size::Size;
 use crate::thumb::Builder;
 
-/// The number of axes for which the targets are given.
-const TARGET_AXES: usize = 8;
 /// Times until a drive answers; with a quarter more or less they leave no gap.
 const RESPONSES_US: [u32; 10] = [100, 200, 300, 400, 500, 650, 800, 1_000, 1_250, 1_500];
 /// The other numbers of axes, at one time.
 const OTHER_AXES: [usize; 3] = [1, 4, MOST_AXES];
-const MOST_AXES: usize = 14;
 const OTHER_RESPONSE_US: u32 = 500;
 /// What is compared with the baseline in a short time.
 const FEW: Cases = Cases {

@@ -1,5 +1,5 @@
-//! See `peers::nothing`.
+//! See `peers::loop_alone`.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
 
-peers::image!(peers::nothing);
+peers::image!(peers::loop_alone);
