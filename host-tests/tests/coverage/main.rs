@@ -25,8 +25,9 @@ use sources::Items;
 /// The page, from the top of the workspace.
 const PAGE: &str = "docs/coverage.md";
 
-const CRATES: [(&str, &str); 11] = [
+const CRATES: [(&str, &str); 12] = [
     ("bus_plan", "crates/bus-plan/src/lib.rs"),
+    ("bus_user", "crates/bus-user/src/lib.rs"),
     ("can_frame", "crates/can-frame/src/lib.rs"),
     ("can_motion", "crates/can-motion/src/lib.rs"),
     ("drive_sim", "crates/drive-sim/src/lib.rs"),

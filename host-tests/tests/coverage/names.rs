@@ -16,7 +16,7 @@ pub(crate) const CODEC: &[&str] = &[
     "zlac8030l",
 ];
 /// The master, and what is used beside it on the bus.
-pub(crate) const MASTER: &[&str] = &["bus_plan", "can_motion", "dyn_commission"];
+pub(crate) const MASTER: &[&str] = &["bus_plan", "bus_user", "can_motion", "dyn_commission"];
 pub(crate) const SIMULATOR: &[&str] = &["drive_sim"];
 pub(crate) const FIRMWARE: &[&str] = &["motion_board"];
 pub(crate) const EVERY: &[&str] = &[
@@ -26,6 +26,7 @@ pub(crate) const EVERY: &[&str] = &[
     "dyn_values",
     "zlac8030l",
     "bus_plan",
+    "bus_user",
     "can_motion",
     "dyn_commission",
     "drive_sim",
@@ -42,6 +43,7 @@ const PUBLIC: &[&str] = &[
     "dyn_values",
     "zlac8030l",
     "bus_plan",
+    "bus_user",
     "can_motion",
     "dyn_commission",
 ];
