@@ -74,8 +74,11 @@ impl Gvret {
                     .0
                     .optional(line, FIRST_BYTE + index)
                     .unwrap_or_default();
-                if !rest.is_empty() {
-                    byte(rest, 16)?;
+                if !rest.is_empty() && byte(rest, 16)? != 0 {
+                    return Err(LineError::DataLength {
+                        expected: len,
+                        actual: index + 1,
+                    });
                 }
             }
             Event::Frame(data_frame(id, extended, data.as_slice())?)
