@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) motion: MotionOptions,
     /// Cycle time in microseconds. Default: 1000, of hub motors 10000.
-    #[arg(long, value_name = "US")]
+    #[arg(long, value_name = "US", value_parser = clap::value_parser!(u32).range(250..=1_000_000))]
     cycle_us: Option<u32>,
     /// Bit rate in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000. Default: 1000, of hub motors 500.
     #[arg(long, value_name = "KBIT", value_parser = bit_rate)]
