@@ -260,7 +260,8 @@ mod tests {
             "t,x,x_max",
             "t,x,x_old",
             "t,x,a_x",
-            "t,x_yd",
+            "t,x_chains",
+            "t,encoder",
             "t,x_mDeg_raw",
             "t,mm x",
             "t,deg_x",
@@ -305,7 +306,7 @@ mod tests {
     #[test]
     fn a_time_that_something_else_was_made_of_is_none() {
         for header in [
-            "time_cycles,x",
+            "time_jiffies,x",
             "time_samples,x",
             "time_step,x",
             "time_index,x",

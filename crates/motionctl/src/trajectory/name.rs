@@ -210,7 +210,9 @@ fn last_unit<'a, 'b>(words: &'a [&'b str]) -> (NamedUnit, bool, &'a [&'b str]) {
     let behind_digits = last.trim_start_matches(|letter: char| letter.is_ascii_digit());
     let has_factor = behind_digits.len() < last.len()
         && (time_unit(behind_digits).is_some() || position_unit(behind_digits).is_some());
-    if has_prefix(last) || (!front.is_empty() && (has_factor || FOREIGN.contains(&last))) {
+    // One or two letters alone name an axis.
+    let is_foreign = FOREIGN.contains(&last) && (!front.is_empty() || last.chars().count() > 2);
+    if has_prefix(last) || is_foreign || (has_factor && !front.is_empty()) {
         return (NamedUnit::Foreign(last.to_owned()), false, front);
     }
     (NamedUnit::Unsaid, false, words)
@@ -284,6 +286,10 @@ fn quantity(text: &str, words: &[&str], unit: &NamedUnit) -> Quantity {
     }
     if matches!(unit, NamedUnit::Time(_)) {
         return Quantity::Other("a time that is not the time column");
+    }
+    // What an encoder counts is a position in a unit of its own.
+    if has(&["encoder"]) && !matches!(unit, NamedUnit::Position(_)) {
+        return Quantity::Unclear;
     }
     if has(POSITIONS) {
         return if is_qualified(words, POSITIONS, names_axis) {
@@ -444,6 +450,11 @@ mod tests {
             ("x_m", Quantity::Unnamed, Foreign("m".into())),
             ("e_counts", Quantity::Unnamed, Position(Unit::Counts)),
             ("e", Quantity::Unknown, Unsaid),
+            ("m", Quantity::Unnamed, Unsaid),
+            ("ticks", Quantity::Unnamed, Foreign("ticks".into())),
+            ("x_meters", Quantity::Unnamed, Foreign("meters".into())),
+            ("encoder_pos", Quantity::Unclear, Unsaid),
+            ("encoder_deg", Quantity::Unnamed, Position(Unit::Degrees)),
             ("e_f_counts", Quantity::Unclear, Position(Unit::Counts)),
             ("x_mDeg", Quantity::Unnamed, Foreign("mdeg".into())),
             ("x_mRad", Quantity::Unnamed, Foreign("mrad".into())),
