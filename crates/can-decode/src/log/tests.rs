@@ -644,3 +644,17 @@ fn a_length_of_csv_that_contradicts_its_data_is_damage() {
         ["error: expected 2 data bytes, got 1", "200000  029 00"]
     );
 }
+
+#[test]
+fn gvret_of_other_writers() {
+    let header = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8";
+    let lines = "1000,0x00000029,false,Rx,0,2,0x01,0xFF,0x00,0x00,0x00,0x00,0x00,0x00\n2000,29,0,Tx,0,1,0A,";
+    assert_eq!(
+        read(&format!("{header}\n{lines}")),
+        ["1000 0 029 01 FF", "2000 0 029 0A"]
+    );
+    assert_eq!(
+        read(&format!("{header}\n1000,0x,false,Rx,0,1,0x00")),
+        ["error: expected an identifier, got \"\""]
+    );
+}
