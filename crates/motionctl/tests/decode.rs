@@ -204,3 +204,41 @@ fn what_is_no_log_is_refused() {
     assert_eq!(missing.status.code(), Some(2));
     assert!(text(&missing.stderr).contains("cannot read no-such-file.log"));
 }
+
+#[test]
+fn a_log_without_a_frame_says_so() {
+    for (name, bytes) in [
+        ("empty.log", &b""[..]),
+        ("blank.log", b"\n\n"),
+        (
+            "header.trc",
+            b";$FILEVERSION=1.1\n;   Start time: 28.11.2026\n",
+        ),
+    ] {
+        let log = Scratch::new(name, bytes);
+        let output = motionctl(&["decode"], &log.0);
+        assert_eq!(output.status.code(), Some(0), "{name}: {output:?}");
+        let errors = text(&output.stderr);
+        assert_eq!(
+            errors, "note: no frame and no error of a bus, so there is nothing to show\n",
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn options_that_no_bus_has_are_refused() {
+    let log = Scratch::new("options.log", b"(1.0) can0 029#\n");
+    for (option, value, range) in [
+        ("--drive", "128", "0..=127"),
+        ("--bit-rate", "0", "1..=1000"),
+    ] {
+        let output = motionctl(&["decode", option, value], &log.0);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let errors = text(&output.stderr);
+        assert!(
+            errors.contains(&format!("{value} is not in {range}")),
+            "{errors}"
+        );
+    }
+}

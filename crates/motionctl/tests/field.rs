@@ -313,6 +313,9 @@ fn no_size_of_input_takes_more_memory_than_its_points() {
         let (status, errors) = with_memory(KILOBYTES, &words);
         assert_eq!((status, errors.lines().count()), (Some(2), 1), "{errors}");
     }
+    let (status, errors) = with_memory(KILOBYTES, &["sim", "--faults=/dev/zero"]);
+    assert_eq!(status, Some(2), "{errors}");
+    assert!(errors.contains("at most 1048576 bytes"), "{errors}");
     let script = format!("ulimit -v {KILOBYTES}; yes noise | head -c 30000000 | \"$0\" decode -");
     let mut shell = Command::new("sh");
     let output = shell

@@ -146,14 +146,19 @@ fn a_wrong_option_is_refused_and_says_what_is_right() {
         with("--columns", "elbow")
             .contains("there is no column \"elbow\"; the file has time_s, a, b")
     );
-    assert!(with("--axes", "3").contains("expected 3 axes, the file has 2 columns beside time"));
+    assert!(
+        with("--axes", "3").contains("line 1: expected time and 3 axes, got 2 columns beside time")
+    );
     assert!(with("--drives", "1,64").contains("drive id must be 1..=63, got 64"));
     assert!(with("--drives", "1").contains("expected 2 ids for 2 axes, got 1"));
     assert!(with("--drives", "5,5").contains("drive 5"));
     assert!(with("--gear-ratio", "nan").contains("expected a finite number other than 0"));
     assert!(with("--response-spread", "101").contains("must be 0..=100 percent, got 101"));
     assert!(with("--bit-rate", "333").contains("333"));
-    assert!(with("--cycle-us", "100").contains("250..=1000000"));
+    // At 0 a motion would have no end.
+    for cycle_us in ["0", "1", "100"] {
+        assert!(with("--cycle-us", cycle_us).contains("250..=1000000"));
+    }
     assert!(
         refusal(&["--trajectory", "no-such-file.csv"]).contains("cannot read no-such-file.csv")
     );

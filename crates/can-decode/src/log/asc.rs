@@ -207,7 +207,12 @@ impl Asc {
             remote_frame(id, extended, classic_length(code, 16)?)?
         } else {
             let len = length(&len.to_string())?;
-            data_frame(id, extended, words.data(len, self.radix())?.as_slice())?
+            // Numbers of other things follow.
+            data_frame(
+                id,
+                extended,
+                words.first_data(len, self.radix())?.as_slice(),
+            )?
         };
         Ok(Some(Event::Frame(frame)))
     }

@@ -11,8 +11,9 @@ use super::{Entry, Event};
 
 /// Flag of error frames in the identifier (`CAN_ERR_FLAG` of `linux/can.h`).
 const ERROR_FLAG: u32 = 0x2000_0000;
-/// Identifiers with more digits than this have 29 bits.
+/// Identifiers of 11 bits have at most as many digits, those of 29 bits all eight.
 const STANDARD_DIGITS: usize = 3;
+const EXTENDED_DIGITS: usize = 8;
 /// What a length code above 8 stands behind.
 const CODE_DELIMITER: char = '_';
 /// What bytes stand between under `-S`.
@@ -76,8 +77,7 @@ fn log_frame(id: &str, data: &str, mut behind: Words<'_>) -> Result<Event, LineE
         None | Some("R" | "T" | "r" | "t") => {}
         Some(other) => return Err(LineError::field("R, T or the end of the line", other)),
     }
-    let extended = id.len() > STANDARD_DIGITS;
-    let id = hex_id(id)?;
+    let (id, extended) = identifier(id)?;
     if id & ERROR_FLAG != 0 {
         return Ok(Event::ErrorFrame);
     }
@@ -108,6 +108,15 @@ fn log_frame(id: &str, data: &str, mut behind: Words<'_>) -> Result<Event, LineE
     Ok(Event::Frame(frame))
 }
 
+/// An identifier, and whether it has 29 bits; one with digits in between was cut or is no identifier.
+fn identifier(text: &str) -> Result<(u32, bool), LineError> {
+    match text.len() {
+        1..=STANDARD_DIGITS => Ok((hex_id(text)?, false)),
+        EXTENDED_DIGITS => Ok((hex_id(text)?, true)),
+        _ => Err(LineError::field("an identifier of 3 or 8 digits", text)),
+    }
+}
+
 /// What stands in brackets or, under `-8`, in braces.
 fn brackets(word: &str) -> Option<(&str, bool)> {
     let inside = |open, close| word.strip_prefix(open)?.strip_suffix(close);
@@ -126,8 +135,7 @@ fn screen_frame(first: &str, mut words: Words<'_>) -> Result<Event, LineError> {
         words.next("the flags of -x")?;
         id = words.next("an identifier")?;
     }
-    let extended = id.len() > STANDARD_DIGITS;
-    let id = hex_id(id)?;
+    let (id, extended) = identifier(id)?;
     let word = words.next("a data length in brackets")?;
     let (len, is_code) =
         brackets(word).ok_or_else(|| LineError::field("a data length in brackets", word))?;
@@ -166,6 +174,9 @@ fn screen_data(mut words: Words<'_>, len: usize) -> Result<Data, LineError> {
         })?;
         let radix = if word.len() == 8 { 2 } else { 16 };
         data.push(byte(word, radix)?)?;
+    }
+    if swapped.is_none() {
+        words.no_more_data(len, 16)?;
     }
     if swapped.is_some() {
         if parts.next().is_some() {

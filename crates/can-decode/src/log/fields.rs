@@ -33,8 +33,26 @@ impl<'a> Words<'a> {
         self.clone().next_if_any()
     }
 
-    /// Exactly `len` data bytes, hexadecimal or decimal, and what stands behind them.
+    /// Exactly `len` data bytes, hexadecimal or decimal; another one behind them contradicts the length.
     pub(super) fn data(&mut self, len: usize, radix: u32) -> Result<Data, LineError> {
+        let data = self.first_data(len, radix)?;
+        self.no_more_data(len, radix)?;
+        Ok(data)
+    }
+
+    /// That no data byte follows.
+    pub(super) fn no_more_data(&self, len: usize, radix: u32) -> Result<(), LineError> {
+        match self.peek() {
+            Some(word) if byte(word, radix).is_ok() => Err(LineError::DataLength {
+                expected: len,
+                actual: len + 1,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// `len` data bytes, whatever stands behind them.
+    pub(super) fn first_data(&mut self, len: usize, radix: u32) -> Result<Data, LineError> {
         let mut data = Data::default();
         for index in 0..len {
             let Some(word) = self.next_if_any() else {

@@ -45,7 +45,7 @@ impl Gvret {
         }
         let field = |column, expected| self.0.field(line, column, expected);
         let at_ns = time_ns(field(0, TIME)?, NS_PER_US)?;
-        let id = hex_id(field(1, IDENTIFIER)?)?;
+        let id = hex_id(digits(field(1, IDENTIFIER)?))?;
         let extended = match field(2, "true or false for a 29-bit identifier")? {
             "true" | "True" | "TRUE" | "1" => true,
             "false" | "False" | "FALSE" | "0" => false,
@@ -66,7 +66,8 @@ impl Gvret {
         } else {
             let mut data = Data::default();
             for index in 0..len {
-                data.push(byte(field(FIRST_BYTE + index, "a data byte")?, 16)?)?;
+                let word = digits(field(FIRST_BYTE + index, "a data byte")?);
+                data.push(byte(word, 16)?)?;
             }
             // What stands behind the data is nothing or zero.
             for index in len..MAX_DATA_BYTES {
@@ -74,8 +75,11 @@ impl Gvret {
                     .0
                     .optional(line, FIRST_BYTE + index)
                     .unwrap_or_default();
-                if !rest.is_empty() {
-                    byte(rest, 16)?;
+                if !rest.is_empty() && byte(digits(rest), 16)? != 0 {
+                    return Err(LineError::DataLength {
+                        expected: len,
+                        actual: index + 1,
+                    });
                 }
             }
             Event::Frame(data_frame(id, extended, data.as_slice())?)
@@ -86,4 +90,9 @@ impl Gvret {
             event,
         }))
     }
+}
+
+/// Other writers of the format put `0x` in front.
+fn digits(text: &str) -> &str {
+    text.strip_prefix("0x").unwrap_or(text)
 }

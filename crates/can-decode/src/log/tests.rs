@@ -568,3 +568,93 @@ fn something_else_than_a_log_is_refused() {
     );
     assert!(errors[0].ends_with("got \"time_s,a,b\""), "{errors:?}");
 }
+
+#[test]
+fn more_data_than_the_length_says_is_no_frame() {
+    let gvret = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8";
+    for log in [
+        ";$FILEVERSION=1.1\n1) 1.0 Rx 0029 1 00 11 22".to_owned(),
+        ";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,I,d,L,D\n1 1.0 DT 0029 Rx 1 00 11".to_owned(),
+        "base hex timestamps absolute\n0.1 1 29 Rx d 1 00 11".to_owned(),
+        "base dec timestamps absolute\n0.1 1 41 Rx d 1 0 171 Length = 1".to_owned(),
+        "  can0  029   [1]  00 11".to_owned(),
+        "Timestamp: 0.1 ID: 029 S Rx DL: 1 00 11 Channel: can0".to_owned(),
+        format!("{gvret}\n1000,00000029,false,Rx,0,1,00,11,00,00,00,00,00,00,"),
+    ] {
+        assert_eq!(
+            read(&log),
+            ["error: expected 1 data bytes, got 2"],
+            "{log:?}"
+        );
+    }
+    // What tools write behind the data.
+    for log in [
+        "base hex timestamps absolute\n0.1 1 29 Rx d 1 00  Length = 230000 BitCount = 119 ID = 41",
+        "  can0  029   [1]  41   'A'",
+        "Timestamp: 0.1 ID: 029 S Rx DL: 1 41 'A' Channel: 0",
+    ] {
+        let entries = read(log);
+        assert!(
+            entries.len() == 1 && !entries[0].starts_with("error"),
+            "{log:?}: {entries:?}"
+        );
+    }
+}
+
+#[test]
+fn an_identifier_of_candump_has_three_or_eight_digits() {
+    for id in ["0029", "00029", "0000029", "000000029"] {
+        for line in [
+            format!("(1.0) can0 {id}#00"),
+            format!("  can0  {id}   [1]  00"),
+        ] {
+            let expected = format!("error: expected an identifier of 3 or 8 digits, got \"{id}\"");
+            assert_eq!(read(&line), [expected], "{line:?}");
+        }
+    }
+    assert_eq!(
+        read("(1.0) can0 029#00\n(1.0) can0 00000029#00"),
+        ["1000000 can0 029 00", "1000000 can0 00000029 00",]
+    );
+}
+
+#[test]
+fn what_an_fd_channel_of_asc_says_beside_its_flags() {
+    let line = |text: &str| format!("base hex timestamps absolute\n0.1 CANFD 1 {text}");
+    // The bit rate switch or the error state without flags.
+    for bits in ["1 0", "0 1"] {
+        let text = line(&format!("Rx 29 {bits} 1 1 00 0 0 0 0 0 0 0 0"));
+        assert_eq!(read(&text), ["100000 FdFrame"], "{text}");
+    }
+    // A request to send is not on the bus yet.
+    assert_eq!(read(&line("TxRq 29 0 0 1 1 00 0 0 0 0 0 0 0 0")), [""; 0]);
+    assert_eq!(
+        read(&line("Tx 29 0 0 1 1 00 0 0 0 0 0 0 0 0")),
+        ["100000 1 029 00"]
+    );
+}
+
+#[test]
+fn a_length_of_csv_that_contradicts_its_data_is_damage() {
+    let header = "timestamp,arbitration_id,extended,remote,error,dlc,data";
+    assert_eq!(
+        read(&format!(
+            "{header}\n0.1,0x29,0,0,0,2,AA==\n0.2,0x29,0,0,0,1,AA=="
+        )),
+        ["error: expected 2 data bytes, got 1", "200000  029 00"]
+    );
+}
+
+#[test]
+fn gvret_of_other_writers() {
+    let header = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8";
+    let lines = "1000,0x00000029,false,Rx,0,2,0x01,0xFF,0x00,0x00,0x00,0x00,0x00,0x00\n2000,29,0,Tx,0,1,0A,";
+    assert_eq!(
+        read(&format!("{header}\n{lines}")),
+        ["1000 0 029 01 FF", "2000 0 029 0A"]
+    );
+    assert_eq!(
+        read(&format!("{header}\n1000,0x,false,Rx,0,1,0x00")),
+        ["error: expected an identifier, got \"\""]
+    );
+}

@@ -46,7 +46,7 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "slcan")]
     pub(super) acknowledge: bool,
     /// Show the messages of these drives only. The statistics count everything.
-    #[arg(long, value_name = "ID", value_delimiter = ',')]
+    #[arg(long, value_name = "ID", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=127))]
     drive: Vec<u8>,
     /// What the bus speaks: DYN drives and CANopen use the same identifiers.
     #[arg(long, value_enum, default_value_t)]
@@ -61,7 +61,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum)]
     stamps: Option<StampsOption>,
     /// Bit rate in kbit/s: for the bus load, and what a serial adapter is set to.
-    #[arg(long, value_name = "KBIT", default_value_t = 1_000)]
+    #[arg(long, value_name = "KBIT", default_value_t = 1_000, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     pub(super) bit_rate: u32,
     /// Show only what looks like trouble: alarms, frames that came twice, late or unasked, requests without a reply, frames
     /// that do not decode, errors on the bus.

@@ -221,6 +221,10 @@ impl<'a> Listener<'a> {
         for bus in &self.buses {
             self.output.statistics(bus, self.arguments.bit_rate)?;
         }
+        if self.buses.is_empty() {
+            self.output
+                .note("no frame and no error of a bus, so there is nothing to show")?;
+        }
         self.output.end(self.damaged)?;
         Ok(())
     }

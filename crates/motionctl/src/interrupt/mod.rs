@@ -3,7 +3,10 @@
 use std::io;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
+use signal_hook::consts::{
+    SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGUSR1, SIGUSR2,
+    SIGVTALRM, SIGXCPU, SIGXFSZ,
+};
 use signal_hook::iterator::Signals;
 
 static REQUESTS: AtomicU32 = AtomicU32::new(0);
@@ -16,20 +19,29 @@ pub(crate) fn listen() -> io::Result<()> {
     note(&[SIGINT, SIGTERM, SIGHUP, SIGQUIT])
 }
 
-/// The same for commands that enable drives, and Ctrl-Z too: a program that is paused would leave its drives enabled. Call it before
-/// anything is enabled.
+/// The same for commands that enable drives, and for Ctrl-Z and every other signal that would end or pause the program: its drives
+/// would stay enabled. Call it before anything is enabled.
 ///
 /// # Errors
 /// As [`listen`].
 pub(crate) fn listen_in_motion() -> io::Result<()> {
-    note(&[SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP])
+    note(&[
+        SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF,
+        SIGIO, SIGXCPU, SIGXFSZ,
+    ])?;
+    #[cfg(target_os = "linux")]
+    note(&[rustix::process::Signal::POWER.as_raw()])?;
+    Ok(())
 }
 
 fn note(signals: &[i32]) -> io::Result<()> {
     let mut signals = Signals::new(signals)?;
     std::thread::Builder::new().spawn(move || {
-        for _ in signals.forever() {
-            REQUESTS.fetch_add(1, Ordering::Relaxed);
+        for signal in signals.forever() {
+            // A file that must not grow any more: the error of the write that was refused says so.
+            if signal != SIGXFSZ {
+                REQUESTS.fetch_add(1, Ordering::Relaxed);
+            }
         }
     })?;
     Ok(())

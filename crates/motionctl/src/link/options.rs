@@ -30,7 +30,7 @@ pub(crate) struct SpeedOptions {
 }
 
 /// How a serial port is used.
-#[derive(Debug, Clone, Copy, clap::Args)]
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub(crate) struct PortOptions {
     /// Speed of the serial port in baud; adapters on USB ignore it. Default: 115200 for a CAN adapter, 38400 for the drives' own
     /// ports.

@@ -37,13 +37,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
         .map_err(RunError::Motion)?;
     let drives = motion.drives().map_err(RunError::Motion)?;
     let gears = motion.gear_numbers().map_err(RunError::Motion)?;
-    let rows: Vec<Vec<i32>> = plan.rows().collect();
     let axes: Vec<Axis> = drives
         .iter()
         .zip(gears)
         .enumerate()
         .map(|(axis, (&drive, gear))| {
-            let positions: Vec<i32> = rows.iter().map(|row| row[axis]).collect();
+            let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
             Axis {
                 drive,
                 gear,

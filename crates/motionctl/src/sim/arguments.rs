@@ -1,6 +1,8 @@
 //! Options of `motionctl sim`.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 
 use can_motion::PollPeriods;
 use clap::ValueEnum;
@@ -35,7 +37,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) motion: MotionOptions,
     /// Cycle time in microseconds. Default: 1000, of hub motors 10000.
-    #[arg(long, value_name = "US")]
+    #[arg(long, value_name = "US", value_parser = clap::value_parser!(u32).range(250..=1_000_000))]
     cycle_us: Option<u32>,
     /// Bit rate in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000. Default: 1000, of hub motors 500.
     #[arg(long, value_name = "KBIT", value_parser = bit_rate)]
@@ -151,7 +153,7 @@ impl Arguments {
         let Some(path) = &self.faults else {
             return Ok(Script::default());
         };
-        let text = std::fs::read_to_string(path).map_err(|source| SimError::Read {
+        let text = read_script(path).map_err(|source| SimError::Read {
             path: path.clone(),
             source,
         })?;
@@ -160,4 +162,20 @@ impl Arguments {
             source,
         })
     }
+}
+
+/// Largest fault script: a thousand faults of a thousand bytes.
+const MOST_SCRIPT_BYTES: u64 = 1 << 20;
+
+/// The text of a fault script; a file without end is none.
+fn read_script(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let mut file = File::open(path)?.take(MOST_SCRIPT_BYTES + 1);
+    file.read_to_string(&mut text)?;
+    if text.len() as u64 > MOST_SCRIPT_BYTES {
+        return Err(io::Error::other(format!(
+            "expected a fault script of at most {MOST_SCRIPT_BYTES} bytes, got a longer file"
+        )));
+    }
+    Ok(text)
 }

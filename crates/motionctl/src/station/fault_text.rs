@@ -58,7 +58,7 @@ fn next_step(fault: Fault) -> Option<&'static str> {
             ..
         } => "look whether it reports in another unit (--read-back)",
         Fault::Backlog { .. } => {
-            "this computer or its adapter is too slow for this cycle: use a longer --cycle-us"
+            "this computer or its adapter is too slow, or the adapter refuses frames: look at its cable, or give `motionctl run` a longer --cycle-us"
         }
         Fault::Reboot { .. } => "look at its power supply",
         Fault::ConfirmTimeout => "let its shaft come to rest, then try again",

@@ -9,6 +9,7 @@ use dyn_can::DriveId;
 
 use super::clock::{Clock, serve_until};
 use super::pace::{Pace, PaceCounts};
+use crate::counted::counted;
 use crate::link::{ANSWER_LIMIT, Link, LinkFault};
 use crate::output::tell;
 
@@ -160,8 +161,10 @@ impl<'link> Station<'link> {
             return;
         }
         tell(format_args!(
-            "the adapter did not answer for {frames} frames within {} ms: it is not known whether they went out, so every axis stops",
-            ANSWER_LIMIT.as_millis()
+            "the adapter did not answer for {} within {} ms: it is not known whether {} went out, so every axis stops",
+            counted(frames, "frame", "frames"),
+            ANSWER_LIMIT.as_millis(),
+            if frames == 1 { "it" } else { "they" },
         ));
         self.master.on_bus_off(now);
         self.master.on_bus_recovered(now);

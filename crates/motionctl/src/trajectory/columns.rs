@@ -62,7 +62,7 @@ impl Columns {
         } else {
             (header.chosen(&choice.positions)?, Vec::new())
         };
-        take_axes(choice, &mut positions)?;
+        take_axes(choice, line, &mut positions)?;
         if positions.contains(&time) {
             let column = header.label(time);
             return Err(TrajectoryError::TimeIsPosition { column });
@@ -95,6 +95,7 @@ impl Columns {
         }
         if width < 2 {
             return Err(TrajectoryError::TooFewColumns {
+                line,
                 expected: choice.axes.unwrap_or(1),
                 actual: 0,
             });
@@ -125,7 +126,7 @@ impl Columns {
             }
             positions = (0..width).filter(|index| *index != time).collect();
         }
-        take_axes(choice, &mut positions)?;
+        take_axes(choice, line, &mut positions)?;
         let label = |index: usize| all()[index].clone();
         if positions.contains(&time) {
             return Err(TrajectoryError::TimeIsPosition {
@@ -164,10 +165,15 @@ fn numbered_labels(width: usize) -> Vec<ColumnLabel> {
 }
 
 /// The leftmost columns, as many as there are axes.
-fn take_axes(choice: &ColumnChoice, positions: &mut Vec<usize>) -> Result<(), TrajectoryError> {
+fn take_axes(
+    choice: &ColumnChoice,
+    line: u64,
+    positions: &mut Vec<usize>,
+) -> Result<(), TrajectoryError> {
     let expected = choice.axes.unwrap_or(1).max(1);
     if expected > positions.len() {
         return Err(TrajectoryError::TooFewColumns {
+            line,
             expected,
             actual: positions.len(),
         });
@@ -241,6 +247,84 @@ mod tests {
     }
 
     #[test]
+    fn a_word_that_is_not_known_decides_nothing() {
+        // Feeds, currents, filters, units, attitudes and prose beside an axis, or several of them alone.
+        for header in [
+            "t,x,F",
+            "t,x,iq",
+            "t,x,freq",
+            "t,x,confidence",
+            "t,x,timestep",
+            "t,x,dwell",
+            "t,x,x_filtered",
+            "t,x,x_max",
+            "t,x,x_old",
+            "t,x,a_x",
+            "t,x_chains",
+            "t,encoder",
+            "t,x_mDeg_raw",
+            "t,mm x",
+            "t,deg_x",
+            "t,pos_filtered",
+            "t,gripper_open",
+            "time,lat,lon,alt",
+            "t,tx,ty,tz,qx,qy,qz,qw",
+            "t,dist,heading",
+            "t,ch1,ch2",
+            "t,x,\u{fffd}",
+        ] {
+            let error = choose(header, &[], None).unwrap_err();
+            assert!(
+                error.contains("may be an axis or another quantity; choose with --columns"),
+                "{header}: {error}"
+            );
+        }
+        let error = choose("t,x_sp,x_pv", &[], None).unwrap_err();
+        assert!(error.contains("may be commanded or measured"), "{error}");
+        // Nothing else can be the axis.
+        assert_eq!(indices("t,schlitten"), (0, vec![1]));
+        assert_eq!(indices("schlitten,status,time"), (2, vec![0]));
+    }
+
+    #[test]
+    fn names_of_axes_are_known() {
+        for header in [
+            "t,X,Y,Z,A,B,C",
+            "t,J1,J2",
+            "time,shoulder_pan_joint,shoulder_lift_joint,elbow_joint",
+            "t,left_hip_yaw,left_knee",
+            "t,motor_1,motor_2",
+            "t,theta1,theta2",
+            "t,robot.joint_1,robot.joint_2",
+            "t,position_left,position_right",
+        ] {
+            let axes = header.split(',').count() - 1;
+            assert_eq!(indices(header).1.len(), axes, "{header}");
+        }
+    }
+
+    #[test]
+    fn a_time_that_something_else_was_made_of_is_none() {
+        for header in [
+            "time_jiffies,x",
+            "time_samples,x",
+            "time_step,x",
+            "time_index,x",
+            "time_\u{fffd}s,x",
+            "stamp_filtered,x",
+        ] {
+            let error = choose(header, &[], None).unwrap_err();
+            assert!(
+                error.starts_with("line 1: expected a column named time"),
+                "{error}"
+            );
+        }
+        for header in ["time_since_boot_ms,x", "stamp_of_start,x", "unix_time,x"] {
+            assert_eq!(indices(header), (0, vec![1]), "{header}");
+        }
+    }
+
+    #[test]
     fn columns_by_name_number_and_range() {
         let chosen = |columns: &[&str], axes| {
             let columns = choose("t,a,b,c", columns, axes).unwrap();
@@ -262,7 +346,10 @@ mod tests {
         assert!(error(&["1-99999999999"], None).contains("there is no column \"99999999999\""));
         assert!(error(&["5-2"], None).contains("\"5-2\" is not a column"));
         assert!(error(&["t"], None).contains("column 1 (t) is the time"));
-        assert!(error(&[], Some(2)).contains("expected 2 axes, the file has 1 column beside time"));
+        assert!(
+            error(&[], Some(2))
+                .starts_with("line 1: expected time and 2 axes, got 1 column beside time")
+        );
     }
 
     #[test]

@@ -88,6 +88,8 @@ pub(crate) enum TrajectoryError {
         number: (usize, String),
         text: (usize, String),
     },
+    /// A quoted field that does not end in its line.
+    OpenQuote { line: u64 },
     /// A line with fewer or more fields than the first.
     FieldCount {
         line: u64,
@@ -122,7 +124,11 @@ pub(crate) enum TrajectoryError {
     /// The time column was chosen as a position.
     TimeIsPosition { column: ColumnLabel },
     /// Fewer columns than axes.
-    TooFewColumns { expected: usize, actual: usize },
+    TooFewColumns {
+        line: u64,
+        expected: usize,
+        actual: usize,
+    },
     /// No name says which column is time.
     NoTime { line: u64, names: Vec<ColumnLabel> },
     /// Several names say that they are time.

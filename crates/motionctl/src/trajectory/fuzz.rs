@@ -146,10 +146,7 @@ fn run(bytes: &[u8], reading: &Reading) -> Result<(), String> {
 /// An error names a line, a column or an option.
 fn says_where(error: &TrajectoryError) -> Result<(), String> {
     let text = error.to_string();
-    let is_about_the_whole = matches!(
-        error,
-        TrajectoryError::Empty | TrajectoryError::TooFewColumns { .. }
-    );
+    let is_about_the_whole = matches!(error, TrajectoryError::Empty);
     if text.starts_with("line ") || text.contains("column") || is_about_the_whole {
         Ok(())
     } else {

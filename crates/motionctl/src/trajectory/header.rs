@@ -2,7 +2,7 @@
 
 use super::columns::{Column, ColumnChoice, LeftOut};
 use super::error::{ColumnLabel, TrajectoryError};
-use super::name::{Name, Origin, Quantity};
+use super::name::{Name, Quantity};
 
 /// The names of a file.
 pub(super) struct Header<'a> {
@@ -64,8 +64,8 @@ impl Header<'_> {
         choice: &ColumnChoice,
         time: usize,
     ) -> Result<(Vec<usize>, Vec<LeftOut>), TrajectoryError> {
-        let (mut stated, mut open, mut unclear, mut left_out) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut stated, mut open, mut unknown, mut unclear, mut left_out) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (index, name) in self.names.iter().enumerate() {
             if index == time {
                 continue;
@@ -74,6 +74,7 @@ impl Header<'_> {
                 (Quantity::Position, false) | (Quantity::Speed, true) => stated.push(index),
                 (Quantity::Unnamed, _) if self.may_be_acceleration(index) => unclear.push(index),
                 (Quantity::Unnamed, _) => open.push(index),
+                (Quantity::Unknown, _) => unknown.push(index),
                 (Quantity::Unclear, _) => unclear.push(index),
                 (Quantity::Speed, false) => left_out.push((self.label(index), "a speed")),
                 (Quantity::Position, true) => left_out.push((self.label(index), "a position")),
@@ -88,6 +89,12 @@ impl Header<'_> {
                 reason,
             })
         };
+        // A name that nobody knows is that of the axis when no other column can be one.
+        if stated.is_empty() && open.is_empty() && unclear.is_empty() && unknown.len() == 1 {
+            open.append(&mut unknown);
+        }
+        unclear.append(&mut unknown);
+        unclear.sort_unstable();
         if !unclear.is_empty() {
             return doubtful(&unclear, "may be an axis or another quantity");
         }
@@ -102,9 +109,10 @@ impl Header<'_> {
         if let Some(first) = positions.first()
             && positions.iter().any(|index| origin(index) != origin(first))
         {
-            let mut columns = positions.clone();
-            columns.retain(|index| origin(index) != Origin::Unsaid);
-            return doubtful(&columns, "are commanded or measured values of one thing");
+            return doubtful(
+                &positions,
+                "may be commanded or measured values of one thing",
+            );
         }
         if positions.is_empty() {
             let left_out = left_out

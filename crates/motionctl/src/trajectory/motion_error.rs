@@ -4,6 +4,7 @@ use core::fmt;
 use std::path::PathBuf;
 
 use super::TrajectoryError;
+use crate::counted::counted;
 
 /// Options that make no motion.
 #[derive(Debug)]
@@ -52,7 +53,9 @@ impl fmt::Display for MotionError {
             ),
             Self::DriveCount { expected, actual } => write!(
                 f,
-                "--drives: expected {expected} ids for {expected} axes, got {actual}"
+                "--drives: expected {} for {}, got {actual}",
+                counted(*expected, "id", "ids"),
+                counted(*expected, "axis", "axes")
             ),
         }
     }

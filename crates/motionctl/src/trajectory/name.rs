@@ -6,8 +6,8 @@ mod vocabulary;
 
 use super::unit::{TimeUnit, Unit};
 use vocabulary::{
-    ACCELERATIONS, COMMANDED, COUNTERS, DEVIATIONS, ELECTRICAL, FORCES, FOREIGN, MEASURED,
-    POSITIONS, SPEEDS, STATES, TIMES,
+    ACCELERATIONS, AXES, BEHIND_TIME, COMMANDED, COUNTERS, DEVIATIONS, ELECTRICAL, FORCES, FOREIGN,
+    MEASURED, POSITIONS, SPEEDS, STATES, TIMES,
 };
 
 /// What a column holds.
@@ -16,12 +16,14 @@ pub(super) enum Quantity {
     Time,
     /// The name says that it is a position.
     Position,
-    /// The name says nothing about the quantity, as `shoulder`.
+    /// The name is that of an axis and says nothing about the quantity, as `shoulder`.
     Unnamed,
+    /// One word that is not known: an axis only where nothing else can be one.
+    Unknown,
     Speed,
     /// Something that is neither position nor speed.
     Other(&'static str),
-    /// The name may mean a speed or an axis, as `v`.
+    /// The name may mean another quantity or an axis, as `v` and `x_filtered`.
     Unclear,
 }
 
@@ -94,13 +96,18 @@ fn split_bracket(text: &str) -> (&str, Option<&str>) {
     (text, None)
 }
 
-/// Lower-case words; a change from a small to a capital letter begins one, as in `timeMs`.
+/// Lower-case words; a change from a small to a capital letter begins one, as in `timeMs`, but not behind the prefix of a unit,
+/// as in `mDeg`.
 fn words(text: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before_is_small = false;
     for letter in text.chars() {
-        let is_part = letter.is_alphanumeric() || matches!(letter, '°' | '%');
-        let begins = letter.is_uppercase() && before_is_small;
+        // What was no UTF-8 is part of a word: `\u{fffd}s` is no second.
+        let is_part = letter.is_alphanumeric() || matches!(letter, '°' | '%' | '\u{fffd}');
+        let is_prefix = words
+            .last()
+            .is_some_and(|word| PREFIXES.contains(&word.as_str()));
+        let begins = letter.is_uppercase() && before_is_small && !is_prefix;
         if (!is_part || begins) && words.last().is_some_and(|word| !word.is_empty()) {
             words.push(String::new());
         }
@@ -112,6 +119,9 @@ fn words(text: &str) -> Vec<String> {
     words.retain(|word| !word.is_empty());
     words
 }
+
+/// Prefixes of units in which nothing is read, and of those of time, which are.
+const PREFIXES: [&str; 8] = ["m", "u", "µ", "μ", "n", "k", "c", "p"];
 
 /// A word without the number behind it, as in `q1`.
 fn stem(word: &str) -> &str {
@@ -133,13 +143,21 @@ fn position_unit(word: &str) -> Option<Unit> {
 fn time_unit(word: &str) -> Option<TimeUnit> {
     Some(match word {
         "s" | "sec" | "secs" | "second" | "seconds" => TimeUnit::S,
-        "ms" | "msec" | "msecs" | "millis" | "millisecond" | "milliseconds" => TimeUnit::Ms,
-        "us" | "µs" | "μs" | "usec" | "usecs" | "micros" | "microsecond" | "microseconds" => {
-            TimeUnit::Us
-        }
-        "ns" | "nsec" | "nsecs" | "nanos" | "nanosecond" | "nanoseconds" => TimeUnit::Ns,
+        "sekunde" | "sekunden" => TimeUnit::S,
+        "ms" | "msec" | "msecs" | "millis" | "millisec" | "millisecs" | "millisecond"
+        | "milliseconds" | "millisekunde" | "millisekunden" => TimeUnit::Ms,
+        "us" | "µs" | "μs" | "usec" | "usecs" | "micros" | "microsec" | "microsecs"
+        | "microsecond" | "microseconds" | "mikrosekunde" | "mikrosekunden" => TimeUnit::Us,
+        "ns" | "nsec" | "nsecs" | "nanos" | "nanosec" | "nanosecs" | "nanosecond"
+        | "nanoseconds" | "nanosekunde" | "nanosekunden" => TimeUnit::Ns,
         _ => return None,
     })
+}
+
+/// A unit with a prefix, as `mdeg`, in which nothing is read.
+fn has_prefix(word: &str) -> bool {
+    let rest = PREFIXES.iter().find_map(|prefix| word.strip_prefix(prefix));
+    rest.is_some_and(|rest| position_unit(rest).is_some() || time_unit(rest).is_some())
 }
 
 /// A unit in brackets is one, known or not; the second value says whether it is one of a speed or an acceleration.
@@ -192,7 +210,9 @@ fn last_unit<'a, 'b>(words: &'a [&'b str]) -> (NamedUnit, bool, &'a [&'b str]) {
     let behind_digits = last.trim_start_matches(|letter: char| letter.is_ascii_digit());
     let has_factor = behind_digits.len() < last.len()
         && (time_unit(behind_digits).is_some() || position_unit(behind_digits).is_some());
-    if !front.is_empty() && (has_factor || FOREIGN.contains(&last)) {
+    // One or two letters alone name an axis.
+    let is_foreign = FOREIGN.contains(&last) && (!front.is_empty() || last.chars().count() > 2);
+    if has_prefix(last) || is_foreign || (has_factor && !front.is_empty()) {
         return (NamedUnit::Foreign(last.to_owned()), false, front);
     }
     (NamedUnit::Unsaid, false, words)
@@ -258,13 +278,25 @@ fn quantity(text: &str, words: &[&str], unit: &NamedUnit) -> Quantity {
         return Quantity::Other("a deviation or age");
     }
     if has(TIMES) || words == ["t"] || (words.is_empty() && matches!(unit, NamedUnit::Time(_))) {
-        return Quantity::Time;
+        return if is_qualified(words, TIMES, |word| BEHIND_TIME.contains(&word)) {
+            Quantity::Other("a time that is not the time column")
+        } else {
+            Quantity::Time
+        };
     }
     if matches!(unit, NamedUnit::Time(_)) {
         return Quantity::Other("a time that is not the time column");
     }
+    // What an encoder counts is a position in a unit of its own.
+    if has(&["encoder"]) && !matches!(unit, NamedUnit::Position(_)) {
+        return Quantity::Unclear;
+    }
     if has(POSITIONS) {
-        return Quantity::Position;
+        return if is_qualified(words, POSITIONS, names_axis) {
+            Quantity::Unclear
+        } else {
+            Quantity::Position
+        };
     }
     if has(ELECTRICAL) {
         return Quantity::Other("an electrical value");
@@ -278,21 +310,56 @@ fn quantity(text: &str, words: &[&str], unit: &NamedUnit) -> Quantity {
     if is_unclear(words) {
         return Quantity::Unclear;
     }
-    Quantity::Unnamed
+    match words {
+        // The unit alone, as in `deg`.
+        [] => Quantity::Unnamed,
+        _ if words.iter().all(|word| is_number(word)) => Quantity::Unknown,
+        _ if words.iter().all(|word| names_axis(word)) => Quantity::Unnamed,
+        // A unit of positions says enough of one word, as in `d_turns`.
+        [_] if matches!(unit, NamedUnit::Position(_)) => Quantity::Unnamed,
+        [_] => Quantity::Unknown,
+        _ => Quantity::Unclear,
+    }
+}
+
+/// Whether a word that is not known stands behind the last of the listed ones, as in `pos_filtered` and `time_cycles`: nobody
+/// knows what it makes of them.
+fn is_qualified(words: &[&str], list: &[&str], is_known: impl Fn(&str) -> bool) -> bool {
+    let last = words.iter().rposition(|word| list.contains(&stem(word)));
+    let behind = last.map_or(&[][..], |last| &words[last + 1..]);
+    behind
+        .iter()
+        .any(|word| !is_number(word) && !is_known(word))
+}
+
+fn is_number(word: &str) -> bool {
+    word.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Whether a word names an axis: its letter, its part of a machine, or whose value it is.
+fn names_axis(word: &str) -> bool {
+    let stem = stem(word);
+    is_number(word)
+        || [AXES, COMMANDED, MEASURED]
+            .iter()
+            .any(|list| list.contains(&stem))
 }
 
 /// `row`, `sample 3`, `header.seq`: a word for a counter alone, with a number, or at the end of a name when it means nothing else.
 fn is_counter(words: &[&str]) -> bool {
-    let is_number = |word: &&str| word.bytes().all(|byte| byte.is_ascii_digit());
     match words {
         [.., "seq" | "index" | "idx"] => true,
-        [first, rest @ ..] => COUNTERS.contains(first) && rest.iter().all(is_number),
+        [first, rest @ ..] => COUNTERS.contains(first) && rest.iter().all(|word| is_number(word)),
         [] => false,
     }
 }
 
-/// Letters of physics that also name axes: `v`, `wz`, `dx`, `ay`, `j1_v`; `n` and `k` alone count.
+/// Letters of physics that also name axes: `v`, `wz`, `dx`, `ay`, `j1_v`, and two of them, as `a_x`; `n` and `k` alone count.
 fn is_unclear(words: &[&str]) -> bool {
+    let is_single = |word: &&&str| stem(word).chars().count() == 1 && !is_number(word);
+    if words.iter().filter(is_single).count() > 1 {
+        return true;
+    }
     let is_letter = |word: &&str| {
         let mut letters = stem(word).chars();
         match (letters.next(), letters.next(), letters.next()) {
@@ -341,6 +408,14 @@ mod tests {
             ("time_from_start", Unsaid),
             ("seconds", Time(TimeUnit::S)),
             ("field.header.stamp", Unsaid),
+            ("time_mS", Time(TimeUnit::Ms)),
+            ("time_µS", Time(TimeUnit::Us)),
+            ("time_nS", Time(TimeUnit::Ns)),
+            ("t [mSec]", Time(TimeUnit::Ms)),
+            ("time_nanosec", Time(TimeUnit::Ns)),
+            ("Zeit_Millisekunden", Time(TimeUnit::Ms)),
+            ("time_ps", NamedUnit::Foreign("ps".into())),
+            ("t [\u{fffd}s]", NamedUnit::Foreign("\u{fffd}s".into())),
             ("time_min", NamedUnit::Foreign("min".into())),
             ("time_100ns", NamedUnit::Foreign("100ns".into())),
         ] {
@@ -373,6 +448,18 @@ mod tests {
                 Position(Unit::Counts),
             ),
             ("x_m", Quantity::Unnamed, Foreign("m".into())),
+            ("e_counts", Quantity::Unnamed, Position(Unit::Counts)),
+            ("e", Quantity::Unknown, Unsaid),
+            ("m", Quantity::Unnamed, Unsaid),
+            ("ticks", Quantity::Unnamed, Foreign("ticks".into())),
+            ("x_meters", Quantity::Unnamed, Foreign("meters".into())),
+            ("encoder_pos", Quantity::Unclear, Unsaid),
+            ("encoder_deg", Quantity::Unnamed, Position(Unit::Degrees)),
+            ("e_f_counts", Quantity::Unclear, Position(Unit::Counts)),
+            ("x_mDeg", Quantity::Unnamed, Foreign("mdeg".into())),
+            ("x_mRad", Quantity::Unnamed, Foreign("mrad".into())),
+            ("uDeg", Quantity::Unnamed, Foreign("udeg".into())),
+            ("q_kcounts", Quantity::Position, Foreign("kcounts".into())),
             ("x [V]", Quantity::Unnamed, Foreign("V".into())),
         ] {
             assert_eq!(parse(text), (quantity, unit), "{text}");

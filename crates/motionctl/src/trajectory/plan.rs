@@ -189,6 +189,24 @@ mod tests {
     }
 
     #[test]
+    fn a_step_may_be_as_large_as_its_limit_and_no_larger() {
+        // 0.88 degrees are 40.05 counts, 0.9 degrees 40.96.
+        assert_eq!(plan("0 0\n0.001 0.88\n", 40).unwrap().last(), [40]);
+        let error = plan("0 0\n0.001 0.9\n", 40).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                TrajectoryError::Step {
+                    actual_counts: 41,
+                    limit_counts: 40,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn peaks_are_those_of_the_motion() {
         let plan = plan("0 0\n1 360\n2 0\n3 -180\n", 16_384).unwrap();
         let peaks = plan.peaks()[0];

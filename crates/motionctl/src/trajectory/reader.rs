@@ -16,6 +16,9 @@ struct EitherRow {
     times: [ExactTime; 2],
 }
 
+/// Lines in which either of two columns may be time; more would take memory for what is refused in the end.
+const MOST_EITHER_ROWS: usize = 1 << 16;
+
 /// What is known of the columns.
 enum Layout {
     /// No line yet.
@@ -29,7 +32,7 @@ enum Layout {
 pub(super) struct Reader<'a> {
     reading: &'a Reading,
     /// The last comment so far.
-    pub(super) comment: Option<String>,
+    comment: Option<String>,
     separator: Separator,
     layout: Layout,
     /// The line that says how many columns there are, how many, and their names.
@@ -67,7 +70,35 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// A line that begins as a comment. Among the numbers it may be one of them: a spreadsheet writes `#DIV/0!` in the place of
+    /// a number.
+    pub(super) fn comment(&mut self, line: u64, text: &str) -> Result<(), TrajectoryError> {
+        if matches!(self.layout, Layout::Unknown) {
+            self.comment = Some(text.trim().to_owned());
+            return Ok(());
+        }
+        let fields = self.separator.split(text);
+        let cell = |field: &str| Cell::of(field, self.reading.decimal_comma);
+        let is_number = |field: &String| matches!(cell(field), Cell::Number(_));
+        if let [first, rest @ ..] = &fields[..]
+            && self.separator != Separator::Blanks
+            && fields.len() == self.width
+            && first.len() > 1
+            && !cell(first.trim_start_matches(['#', '%']).trim()).is_numeric()
+            && rest.iter().all(is_number)
+        {
+            return Err(TrajectoryError::NotANumber {
+                place: Place::cell(line, &self.label(0)),
+                actual: first.clone(),
+            });
+        }
+        Ok(())
+    }
+
     pub(super) fn take(&mut self, line: u64, text: &str) -> Result<(), TrajectoryError> {
+        if text.bytes().filter(|byte| *byte == b'"').count() % 2 != 0 {
+            return Err(TrajectoryError::OpenQuote { line });
+        }
         if !matches!(self.layout, Layout::Unknown) {
             let fields = self.separator.split(text);
             return self.numbers(line, &fields);
@@ -103,7 +134,13 @@ impl<'a> Reader<'a> {
             .iter()
             .any(|field| Cell::of(field, self.reading.decimal_comma).is_numeric());
         let has_time = names.iter().any(|name| name.quantity == Quantity::Time);
-        (names.len() == fields.len() && has_number && has_time).then_some(names)
+        // A sentence may have as many words.
+        let is_sentence = names.iter().any(|name| {
+            let is_number = Cell::of(&name.text, self.reading.decimal_comma).is_numeric();
+            name.quantity == Quantity::Unknown || is_number
+        });
+        let is_header = names.len() == fields.len() && has_number && has_time && !is_sentence;
+        is_header.then_some(names)
     }
 
     /// Whether the first line is one of names; a line of both is refused.
@@ -215,7 +252,10 @@ impl<'a> Reader<'a> {
             return Err(self.no_names(&rising));
         }
         if rising[1] {
-            return Ok(());
+            return match rows.len() {
+                MOST_EITHER_ROWS.. => Err(self.no_names(&rising)),
+                _ => Ok(()),
+            };
         }
         let rows = core::mem::take(rows);
         self.set_layout(Columns::by_number(0, &[1], 2))?;

@@ -199,7 +199,7 @@ mod tests {
         assert!(error(&[], &["x [kN]"]).contains("its name says \"kN\""));
         assert!(
             error(&[Counts, Counts], &["a"])
-                .starts_with("--unit: expected one value, or 1 for 1 axes, got 2")
+                .starts_with("--unit: expected one value for 1 axis, got 2")
         );
     }
 

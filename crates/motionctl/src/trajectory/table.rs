@@ -45,7 +45,7 @@ impl Table {
         while let Some((number, line)) = lines.next()? {
             let text = line.trim();
             if text.starts_with(['#', '%']) {
-                reader.comment = Some(text.to_owned());
+                reader.comment(number, &line)?;
             } else if !text.is_empty() {
                 reader.take(number, &line)?;
             }

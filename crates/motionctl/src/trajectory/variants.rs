@@ -36,7 +36,7 @@ struct Style {
     epoch: bool,
 }
 
-const TIME_NAMES: [(&str, TimeUnit); 14] = [
+const TIME_NAMES: [(&str, TimeUnit); 18] = [
     ("t", TimeUnit::S),
     ("time", TimeUnit::S),
     ("Time", TimeUnit::S),
@@ -51,6 +51,10 @@ const TIME_NAMES: [(&str, TimeUnit); 14] = [
     ("t(us)", TimeUnit::Us),
     ("stamp_ns", TimeUnit::Ns),
     ("t/ns", TimeUnit::Ns),
+    ("time_mS", TimeUnit::Ms),
+    ("t_µS", TimeUnit::Us),
+    ("Zeit_Millisekunden", TimeUnit::Ms),
+    ("stamp_nanosec", TimeUnit::Ns),
 ];
 
 /// Names that say nothing, and names that say that they are positions.
@@ -74,6 +78,34 @@ const EXTRAS: [(&str, &str); 10] = [
     ("x_error", "1"),
     ("temperature", "41"),
     ("current", ""),
+];
+
+/// Names of columns that hold anything but an axis, and that no list of words knows all of.
+const STRANGERS: [&str; 24] = [
+    "F",
+    "iq",
+    "freq",
+    "duty",
+    "confidence",
+    "timestep",
+    "dwell",
+    "crc",
+    "x_filtered",
+    "x_max",
+    "joint1_old",
+    "a_x",
+    "qw",
+    "pos_raw",
+    "x_yd",
+    "x_kcounts",
+    "q1_mDeg",
+    "Kommentar",
+    "lat",
+    "gripper_open",
+    "zone",
+    "override",
+    "L\u{fffd}nge",
+    "ω",
 ];
 
 fn styles(axes: usize) -> impl Strategy<Value = Style> {
@@ -339,6 +371,24 @@ proptest! {
         let table = written.read(&written.text(&written.rows()));
         let table = table.map_err(|error| TestCaseError::fail(error.to_string()))?;
         written.is(&table)?;
+    }
+
+    #[test]
+    fn a_column_that_nobody_knows_moves_nothing(written in motions(), name in select(&STRANGERS[..]), seed in any::<usize>()) {
+        let mut with_stranger = written;
+        let style = &mut with_stranger.style;
+        let column = style.order.len();
+        style.extras.push((name, "7"));
+        style.order.insert(seed % (column + 1), column);
+        match with_stranger.read(&with_stranger.text(&with_stranger.rows())) {
+            Err(error) => prop_assert!(error.to_string().contains("--columns"), "{}", error),
+            Ok(table) => {
+                let positions = &table.columns.positions;
+                let units = resolve::position_units(&[], positions);
+                let is_driven = positions.iter().any(|column| column.label.name == name);
+                prop_assert!(!is_driven || units.is_err(), "{} moves an axis", name);
+            }
+        }
     }
 
     #[test]

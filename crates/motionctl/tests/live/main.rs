@@ -5,6 +5,7 @@ mod adapters;
 mod bench;
 mod commission;
 mod documents;
+mod other_signals;
 mod power;
 mod power_matrix;
 mod relay;

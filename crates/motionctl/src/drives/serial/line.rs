@@ -191,3 +191,60 @@ impl Line {
         u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+    use crate::pty::{self, Pty};
+
+    /// Read_MainGain of drive 1, and its replies 20 and 33.
+    const READ: [u8; 4] = [0x01, 0x98, 0x80, 0x99];
+    const IS_20: [u8; 4] = [0x01, 0x90, 0x94, 0xA5];
+    const IS_33: [u8; 4] = [0x01, 0x90, 0xA1, 0xB2];
+
+    #[test]
+    fn what_came_before_a_request_is_not_its_reply() {
+        let link = std::env::temp_dir().join(format!("motionctl-line-{}", std::process::id()));
+        let pty = Pty::create(&link).unwrap();
+        let (tell, told) = mpsc::channel::<mpsc::Sender<()>>();
+        let drive = std::thread::spawn(move || {
+            let (mut buffer, mut heard) = ([0; 64], Vec::new());
+            loop {
+                pty::wait([&pty], Duration::from_millis(2)).unwrap();
+                heard.extend_from_slice(pty.read(&mut buffer).unwrap());
+                if heard.ends_with(&READ) {
+                    heard.clear();
+                    assert_eq!(pty.write(&IS_20).unwrap(), IS_20.len());
+                }
+                match told.try_recv() {
+                    // A reply that nobody awaits, as one that comes late.
+                    Ok(written) => {
+                        assert_eq!(pty.write(&IS_33).unwrap(), IS_33.len());
+                        written.send(()).unwrap();
+                    }
+                    Err(mpsc::TryRecvError::Empty) => {}
+                    Err(mpsc::TryRecvError::Disconnected) => return,
+                }
+            }
+        });
+        let options = PortOptions::default();
+        let mut line = Line::open(link.to_str().unwrap(), options, NonZeroU8::MIN).unwrap();
+        let id = StoredDriveId::new(1).unwrap();
+        for is_late in [false, true, false] {
+            if is_late {
+                let (written, is_written) = mpsc::channel();
+                tell.send(written).unwrap();
+                is_written.recv().unwrap();
+            }
+            let reply = line.read(id, &Request::ReadMainGain).unwrap();
+            let Reply::MainGain(gain) = reply else {
+                panic!("{reply:?}");
+            };
+            assert_eq!(gain.get(), 20);
+        }
+        drop(tell);
+        drive.join().unwrap();
+    }
+}

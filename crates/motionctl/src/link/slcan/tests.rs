@@ -1,3 +1,4 @@
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use embedded_can::{Frame as _, StandardId};
@@ -193,4 +194,78 @@ fn an_adapter_that_answers_nothing_must_be_meant() {
     };
     let mut slcan = Slcan::open(silent.port(), meant, Channel::Open).unwrap();
     assert_eq!(slcan.transmit(&frame(1)), Ok(None));
+}
+
+#[test]
+fn an_empty_line_is_an_answer_too() {
+    let adapter = FakeAdapter::new("bare", |line| match line {
+        [b't', ..] => b"\r".to_vec(),
+        line => set_up_answer(line),
+    });
+    let mut slcan = open(&adapter).unwrap();
+    assert_eq!(slcan.transmit(&frame(1)), Ok(None));
+    std::thread::sleep(ANSWER_LIMIT);
+    slcan.wait(Duration::ZERO);
+    assert_eq!((slcan.take_unknown(), slcan.is_silent()), (0, false));
+}
+
+#[test]
+fn what_a_full_port_does_not_take_is_not_sent_later() {
+    let is_stuck = Arc::new(AtomicBool::new(true));
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let (stuck, log) = (Arc::clone(&is_stuck), Arc::clone(&heard));
+    let adapter = FakeAdapter::new("full", move |line| match line {
+        [b't', ..] => {
+            log.lock().unwrap().push(line.to_vec());
+            while stuck.load(Ordering::Relaxed) {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            Vec::new()
+        }
+        line => set_up_answer(line),
+    });
+    let mut slcan = open(&adapter).unwrap();
+    let mut sent = 0_usize;
+    let mut refused = 0;
+    // Ten bytes with its end: the port takes a part of one in the end.
+    let two_bytes = Frame::new(StandardId::new(0x03C).unwrap(), &[1, 1]).unwrap();
+    // After the first ones it is known that it answers for no frame, and then only the port is a limit.
+    for _ in 0..100_000 {
+        match slcan.transmit(&two_bytes) {
+            Ok(_) => sent += 1,
+            Err(nb::Error::WouldBlock) if refused > 5 => break,
+            Err(nb::Error::WouldBlock) if slcan.is_silent() => refused += 1,
+            Err(nb::Error::WouldBlock) => slcan.wait(Duration::from_millis(5)),
+            Err(error) => panic!("{error:?}"),
+        }
+    }
+    assert!((100..100_000).contains(&sent), "{sent} frames fill a port");
+    is_stuck.store(false, Ordering::Relaxed);
+    while heard.lock().unwrap().len() < sent {
+        // The rest of a frame of which a part was taken goes out with the next one.
+        slcan.write_out();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert_eq!(slcan.transmit(&frame(2)), Ok(None));
+    while heard.lock().unwrap().last().map(Vec::as_slice) != Some(b"t03C102") {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let heard = heard.lock().unwrap();
+    assert!(
+        heard[..sent].iter().all(|line| line == b"t03C20101"),
+        "{heard:?}"
+    );
+    assert_eq!(heard.len(), sent + 1);
+}
+
+#[test]
+fn what_an_earlier_user_was_sent_is_no_answer() {
+    let adapter = FakeAdapter::new("earlier", |line| match line {
+        // On its way when the channel is closed.
+        b"C" => b"t029155\r\r".to_vec(),
+        line => set_up_answer(line),
+    });
+    let mut slcan = open(&adapter).unwrap();
+    slcan.wait(Duration::from_millis(20));
+    assert_eq!(slcan.receive(), Err(nb::Error::WouldBlock));
 }

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::{ColumnLabel, TrajectoryError};
+use crate::counted::counted;
 use crate::trajectory::unit::TimeUnit;
 
 /// Columns one after the other.
@@ -108,11 +109,19 @@ impl TrajectoryError {
                 f,
                 "{column} is the time and cannot move an axis: take it out of --columns, or give another --time-column"
             ),
-            Self::TooFewColumns { expected, actual } => write!(
+            Self::TooFewColumns {
+                line,
+                expected,
+                actual,
+            } => write!(
                 f,
-                "expected {expected} {}, the file has {actual} {} beside time",
-                plural(*expected, "axis", "axes"),
-                plural(*actual, "column", "columns")
+                "line {line}: expected time and {}, got {} beside time",
+                counted(*expected, "axis", "axes"),
+                counted(*actual, "column", "columns")
+            ),
+            Self::OpenQuote { line } => write!(
+                f,
+                "line {line}: a quotation mark is open at the end of the line; expected every field to end in the line in which it begins"
             ),
             Self::NoTime { line, names } => write!(
                 f,
@@ -201,10 +210,13 @@ impl TrajectoryError {
                 what,
                 expected,
                 actual,
-            } => write!(
-                f,
-                "{what}: expected one value, or {expected} for {expected} axes, got {actual}"
-            ),
+            } => match expected {
+                1 => write!(f, "{what}: expected one value for 1 axis, got {actual}"),
+                _ => write!(
+                    f,
+                    "{what}: expected one value, or {expected} for {expected} axes, got {actual}"
+                ),
+            },
             Self::TimeOrder {
                 place,
                 before,
@@ -242,7 +254,8 @@ impl TrajectoryError {
                 actual_counts,
             } => write!(
                 f,
-                "{place}: the axis would leave the 28-bit travel of its drive, {actual_counts:.0} counts from the start; lower the gear ratio or the counts per turn"
+                "{place}: the axis would leave the 28-bit travel of its drive, {} counts from the start; lower the gear ratio or the counts per turn",
+                readable(*actual_counts)
             ),
             Self::Step {
                 place,
@@ -259,8 +272,13 @@ impl TrajectoryError {
     }
 }
 
-fn plural(count: usize, one: &'static str, many: &'static str) -> &'static str {
-    if count == 1 { one } else { many }
+/// Counts that may be beyond everything.
+fn readable(counts: f64) -> String {
+    if counts.abs() < 1e15 {
+        format!("{counts:.0}")
+    } else {
+        format!("{counts:.1e}")
+    }
 }
 
 /// A time that may be very long, in the unit that people read.

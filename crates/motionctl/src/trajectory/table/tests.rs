@@ -194,3 +194,103 @@ fn more_numbers_than_a_motion_has_are_refused_in_their_line() {
         .to_string();
     assert!(error.starts_with("line 5: expected at most 6"), "{error}");
 }
+
+#[test]
+fn a_spreadsheet_error_in_front_is_no_comment() {
+    for text in [
+        "t,x\n0,0\n#DIV/0!,5\n2,0\n",
+        "t;x\n0;0\n#REF!;5\n2;0\n",
+        "t,x\n0,0\n########,5\n2,0\n",
+    ] {
+        let error = read(text).unwrap_err();
+        assert!(
+            error.starts_with("line 3, column 1 (t): expected a number, got \"#"),
+            "{text:?}: {error}"
+        );
+    }
+    // A point that was taken out, and a remark.
+    for line in ["#1,5", "# 1,5", "# pause, then on", "#", "% x", "#a,b"] {
+        let text = format!("t,x\n0,0\n{line}\n2,4\n");
+        assert_eq!(points(&read(&text).unwrap()).len(), 2, "{text:?}");
+    }
+}
+
+#[test]
+fn a_sentence_is_no_header() {
+    for text in [
+        "# run at time 3\n0 1 2 3\n1 2 3 4\n",
+        "# start of time\n0 0 1\n1 5 2\n",
+        "# time = 3\n0 1 2\n1 2 3\n",
+        "# time: 12:00\n0 1\n1 2\n",
+        "# any time\n5 0\n6 1\n5 2\n",
+    ] {
+        let error = read(text).unwrap_err();
+        assert!(error.contains("columns without names"), "{text:?}: {error}");
+    }
+    assert_eq!(
+        points(&read("# time x y\n0 1 2\n1 2 3\n").unwrap()).len(),
+        2
+    );
+}
+
+#[test]
+fn a_quotation_mark_that_stays_open_is_refused() {
+    for text in ["t,x\n0,\"0\n1,10\n", "\"t\n(s)\",x\n0,0\n1,10\n"] {
+        let error = read(text).unwrap_err();
+        assert!(
+            error.contains("a quotation mark is open at the end of the line"),
+            "{text:?}: {error}"
+        );
+    }
+}
+
+#[test]
+fn too_few_columns_are_refused_in_their_line() {
+    let error = read("\n5\n6\n").unwrap_err();
+    assert!(
+        error.starts_with("line 2: expected time and 1 axis, got 0 columns"),
+        "{error}"
+    );
+}
+
+#[test]
+fn two_columns_that_both_increase_do_not_fill_the_memory() {
+    let mut lines = 0_u64;
+    let rows = core::iter::from_fn(|| {
+        lines += 1;
+        (lines < 300_000).then_some(Ok(format!("{lines} {lines}\n").into_bytes()))
+    });
+    let many = Reading {
+        most_numbers: usize::MAX,
+        ..reading()
+    };
+    let error = Table::read(std::io::BufReader::new(Rows(rows)), &many).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("line 1: 2 columns without names"),
+        "{error}"
+    );
+    assert!(lines < 200_000, "{lines} lines were read");
+}
+
+/// Lines as a file that has no end.
+struct Rows<I>(I);
+
+impl<I: Iterator<Item = std::io::Result<Vec<u8>>>> std::io::Read for Rows<I> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let row = self.0.next().transpose()?.unwrap_or_default();
+        buffer[..row.len()].copy_from_slice(&row);
+        Ok(row.len())
+    }
+}
+
+#[test]
+fn a_motion_may_last_exactly_as_long_as_it_may() {
+    assert_eq!(points(&read("t,a\n5,0\n3605,1\n").unwrap()).len(), 2);
+    let error = read("t,a\n5,0\n3605.001,1\n").unwrap_err();
+    assert!(
+        error.contains("lasts 3600.001 s, expected at most 3600 s"),
+        "{error}"
+    );
+}

@@ -251,3 +251,28 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn more_answers_than_frames_and_too_few_that_took_one_leave_them_unknown() {
+    let mut rig = Rig::answering();
+    rig.send(3);
+    rig.hear("bbzz");
+    assert_eq!(rig.outcome(), (vec![], 3));
+    assert!(rig.window.has_room());
+    // As many as the frames were taken: the refusal was noise.
+    rig.send(3);
+    rig.hear("bzzz");
+    rig.pass(QUIET);
+    assert_eq!(rig.outcome(), (vec![], 0));
+}
+
+#[test]
+fn one_that_only_refuses_does_not_answer() {
+    let mut rig = Rig::new();
+    rig.send(2);
+    rig.hear("b");
+    rig.pass(ANSWER_LIMIT);
+    // Its silence about the other one is no loss.
+    assert!(rig.window.is_silent());
+    assert_eq!(rig.outcome(), (vec![], 0));
+}
