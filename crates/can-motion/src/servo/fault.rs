@@ -238,6 +238,14 @@ impl Reactions {
 mod tests {
     use super::*;
 
+    const NONE: Reactions = Reactions {
+        alarm: Reaction::Halt,
+        data_error: Reaction::Halt,
+        lost: Reaction::Halt,
+        backlog: Reaction::Halt,
+        position: Reaction::Halt,
+        bus: Reaction::Halt,
+    };
     const ALL: Reactions = Reactions {
         alarm: Reaction::Disable,
         data_error: Reaction::Disable,
@@ -247,23 +255,23 @@ mod tests {
         bus: Reaction::Disable,
     };
 
-    /// Each fault with what it takes, and with reactions of which all but its own say to disable.
+    /// Each fault with what it takes, and with reactions of which only its own says to disable; all say so where it halts at any rate.
     fn rows() -> [(Fault, Loss, Reactions); 19] {
-        const HALT: Reaction = Reaction::Halt;
-        let alarm = Reactions { alarm: HALT, ..ALL };
+        const OWN: Reaction = Reaction::Disable;
+        let alarm = Reactions { alarm: OWN, ..NONE };
         let position = Reactions {
-            position: HALT,
-            ..ALL
+            position: OWN,
+            ..NONE
         };
-        let lost = Reactions { lost: HALT, ..ALL };
-        let bus = Reactions { bus: HALT, ..ALL };
+        let lost = Reactions { lost: OWN, ..NONE };
+        let bus = Reactions { bus: OWN, ..NONE };
         let backlog = Reactions {
-            backlog: HALT,
-            ..ALL
+            backlog: OWN,
+            ..NONE
         };
         let data_error = Reactions {
-            data_error: HALT,
-            ..ALL
+            data_error: OWN,
+            ..NONE
         };
         let byte = ConfigByte::from_byte(0);
         let gear = Fault::Gear {
@@ -310,7 +318,12 @@ mod tests {
     fn each_fault_takes_what_its_row_says_and_has_its_own_reaction() {
         for (fault, loss, reactions) in rows() {
             assert_eq!(fault.loss(), loss, "{fault}");
-            assert_eq!(reactions.to(fault), Reaction::Halt, "{fault}");
+            let own = if reactions == ALL {
+                Reaction::Halt
+            } else {
+                Reaction::Disable
+            };
+            assert_eq!(reactions.to(fault), own, "{fault}");
         }
     }
 }

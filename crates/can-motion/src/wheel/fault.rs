@@ -175,19 +175,25 @@ mod tests {
 
     #[test]
     fn each_fault_takes_what_its_row_says_and_has_its_own_reaction() {
+        const NONE: WheelReactions = WheelReactions {
+            drive: Reaction::Halt,
+            lost: Reaction::Halt,
+            following_error: Reaction::Halt,
+            bus: Reaction::Halt,
+        };
         const ALL: WheelReactions = WheelReactions {
             drive: Reaction::Disable,
             lost: Reaction::Disable,
             following_error: Reaction::Disable,
             bus: Reaction::Disable,
         };
-        const HALT: Reaction = Reaction::Halt;
-        let drive = WheelReactions { drive: HALT, ..ALL };
-        let lost = WheelReactions { lost: HALT, ..ALL };
-        let bus = WheelReactions { bus: HALT, ..ALL };
+        const OWN: Reaction = Reaction::Disable;
+        let drive = WheelReactions { drive: OWN, ..NONE };
+        let lost = WheelReactions { lost: OWN, ..NONE };
+        let bus = WheelReactions { bus: OWN, ..NONE };
         let following = WheelReactions {
-            following_error: HALT,
-            ..ALL
+            following_error: OWN,
+            ..NONE
         };
         let emergency = Emcy {
             error_code: 1,
@@ -230,10 +236,15 @@ mod tests {
             (speed, Loss::Nothing, following),
             (WheelFault::Group, Loss::Nothing, ALL),
         ];
-        // Of the reactions all but its own say to disable.
+        // Of the reactions only its own says to disable; all say so where it halts at any rate.
         for (fault, loss, reactions) in rows {
             assert_eq!(fault.loss(), loss, "{fault}");
-            assert_eq!(reactions.to(fault), Reaction::Halt, "{fault}");
+            let own = if reactions == ALL {
+                Reaction::Halt
+            } else {
+                Reaction::Disable
+            };
+            assert_eq!(reactions.to(fault), own, "{fault}");
         }
     }
 }
