@@ -17,6 +17,27 @@ pub struct Burst {
 }
 
 impl Burst {
+    /// Behind how many set-points the requests of a cycle go so that their replies meet none; `None`: behind all of them, where that does
+    /// as well or where no place does. A place that still fits is kept.
+    #[must_use]
+    pub fn place(
+        &self,
+        cycle_us: u32,
+        set_points: u8,
+        window: ResponseWindow,
+        present: Option<u8>,
+    ) -> Option<u8> {
+        let slack_us = |before: u8| self.slack_us(cycle_us, set_points, before, window);
+        if slack_us(set_points).is_some() {
+            return None;
+        }
+        if present.and_then(slack_us).is_some() {
+            return present;
+        }
+        let places = (0..set_points).filter_map(|before| Some((slack_us(before)?, before)));
+        places.max().map(|(_, before)| before)
+    }
+
     /// How far replies stay away from set-points at least, when the requests of a cycle go out behind `before` of its set-points;
     /// `None` when they may meet.
     #[must_use]

@@ -23,6 +23,24 @@ pub struct FrameStream {
 }
 
 impl FrameStream {
+    /// So many frames of so many bytes at once; times in microseconds.
+    #[must_use]
+    pub const fn new(
+        name: &'static str,
+        count: u32,
+        len: u8,
+        period_us: u32,
+        deadline_us: u32,
+    ) -> Self {
+        Self {
+            name,
+            count,
+            len,
+            period_us,
+            deadline_us,
+        }
+    }
+
     /// The same for the analysis. Every frame counts as as urgent as every other: a node may hold a frame back behind a less urgent
     /// one, and then its identifier does not protect it.
     const fn message(&self, rate: BitRate) -> Message {
@@ -96,13 +114,7 @@ mod tests {
     use super::*;
 
     fn stream(count: u32, len: u8, period_us: u32) -> FrameStream {
-        FrameStream {
-            name: "test",
-            count,
-            len,
-            period_us,
-            deadline_us: period_us,
-        }
+        FrameStream::new("test", count, len, period_us, period_us)
     }
 
     #[test]

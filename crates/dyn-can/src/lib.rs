@@ -13,6 +13,7 @@ mod frame;
 mod function;
 mod id;
 mod number;
+mod parameter_change;
 mod parameters;
 mod reply;
 mod request;

@@ -161,3 +161,24 @@ fn a_cycle_of_no_time_is_refused_and_not_divided_by() {
     };
     assert!(CyclePlan::new(&setup, &[polled(1)]).check().is_err());
 }
+
+#[test]
+fn each_drive_is_asked_once_in_a_cycle_and_answers_behind_its_request() {
+    let mut setup = SETUP;
+    setup.requests_per_cycle = 4;
+    setup.bus.response = ResponseWindow {
+        min_us: 100,
+        max_us: 400,
+    };
+    let two_polled = [polled(1), drive(2), polled(3)];
+    let plan = CyclePlan::new(&setup, &two_polled);
+    assert_eq!(plan.requests_per_cycle(), 2);
+    let one = CyclePlan::new(&setup, &[polled(1)]);
+    // The earliest reply comes 100 behind the request without its interframe space, the latest 400 behind the end of all.
+    let end = one.requests().and_then(|response| response.bits);
+    let earliest = 57 - 3 + 100;
+    assert_eq!(
+        Some(one.reply_jitter_bits()),
+        end.map(|end| end + 400 - earliest)
+    );
+}

@@ -85,6 +85,9 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
     }
 }
 
+/// Cycles without a set-point that are no outage yet.
+pub(crate) const STUCK_CYCLES: u32 = 5;
+
 /// The settings that the core needs, whatever the family.
 pub trait CycleConfig {
     /// Period of the cycle in microseconds.
@@ -96,7 +99,7 @@ pub trait CycleConfig {
     /// For so long no set-point of an axis may get out before its group stops with a fault: the longer of 20 ms and five cycles by
     /// default.
     fn stuck_us(&self) -> u32 {
-        self.cycle_us().saturating_mul(5).max(20_000)
+        self.cycle_us().saturating_mul(STUCK_CYCLES).max(20_000)
     }
     /// How long a drive may take to confirm a switch; a disable command is repeated after it. 200 ms by default.
     fn confirm_us(&self) -> u32 {

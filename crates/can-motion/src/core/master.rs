@@ -2,7 +2,7 @@
 
 use bus_user::Instant;
 
-use crate::core::axis::Change;
+use crate::core::axis::{Axis, Change};
 use crate::core::command::{CommandError, TargetError};
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
@@ -186,9 +186,13 @@ impl<const N: usize, F: Family> Master<N, F> {
         if !is_stuck {
             return;
         }
+        self.fail_bus(now, |axis| axis.view.facts.goal != Goal::Off);
+    }
+
+    /// Nothing of these axes got out for too long.
+    fn fail_bus(&mut self, now: Instant, is_concerned: impl Fn(&Axis<F>) -> bool) {
         for index in 0..self.axes.len() {
-            let is_wanted = |axis: &crate::core::axis::Axis<F>| axis.view.facts.goal != Goal::Off;
-            if self.axes.get(index).is_some_and(is_wanted) {
+            if self.axes.get(index).is_some_and(&is_concerned) {
                 self.axes.raise(now, index, CommonFault::Bus.into());
             }
         }
@@ -230,15 +234,10 @@ impl<const N: usize, F: Family> Master<N, F> {
 
     /// Nothing of a group got out for too long: what was accepted may still be waiting anywhere.
     fn fail_group(&mut self, now: Instant, group: GroupId) {
-        for index in 0..self.axes.len() {
-            let is_concerned = self.axes.get(index).is_some_and(|axis| {
-                let is_meant = axis.view.facts.goal != Goal::Off || axis.view.facts.moves();
-                axis.drive.group() == group && is_meant
-            });
-            if is_concerned {
-                self.axes.raise(now, index, CommonFault::Bus.into());
-            }
-        }
+        self.fail_bus(now, |axis| {
+            let is_meant = axis.view.facts.goal != Goal::Off || axis.view.facts.moves();
+            axis.drive.group() == group && is_meant
+        });
     }
 
     /// Enables the drives of a group, each when its shaft has stood still, and takes along those that hold. When all are on, each axis

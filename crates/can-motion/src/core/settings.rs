@@ -18,3 +18,24 @@ pub(crate) fn first_out_of_order<A: Copy + PartialOrd>(
         .find(|(lower, upper)| upper <= lower)
         .map(|(_, upper)| upper)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_wait_below_its_least_is_found() {
+        assert_eq!(first_too_short(&[("a", 5, 5), ("b", 0, 0)]), None);
+        let two = [("a", 5, 5), ("b", 5, 4), ("c", 5, 3)];
+        assert_eq!(first_too_short(&two), Some(("b", 5, 4)));
+    }
+
+    #[test]
+    fn addresses_rise_and_none_stands_twice() {
+        let found = |addresses: &[u8]| first_out_of_order(addresses.iter().copied());
+        assert_eq!(found(&[]), None);
+        assert_eq!(found(&[1, 2, 9]), None);
+        assert_eq!(found(&[1, 3, 3, 2]), Some(3));
+        assert_eq!(found(&[1, 3, 2]), Some(2));
+    }
+}

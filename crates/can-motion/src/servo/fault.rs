@@ -233,3 +233,97 @@ impl Reactions {
         fault.consequences(self).1
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NONE: Reactions = Reactions {
+        alarm: Reaction::Halt,
+        data_error: Reaction::Halt,
+        lost: Reaction::Halt,
+        backlog: Reaction::Halt,
+        position: Reaction::Halt,
+        bus: Reaction::Halt,
+    };
+    const ALL: Reactions = Reactions {
+        alarm: Reaction::Disable,
+        data_error: Reaction::Disable,
+        lost: Reaction::Disable,
+        backlog: Reaction::Disable,
+        position: Reaction::Disable,
+        bus: Reaction::Disable,
+    };
+
+    /// Each fault with what it takes, and with reactions of which only its own says to disable; all say so where it halts at any rate.
+    fn rows() -> [(Fault, Loss, Reactions); 19] {
+        const OWN: Reaction = Reaction::Disable;
+        let alarm = Reactions { alarm: OWN, ..NONE };
+        let position = Reactions {
+            position: OWN,
+            ..NONE
+        };
+        let lost = Reactions { lost: OWN, ..NONE };
+        let bus = Reactions { bus: OWN, ..NONE };
+        let backlog = Reactions {
+            backlog: OWN,
+            ..NONE
+        };
+        let data_error = Reactions {
+            data_error: OWN,
+            ..NONE
+        };
+        let byte = ConfigByte::from_byte(0);
+        let gear = Fault::Gear {
+            expected: 4_096,
+            actual: None,
+        };
+        let drift = Fault::Drift {
+            counts: 1,
+            cause: DriftCause::OneStepLost,
+        };
+        let reboot = Fault::Reboot {
+            expected: 0,
+            actual: 9,
+        };
+        let range = Fault::PositionRange { read_back: 0 };
+        [
+            (Fault::AlarmFrame, Loss::Drive, alarm),
+            (Fault::AlarmStatus(Alarm::OverCurrent), Loss::Drive, alarm),
+            (Fault::UnknownError { byte: None }, Loss::Drive, alarm),
+            (reboot, Loss::Drive, position),
+            (Fault::Lost, Loss::Contact, lost),
+            (Fault::Bus, Loss::Contact, bus),
+            (Fault::DataError, Loss::Knowledge, data_error),
+            (Fault::Config(byte), Loss::Knowledge, ALL),
+            (gear, Loss::Knowledge, ALL),
+            (Fault::NoBrake, Loss::Knowledge, ALL),
+            (drift, Loss::Knowledge, position),
+            (
+                Fault::FollowingError { counts: 1 },
+                Loss::Knowledge,
+                position,
+            ),
+            (Fault::PositionJump { counts: 1 }, Loss::Knowledge, position),
+            (range, Loss::Knowledge, position),
+            (Fault::SwitchedOff, Loss::Anchor, position),
+            (Fault::SwitchedOn, Loss::Anchor, position),
+            (Fault::ConfirmTimeout, Loss::Anchor, ALL),
+            (Fault::Backlog { counts: 1 }, Loss::Nothing, backlog),
+            (Fault::Group, Loss::Nothing, ALL),
+        ]
+    }
+
+    #[test]
+    fn each_fault_takes_what_its_row_says_and_has_its_own_reaction() {
+        for (fault, loss, reactions) in rows() {
+            assert_eq!(fault.loss(), loss, "{fault}");
+            let own = if reactions == ALL {
+                Reaction::Halt
+            } else {
+                Reaction::Disable
+            };
+            assert_eq!(reactions.to(fault), own, "{fault}");
+        }
+    }
+}

@@ -58,13 +58,7 @@ impl Aligned {
             return;
         };
         let (burst, cycle_us) = (self.burst, self.cycle_us);
-        let slack_us = |before: u8| burst.slack_us(cycle_us, set_points, before, window);
-        if slack_us(set_points).is_some() {
-            self.before = None;
-        } else if self.before.and_then(slack_us).is_none() {
-            let places = (0..set_points).filter_map(|before| Some((slack_us(before)?, before)));
-            self.before = places.max().map(|(_, before)| before);
-        }
+        self.before = burst.place(cycle_us, set_points, window, self.before);
         let first_behind = self
             .before
             .and_then(|before| 1_u64.checked_shl(before.into()));

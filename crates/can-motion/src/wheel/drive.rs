@@ -39,7 +39,7 @@ pub(super) type Log<'a> = EventLog<'a, WheelEventKind>;
 #[derive(Debug)]
 pub struct Wheel {
     pub(super) config: WheelConfig,
-    master: WheelMasterConfig,
+    pub(super) master: WheelMasterConfig,
     pub(super) ledger: AbsoluteLedger,
     pub(super) feedback: WheelFeedback,
     pub(super) counters: Counters,
@@ -169,15 +169,6 @@ impl Wheel {
         }
     }
 
-    /// How often a drive that does not answer is still asked.
-    pub(super) const fn retry_us(&self) -> u32 {
-        self.master.timeouts.confirm_us
-    }
-
-    pub(super) const fn standstill_limit_us(&self) -> u32 {
-        self.master.timeouts.standstill_limit_us
-    }
-
     /// What is set up in the drive.
     pub(super) fn steps(&self) -> [SetUpStep; set_up::STEPS] {
         set_up::steps(&self.master, &self.config)
@@ -264,7 +255,8 @@ impl Drive for Wheel {
         self.ledger.begin_ramp(cycles);
         if self.makes_own_move() {
             self.quick_stop = true;
-            self.braking_cycles = self.standstill_limit_us() / self.master.cycle_us.max(1);
+            self.braking_cycles =
+                self.master.timeouts.standstill_limit_us / self.master.cycle_us.max(1);
         }
     }
 

@@ -168,3 +168,83 @@ impl WheelReactions {
         fault.consequences(self).1
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_fault_takes_what_its_row_says_and_has_its_own_reaction() {
+        const NONE: WheelReactions = WheelReactions {
+            drive: Reaction::Halt,
+            lost: Reaction::Halt,
+            following_error: Reaction::Halt,
+            bus: Reaction::Halt,
+        };
+        const ALL: WheelReactions = WheelReactions {
+            drive: Reaction::Disable,
+            lost: Reaction::Disable,
+            following_error: Reaction::Disable,
+            bus: Reaction::Disable,
+        };
+        const OWN: Reaction = Reaction::Disable;
+        let drive = WheelReactions { drive: OWN, ..NONE };
+        let lost = WheelReactions { lost: OWN, ..NONE };
+        let bus = WheelReactions { bus: OWN, ..NONE };
+        let following = WheelReactions {
+            following_error: OWN,
+            ..NONE
+        };
+        let emergency = Emcy {
+            error_code: 1,
+            error_register: 1,
+            manufacturer: [0; 5],
+        };
+        let resolution = WheelFault::SpeedResolution {
+            expected: 1,
+            actual: 10,
+        };
+        let speed = WheelFault::FollowingSpeed {
+            sent_decirpm: 0,
+            actual_decirpm: 1,
+        };
+        let state = WheelFault::NotOperational(NmtState::Stopped);
+        let transfer = WheelFault::Transfer(SdoEnd::TimedOut);
+        let set_up = WheelFault::SetUp(SetUpError::Differs {
+            address: zlac8030l::objects::MODE.address(),
+            expected: 3,
+            actual: 1,
+        });
+        let range = WheelFault::PositionRange { actual: 0 };
+        let error = WheelFault::FollowingError { counts: 1 };
+        let rows = [
+            (WheelFault::Reboot, Loss::Drive, lost),
+            (WheelFault::Drive(FaultCode::new(1)), Loss::Contact, drive),
+            (WheelFault::Emergency(emergency), Loss::Contact, drive),
+            (state, Loss::Contact, lost),
+            (WheelFault::Lost, Loss::Contact, lost),
+            (WheelFault::Bus, Loss::Contact, bus),
+            (WheelFault::EmergencyInput, Loss::Knowledge, drive),
+            (set_up, Loss::Knowledge, ALL),
+            (transfer, Loss::Knowledge, ALL),
+            (resolution, Loss::Knowledge, ALL),
+            (range, Loss::Knowledge, ALL),
+            (WheelFault::NotEnabled, Loss::Anchor, lost),
+            (WheelFault::SwitchedOn, Loss::Anchor, lost),
+            (WheelFault::ConfirmTimeout, Loss::Anchor, ALL),
+            (error, Loss::Nothing, following),
+            (speed, Loss::Nothing, following),
+            (WheelFault::Group, Loss::Nothing, ALL),
+        ];
+        // Of the reactions only its own says to disable; all say so where it halts at any rate.
+        for (fault, loss, reactions) in rows {
+            assert_eq!(fault.loss(), loss, "{fault}");
+            let own = if reactions == ALL {
+                Reaction::Halt
+            } else {
+                Reaction::Disable
+            };
+            assert_eq!(reactions.to(fault), own, "{fault}");
+        }
+    }
+}

@@ -58,9 +58,10 @@ impl Wheel {
     }
 
     fn wanted_transfer(&self, view: &View, now: Instant) -> Option<(Class, Purpose, SdoRequest)> {
-        let facts = &view.facts;
+        let (facts, timeouts) = (&view.facts, &self.master.timeouts);
         if view.is_lost {
-            let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us());
+            // Seldom: each question that is not answered costs the others their turns.
+            let is_time = now.us_since(self.asked_at) >= u64::from(timeouts.confirm_us);
             return is_time.then(power_reading);
         }
         if facts.awaits_power() && !self.takes_frames() && !facts.is_checking() {
@@ -94,7 +95,8 @@ impl Wheel {
     /// A holding brake is not made to stop a wheel that turns. Where nobody reports the speed, it waits as long as a standstill may take.
     fn may_close_brake(&self, view: &View, now: Instant) -> bool {
         let waited_us = now.us_since(view.since);
-        self.still_since.is_some() || waited_us >= u64::from(self.standstill_limit_us())
+        self.still_since.is_some()
+            || waited_us >= u64::from(self.master.timeouts.standstill_limit_us)
     }
 
     fn check_transfer(&self, stage: Stage) -> Option<SdoRequest> {

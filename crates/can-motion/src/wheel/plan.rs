@@ -49,13 +49,7 @@ impl WheelPlan<'_> {
         let has_sync = config.feedback == FeedbackTiming::Sync;
         let heartbeat_us = 1_000 * u32::from(config.timeouts.heartbeat_ms);
         let rounds = wheels.div_ceil(requests.max(1));
-        let stream = |name, count, len, period_us, deadline_us| FrameStream {
-            name,
-            count,
-            len,
-            period_us,
-            deadline_us,
-        };
+        let stream = FrameStream::new;
         [
             stream("command", wheels, 6, cycle_us, cycle_us),
             stream("SYNC", u32::from(has_sync), 0, cycle_us, cycle_us),

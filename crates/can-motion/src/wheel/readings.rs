@@ -7,7 +7,7 @@ use zlac8030l::{
 };
 
 use crate::core::facts::{Knowledge, Latch, Power, Work};
-use crate::core::family::{Context, Meaning, PowerReport, View};
+use crate::core::family::{Context, Drive, Meaning, PowerReport, View};
 use crate::core::snapshot::Stamped;
 use crate::core::state::Stage;
 use crate::wheel::config::WheelMasterConfig;
@@ -212,17 +212,12 @@ impl Wheel {
         self.purpose = None;
         let was_set_up = self.is_set_up;
         self.forget_set_up();
-        self.start_over_checks();
+        let is_cleared = self.reset != Reset::No;
+        let _ = self.start_over(Instant::default(), is_cleared);
         if context.view.facts.is_checking() && !was_set_up {
             return Meaning::stage(Stage::Probing);
         }
         Meaning::fault(WheelFault::Reboot)
-    }
-
-    fn start_over_checks(&mut self) {
-        use crate::core::family::Drive;
-        let is_cleared = self.reset != Reset::No;
-        let _ = self.start_over(Instant::default(), is_cleared);
     }
 
     fn read_reply(
@@ -262,7 +257,7 @@ impl Wheel {
             Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => {
                 meaning.brake = Some(brake);
             }
-            Some(Purpose::Power) => meaning.power = self.power_read(event.end, &context.view),
+            Some(Purpose::Power) => meaning.power = self.power_read(event.end, context.view),
             Some(Purpose::Check) if context.view.facts.is_checking() => {
                 meaning = self.check_ended(event.end, context);
             }
@@ -318,7 +313,7 @@ impl Wheel {
             Stage::Probing if !self.is_known => self.is_known = true,
             Stage::Probing => {
                 return Meaning {
-                    power: self.power_read(end, &context.view),
+                    power: self.power_read(end, context.view),
                     ..Meaning::stage(Stage::Identifying)
                 };
             }

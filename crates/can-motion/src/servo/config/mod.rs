@@ -16,12 +16,9 @@ pub use poll_periods::PollPeriods;
 pub use read_back::ReadBackScale;
 pub use timeouts::Timeouts;
 
-use crate::core::family::{CycleConfig, GroupId};
+use crate::core::family::{CycleConfig, GroupId, STUCK_CYCLES};
 use crate::servo::fault::Reactions;
 use crate::servo::procedure::WearLimits;
-
-/// Cycles without a set-point that are no outage yet.
-const STUCK_CYCLES: u32 = 5;
 
 /// Settings of the whole master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -104,20 +104,9 @@ impl Procedure {
     /// each parameter counts (D53).
     pub(crate) fn wear(self) -> u16 {
         match self {
-            Self::WriteGroup1(set) => {
-                u16::from(set.main_gain.is_some())
-                    + u16::from(set.speed_gain.is_some())
-                    + u16::from(set.integration_gain.is_some())
-                    + u16::from(set.torque_filter.is_some())
-            }
-            Self::WriteGroup2(set) => {
-                u16::from(set.max_speed.is_some()) + u16::from(set.max_acceleration.is_some())
-            }
-            Self::WriteGroup3(set) => {
-                u16::from(set.on_pos_range.is_some())
-                    + u16::from(set.gear_number.is_some())
-                    + u16::from(set.line_number.is_some())
-            }
+            Self::WriteGroup1(set) => set.count(),
+            Self::WriteGroup2(set) => set.count(),
+            Self::WriteGroup3(set) => set.count(),
             Self::WriteConfig(_) | Self::SetOrigin => 1,
             _ => 0,
         }
@@ -148,30 +137,13 @@ impl Procedure {
 
     /// Whether a reading already shows what is to be written.
     fn is_in(self, reply: &Reply) -> bool {
-        fn keeps<T: PartialEq>(wanted: Option<T>, present: T) -> bool {
-            wanted.is_none_or(|wanted| wanted == present)
-        }
         match (self, reply) {
             (Self::WriteConfig(wanted), Reply::DriveConfig(present)) => {
                 present.config() == Ok(wanted)
             }
-            (Self::WriteGroup1(wanted), Reply::ParamGroup1(present)) => {
-                keeps(wanted.main_gain, present.main_gain)
-                    && keeps(wanted.speed_gain, present.speed_gain)
-                    && keeps(wanted.integration_gain, present.integration_gain)
-                    && keeps(wanted.torque_filter, present.torque_filter)
-            }
-            (Self::WriteGroup2(wanted), Reply::ParamGroup2(present)) => {
-                keeps(wanted.max_speed, present.max_speed)
-                    && keeps(wanted.max_acceleration, present.max_acceleration)
-            }
-            (Self::WriteGroup3(wanted), Reply::ParamGroup3(present)) => {
-                keeps(wanted.on_pos_range, present.on_pos_range)
-                    && keeps(wanted.gear_number, present.gear_number)
-                    && wanted
-                        .line_number
-                        .is_none_or(|line| Some(line) == present.line_number)
-            }
+            (Self::WriteGroup1(wanted), Reply::ParamGroup1(present)) => wanted.is_in(present),
+            (Self::WriteGroup2(wanted), Reply::ParamGroup2(present)) => wanted.is_in(present),
+            (Self::WriteGroup3(wanted), Reply::ParamGroup3(present)) => wanted.is_in(present),
             _ => false,
         }
     }

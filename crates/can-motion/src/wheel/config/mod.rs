@@ -8,12 +8,9 @@ use zlac8030l::{Firmware, NodeId, SdoQuirks, SdoTimeouts};
 
 pub use error::WheelConfigError;
 
-use crate::core::family::{CycleConfig, GroupId};
+use crate::core::family::{CycleConfig, GroupId, STUCK_CYCLES};
 use crate::core::targets::ValueLimits;
 use crate::wheel::fault::WheelReactions;
-
-/// Cycles without a frame that are no outage yet.
-const STUCK_CYCLES: u32 = 5;
 
 /// Settings of the whole bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
