@@ -197,9 +197,9 @@ impl App {
         self.service();
         misbehaviour::act();
         self.report();
-        if let Some(second) =
-            self.statistics
-                .note_cycle(beat.delay_us, stretch, self.master, now)
+        if let Some(second) = self
+            .statistics
+            .note_cycle(beat.delay_us, stretch, self.master, now)
         {
             telemetry::tell(Message::Second(second));
         }
@@ -211,7 +211,8 @@ impl App {
         loop {
             self.parts.bus.begin_service();
             while self.parts.bus.has_news()
-                && let Some(received) = self.parts.bus.receive() {
+                && let Some(received) = self.parts.bus.receive()
+            {
                 match received {
                     Ok(frame) => self.master.on_frame(now, &frame),
                     Err(kind) => {

@@ -78,18 +78,16 @@ pub(crate) fn init() -> Start {
     });
     watchdog.feed();
     accelerate_flash();
-    let board = has_crystal.then(|| {
-        Board {
-            bus: Bus::new(controller(
-                Flex::new(peripherals.PA11),
-                Flex::new(peripherals.PA12),
-            )),
-            inputs: InputPins {
-                stop: Input::new(peripherals.PC0, Pull::Down),
-                enable: Input::new(peripherals.PC1, Pull::Down),
-                run: Input::new(peripherals.PC2, Pull::Down),
-            },
-        }
+    let board = has_crystal.then(|| Board {
+        bus: Bus::new(controller(
+            Flex::new(peripherals.PA11),
+            Flex::new(peripherals.PA12),
+        )),
+        inputs: InputPins {
+            stop: Input::new(peripherals.PC0, Pull::Down),
+            enable: Input::new(peripherals.PC1, Pull::Down),
+            run: Input::new(peripherals.PC2, Pull::Down),
+        },
     });
     Start {
         status_led: StatusLed {

@@ -63,9 +63,7 @@ impl Controller {
     pub(super) fn write(&self, mailbox: usize, frame: &DataFrame) {
         let mailbox = self.registers.tx(mailbox);
         let [low, high] = frame::words(frame);
-        mailbox
-            .tdtr()
-            .write(|control| control.set_dlc(frame.len()));
+        mailbox.tdtr().write(|control| control.set_dlc(frame.len()));
         mailbox.tdlr().write_value(regs::Tdlr(low));
         mailbox.tdhr().write_value(regs::Tdhr(high));
         mailbox.tir().write(|identifier| {

@@ -85,7 +85,8 @@ impl<F: Family> Axis<F> {
     }
 
     pub(crate) fn snapshot(&self) -> F::Snapshot {
-        self.drive.snapshot(self.state(), &self.view.facts, self.fault())
+        self.drive
+            .snapshot(self.state(), &self.view.facts, self.fault())
     }
 
     /// Lets a cycle pass in which the axis only streams; false, with nothing done, when there is more to do.

@@ -210,7 +210,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
             }
             let mut is_in_use = was_in_use;
             if other != index {
-                is_in_use = self.get(other).is_some_and(|axis| axis.view.facts.is_in_use());
+                is_in_use = self
+                    .get(other)
+                    .is_some_and(|axis| axis.view.facts.is_in_use());
                 self.apply(
                     now,
                     other,

@@ -120,8 +120,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
-        self.schedule
-            .begin_cycle(now, cycle, requests, &self.axes);
+        self.schedule.begin_cycle(now, cycle, requests, &self.axes);
     }
 
     /// The axes that do more in this cycle than to stream on.

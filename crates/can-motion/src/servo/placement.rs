@@ -63,8 +63,11 @@ impl Aligned {
             let places = (0..set_points).filter_map(|before| Some((slack_us(before)?, before)));
             self.before = places.max().map(|(_, before)| before);
         }
-        let first_behind = self.before.and_then(|before| 1_u64.checked_shl(before.into()));
-        self.before_mask = first_behind.map_or(u64::MAX, |first_behind| first_behind.wrapping_sub(1));
+        let first_behind = self
+            .before
+            .and_then(|before| 1_u64.checked_shl(before.into()));
+        self.before_mask =
+            first_behind.map_or(u64::MAX, |first_behind| first_behind.wrapping_sub(1));
     }
 }
 
