@@ -48,6 +48,12 @@ fn uptime_us() -> u64 {
 
 defmt::timestamp!("{=u64:us}", uptime_us());
 
+/// Takes note of a beat, for its interrupt.
+pub(crate) fn acknowledge() {
+    // Clears the mark of the update; others are not used.
+    BEAT.sr().write(|_| {});
+}
+
 /// The beginning of a cycle.
 #[derive(Clone, Copy)]
 pub(crate) struct Beat {
@@ -86,8 +92,7 @@ impl Beats {
 
     /// Takes the beat that has come, for its interrupt; the latest one when there were several.
     pub(crate) fn take(&mut self) -> Beat {
-        // Clears the mark of the update; others are not used.
-        BEAT.sr().write(|_| {});
+        acknowledge();
         if CLOCK.sr().read().uif() {
             CLOCK.sr().write(|_| {});
             WRAPS.store(
@@ -98,7 +103,7 @@ impl Beats {
         let (delay_us, now) = (BEAT.cnt().read(), Instant::from_us(uptime_us()));
         (self.taken, self.count) = (now, now.as_us() as u32);
         // The counters run in step, but are read one after the other.
-        let begun_us = now.us_since(self.planned) as u32 - delay_us.min(CYCLE_US);
+        let begun_us = (now.us_since(self.planned) as u32).saturating_sub(delay_us);
         let periods = (begun_us + CYCLE_US / 2) / CYCLE_US;
         self.planned = self.planned + periods * CYCLE_US;
         Beat {

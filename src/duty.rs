@@ -10,6 +10,7 @@ use embassy_stm32::interrupt;
 
 use crate::app::App;
 use crate::board::{self, StatusLed, Watchdog};
+use crate::cycle_clock;
 use crate::led::LedPattern;
 
 /// What the board does in every cycle.
@@ -43,7 +44,7 @@ static DUTY: OfTheCycle = OfTheCycle(UnsafeCell::new(None));
 pub(crate) fn start(duty: Duty) {
     // SAFETY: the interrupts whose handlers touch it are enabled below, and nowhere else.
     unsafe { *DUTY.0.get() = Some(duty) };
-    crate::cycle_clock::start();
+    cycle_clock::start();
     board::enable_interrupts();
 }
 
@@ -84,7 +85,7 @@ pub(crate) unsafe fn on_traffic() {
 
 impl Standstill {
     fn cycle(&mut self) {
-        crate::cycle_clock::Beats::new().take();
+        cycle_clock::acknowledge();
         self.watchdog.feed();
         self.status_led.set(self.led.play(self.pattern));
     }

@@ -1,7 +1,7 @@
 //! The master: any configuration, then any calls in any order, on a driver that does anything.
 
 use can_motion::facts::Class;
-use can_motion::plan::{BitRate, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
+use can_motion::plan::{BitRate, BusPlan, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use can_motion::{
     AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, GroupId, Instant,
     Limits, MasterConfig, MotorLimits, Outcome, PollPeriods, Procedure, Reaction, Reactions,
@@ -34,7 +34,9 @@ pub(crate) fn run(look: fn(&mut ServoMaster<AXES>)) {
     };
     while opaque::flag() {
         match opaque::byte() {
-            0..16 => cycle(&mut master),
+            // From one plan to another.
+            0 => consume(master.take_on(&BusPlan::new(&config(), given))),
+            1..16 => cycle(&mut master),
             16..32 => bus(&mut master),
             32..48 => by_hand(&mut master),
             48..64 => commands(&mut master),
@@ -205,6 +207,10 @@ impl<Fr: Copy, A: FnMut() -> Option<Fr>> Sink<Fr> for AnySink<A> {
         }
     }
 
+    fn has_room(&self) -> bool {
+        opaque::flag()
+    }
+
     fn take_back(&mut self) -> Option<Fr> {
         (self.any)()
     }
@@ -265,6 +271,7 @@ fn look(master: &mut ServoMaster<AXES>) {
     consume(master.cycle_counters());
     consume(master.next_event());
     consume(master.poll_at());
+    consume(master.changes());
     consume(master.all_are(group(), AxisState::Streaming));
 }
 

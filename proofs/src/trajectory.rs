@@ -102,6 +102,11 @@ fn units() {
 
 fn curves() {
     let share = Share::of(bits(), bits());
+    let share = if flag() {
+        share.with_minimum_jerk()
+    } else {
+        share
+    };
     for piece in [
         Piece::line(position(), position()),
         Piece::cubic(position(), position(), position(), position()),
