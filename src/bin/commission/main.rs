@@ -8,6 +8,8 @@
 mod brown_out;
 
 #[cfg(target_os = "none")]
+use cortex_m::peripheral::DWT;
+#[cfg(target_os = "none")]
 use defmt_rtt as _;
 
 /// For so long the supply must have been above 2.9 V without a break before anything is written.
@@ -33,6 +35,10 @@ fn commission() {
         defmt::info!("the brown-out level is set already: nothing was written");
         return;
     }
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+    }
     brown_out::watch_supply();
     wait_for_steady_supply();
     brown_out::set();
@@ -45,11 +51,18 @@ fn commission() {
     }
 }
 
+/// By the chip's own counter: what an instruction takes depends on the flash.
+#[cfg(target_os = "none")]
+fn pass_ms() {
+    let from = DWT::cycle_count();
+    while DWT::cycle_count().wrapping_sub(from) < MS_CLOCKS {}
+}
+
 #[cfg(target_os = "none")]
 fn wait_for_steady_supply() {
     let mut steady_ms = 0;
     while steady_ms < STEADY_MS {
-        cortex_m::asm::delay(MS_CLOCKS);
+        pass_ms();
         steady_ms = if brown_out::is_supply_high() {
             steady_ms + 1
         } else {

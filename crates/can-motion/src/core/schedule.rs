@@ -142,14 +142,12 @@ impl<F: Family> Schedule<F> {
     /// The first axis of the highest rank from `least` on, in turn.
     fn first_best(&self, ranks: &[i32], axes: usize, least: i32) -> Option<(usize, i32)> {
         let mut index = if self.turn < axes { self.turn } else { 0 };
-        let mut best = None;
-        let mut least = least;
+        let mut best: Option<(usize, i32)> = None;
         for _ in 0..axes {
             if let Some(&rank) = ranks.get(index)
-                && rank >= least
+                && best.map_or(rank >= least, |(_, highest)| rank > highest)
             {
                 best = Some((index, rank));
-                least = rank.saturating_add(1);
             }
             index = if index + 1 < axes { index + 1 } else { 0 };
         }
@@ -167,4 +165,31 @@ fn due_bits<const N: usize, F: Family>(axes: &Axes<N, F>) -> u32 {
         due >>= 1;
     }
     bits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Dyn;
+
+    #[test]
+    fn among_equals_the_turn_decides_also_when_all_are_urgent() {
+        let mut schedule = Schedule::<Dyn>::new();
+        for rank in [0, i32::MAX] {
+            for turn in [0, 1, 2, 0] {
+                assert_eq!(
+                    schedule.first_best(&[rank; 3], 3, 0),
+                    Some((turn, rank)),
+                    "turn {turn}"
+                );
+                schedule.accepted(turn);
+            }
+            schedule.turn = 0;
+        }
+        assert_eq!(
+            schedule.first_best(&[NOT_WANTED, -1, 5], 3, 0),
+            Some((2, 5))
+        );
+        assert_eq!(schedule.first_best(&[NOT_WANTED, -1], 2, 0), None);
+    }
 }
