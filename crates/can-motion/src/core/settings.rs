@@ -18,3 +18,24 @@ pub(crate) fn first_out_of_order<A: Copy + PartialOrd>(
         .find(|(lower, upper)| upper <= lower)
         .map(|(_, upper)| upper)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_waiting_time_that_is_too_short_is_found() {
+        let waits = |second| [("a", 5, 5), ("b", 5, second), ("c", 5, 1)];
+        assert_eq!(first_too_short(&waits(4)), Some(("b", 5, 4)));
+        assert_eq!(first_too_short(&waits(6)), Some(("c", 5, 1)));
+        assert_eq!(first_too_short(&waits(9)[..2]), None);
+    }
+
+    #[test]
+    fn addresses_ascend() {
+        let first = |addresses: [u8; 4]| first_out_of_order(addresses.into_iter());
+        assert_eq!(first([1, 2, 3, 9]), None);
+        assert_eq!(first([1, 3, 2, 1]), Some(2));
+        assert_eq!(first([1, 3, 4, 4]), Some(4));
+    }
+}

@@ -2,6 +2,7 @@
 //! states, events and counters that must come of it. What single facts promise is in `every_fact`; here is what the master makes of them.
 
 mod drive;
+mod example;
 mod family;
 mod rig;
 
