@@ -157,6 +157,20 @@ fn a_drive_that_must_be_switched_off_and_on_is_not_when_a_load_hangs_on_it() {
     let unclear = rig.state(0);
     let enabled = rig.master.enable(now, G);
     assert_eq!(enabled, wrong_state(0, AxisState::Ready, unclear));
+    // Nor is a brake the reason where there is none.
+    let mut rig = Rig::holding(&[rearms]);
+    rig.says(
+        1,
+        Meaning {
+            restarts: true,
+            ..rig.power(true)
+        },
+    );
+    let enabled = rig.master.enable(rig.now, G);
+    assert_eq!(
+        enabled,
+        wrong_state(0, AxisState::Holding, AxisState::Probing)
+    );
     // Without such a need a brake is no reason.
     let mut rig = Rig::ready(&[Axis {
         brake: Brake::Unclear,
@@ -244,6 +258,7 @@ fn a_fault_ends_a_procedure_unless_it_is_the_one_that_is_repaired() {
     rig.says(1, rig.power(true));
     rig.says(1, rig.power(false));
     assert_eq!(rig.seen(0).facts.work, Work::Read);
+    assert!(!rig.told_since(0, before).contains(&Call::AbortWork));
     rig.fails(1, SOFT);
     assert_eq!(rig.seen(0).facts.work, Work::None);
     assert!(rig.told_since(0, before).contains(&Call::AbortWork));

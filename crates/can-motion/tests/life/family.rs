@@ -102,9 +102,8 @@ pub(crate) const BUS: Bus = Bus {
     place: Place {
         from_due: 0,
         needs_requests: false,
-        prefers: None,
+        enough_bits: None,
         heard: None,
-        bits: None,
     },
 };
 
@@ -122,11 +121,10 @@ impl CycleConfig for Bus {
 pub(crate) struct Place {
     pub(crate) from_due: u64,
     pub(crate) needs_requests: bool,
-    pub(crate) prefers: Option<Ordering>,
+    /// Beside frames of fewer bits than these the shortest request fits, otherwise the longest.
+    pub(crate) enough_bits: Option<u32>,
     /// What it was told: cycle, axes, the longest answer, and the frames accepted since.
     pub(crate) heard: Option<(u32, u8, Option<ResponseWindow>, u32)>,
-    /// Bits of the frames ahead, when it was asked for a preference.
-    pub(crate) bits: Option<u32>,
 }
 
 impl RequestPlacement for Place {
@@ -157,8 +155,8 @@ impl RequestPlacement for Place {
         self.needs_requests
     }
     fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
-        self.bits = Some(frames_bits());
-        self.prefers
+        self.enough_bits
+            .map(|enough_bits| frames_bits().cmp(&enough_bits))
     }
 }
 

@@ -56,6 +56,10 @@ fn a_group_streams_only_when_all_of_it_can() {
     assert_eq!(rig.cycle(), [Frame::Switch(2, true)]);
     rig.cycle();
     rig.says(2, rig.power(true));
+    rig.says(1, Meaning::NONE);
+    // For the first one it is news too.
+    let heard = Call::Heard(rig.master.cycle_counters().cycles, rig.now);
+    assert_eq!(rig.seen(0).calls.last(), Some(&heard));
     let states = [AxisState::Streaming, AxisState::Streaming, AxisState::Ready];
     assert_eq!(rig.states(), states);
     assert!(rig.master.all_are(G, AxisState::Streaming));

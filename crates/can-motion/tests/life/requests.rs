@@ -1,11 +1,9 @@
 //! Requests: which drive is asked next, how many a cycle, where among the frames, and until when nobody is.
 
-use std::cmp::Ordering;
-
 use can_motion::facts::{Class, Loss, Work};
 use can_motion::family::{Meaning, Wanted};
 use can_motion::plan::ResponseWindow;
-use can_motion::{AxisState, BusUser, Instant};
+use can_motion::{AxisState, BusUser, Progress};
 
 use crate::drive::Call;
 use crate::family::{Axis, BUS, Bus, Fault, Frame, Place, ask, axis};
@@ -191,10 +189,14 @@ fn requests_go_where_the_placement_says() {
 
 #[test]
 fn a_cycle_may_need_a_request_that_is_not_due() {
-    let place = |prefers| Place {
+    let place = |enough_bits| Place {
         needs_requests: true,
-        prefers,
+        enough_bits,
         ..BUS.place
+    };
+    let on = |enough_bits| Bus {
+        place: place(enough_bits),
+        ..BUS
     };
     let bits = |address, poll_bits| Axis {
         poll_bits,
@@ -202,49 +204,93 @@ fn a_cycle_may_need_a_request_that_is_not_due() {
         ..axis(address)
     };
     let axes = [bits(1, 60), bits(2, 90), bits(3, 75)];
-    // By the preference: none, the shortest, the longest; each within 14 cycles of the one that is due longest.
-    let first = |prefers, overdue| {
-        let mut rig = three_streaming(
-            Bus {
-                place: place(prefers),
-                ..BUS
-            },
-            axes,
-        );
+    let first = |enough_bits, overdue| {
+        let mut rig = three_streaming(on(enough_bits), axes);
         all_want(&mut rig, overdue);
-        rig.cycle()
-            .into_iter()
-            .find(|frame| matches!(frame, Frame::Ask(..)))
+        let is_ask = |frame: &Frame| matches!(frame, Frame::Ask(..));
+        rig.cycle().into_iter().find(is_ask)
     };
     let of = |address| Some(Frame::Ask(address, address));
     assert_eq!(first(None, [-9, -8, -7]), of(3));
-    assert_eq!(first(Some(Ordering::Less), [-9, -8, -7]), of(1));
-    assert_eq!(first(Some(Ordering::Greater), [-9, -8, -7]), of(2));
-    assert_eq!(first(Some(Ordering::Equal), [-9, -8, -7]), of(2));
-    assert_eq!(first(Some(Ordering::Less), [0, 0, 13]), of(1));
-    assert_eq!(first(Some(Ordering::Less), [0, 0, 14]), of(3));
-    assert_eq!(first(Some(Ordering::Greater), [0, 0, 14]), of(3));
-    assert_eq!(first(Some(Ordering::Less), [0, 0, i32::MAX]), of(3));
+    // The frames have 306 bits: the shortest request below, from there on the longest.
+    assert_eq!(first(Some(307), [-9, -8, -7]), of(1));
+    assert_eq!(first(Some(306), [-9, -8, -7]), of(2));
+    assert_eq!(first(Some(305), [-9, -8, -7]), of(2));
+    // Each within 14 cycles of the one that is due longest.
+    assert_eq!(first(Some(307), [0, 0, 13]), of(1));
+    assert_eq!(first(Some(307), [0, 0, 14]), of(3));
+    assert_eq!(first(Some(305), [0, 0, 14]), of(3));
+    assert_eq!(first(Some(307), [0, 0, i32::MAX]), of(3));
+    // Only the frames of those that move count: 204 bits.
+    for (enough_bits, address) in [(205, 1), (204, 2), (203, 2)] {
+        let others = Axis {
+            group: 1,
+            ..axes[1]
+        };
+        let mut rig = Rig::on(on(Some(enough_bits)), &[axes[0], others, axes[2]]);
+        rig.all_say(Meaning {
+            is_checked: true,
+            ..rig.power(false)
+        });
+        rig.master.enable(rig.now, G).expect("ready drives");
+        for address in [1, 3] {
+            rig.says(address, FINE);
+        }
+        rig.cycle();
+        rig.cycle();
+        for address in [1, 3] {
+            rig.says(address, rig.power(true));
+        }
+        all_want(&mut rig, [1; 3]);
+        let sent = rig.cycle();
+        assert_eq!((sent.len(), sent.last()), (3, of(address).as_ref()));
+    }
+    // Without a wish there is nothing to wait for.
+    let mut rig = three_streaming(on(None), axes);
+    (rig.can.knows_room, rig.can.room) = (true, 3);
+    assert_eq!((rig.cycle().len(), rig.progress), (3, Progress::Idle));
+}
+
+#[test]
+fn a_cycle_takes_what_is_due_unless_its_placement_needs_requests() {
+    let needs = Place {
+        needs_requests: true,
+        ..BUS.place
+    };
     // Only beside frames of the cycle.
     let mut rig = three(Bus {
-        place: place(None),
+        place: needs,
         ..BUS
     });
     all_want(&mut rig, [-1; 3]);
     assert_eq!(rig.cycle(), []);
-    // And only where the placement needs them.
-    let without = Bus {
-        place: Place {
-            prefers: Some(Ordering::Less),
-            ..BUS.place
-        },
-        ..BUS
+    let choosy = Place {
+        enough_bits: Some(u32::MAX),
+        ..BUS.place
     };
-    let mut rig = three_streaming(without, axes);
+    let mut rig = three_streaming(
+        Bus {
+            place: choosy,
+            ..BUS
+        },
+        [axis(1), axis(2), axis(3)],
+    );
     all_want(&mut rig, [3, 4, 5]);
-    assert_eq!(rig.cycle().last(), of(3).as_ref());
+    let sent = rig.cycle();
+    assert_eq!(sent.last(), Some(&Frame::Ask(3, 3)));
     all_want(&mut rig, [-1; 3]);
     assert_eq!(rig.cycle().len(), 3);
+}
+
+#[test]
+fn one_drive_may_be_asked_every_time() {
+    for address in 1..=3 {
+        let mut rig = three(BUS);
+        for request in 0..4 {
+            rig.wants(address, ask(request, Class::Poll, 0));
+            assert_eq!(rig.cycle(), [Frame::Ask(address, request)]);
+        }
+    }
 }
 
 #[test]
@@ -276,19 +322,4 @@ fn a_repair_starts_with_its_frame_and_leaves_only_without_power() {
         .expect("a ready drive");
     rig.wants(1, ask(2, Class::Repair, 0));
     assert_eq!((rig.cycle(), rig.seen(0).facts.work), (vec![], Work::Read));
-}
-
-#[test]
-fn a_request_of_a_switch_or_a_brake_is_accepted_as_such() {
-    let mut rig = Rig::ready(&[axis(1)]);
-    rig.master.enable(rig.now, G).expect("a ready drive");
-    rig.says(1, FINE);
-    rig.can.room = 0;
-    rig.cycle();
-    // Chosen before, and made anew when it is offered.
-    rig.wants(1, ask(4, Class::Poll, 0));
-    rig.wants(1, None);
-    rig.can.room = 9;
-    assert_eq!(rig.cycle(), [Frame::Switch(1, true)]);
-    assert_ne!(rig.now, Instant::default());
 }

@@ -1,12 +1,12 @@
 //! Which frame goes out when, and what the outcome of each means.
 
 use can_motion::facts::{Class, Power};
-use can_motion::family::CommonFault;
-use can_motion::{AxisState, BusErrorKind, BusUser, CommonEvent, Progress};
+use can_motion::family::{CommonFault, Meaning};
+use can_motion::{AxisState, BusErrorKind, BusUser, CommonEvent, GroupId, Progress};
 
 use crate::drive::Call;
-use crate::family::{BUS, Bus, Frame, Kind, ask, axis};
-use crate::rig::{G, Rig, faulted, of_bus};
+use crate::family::{Axis, BUS, Bus, Fault, Frame, Kind, ask, axis};
+use crate::rig::{FINE, G, Rig, faulted, of_bus};
 
 #[test]
 fn each_moving_axis_sends_one_frame_a_cycle_in_order() {
@@ -29,43 +29,35 @@ fn each_moving_axis_sends_one_frame_a_cycle_in_order() {
 
 #[test]
 fn switches_off_go_first_and_switches_on_last() {
-    let mut rig = Rig::ready(&[
-        axis(1),
-        crate::family::Axis {
-            group: 1,
-            ..axis(2)
-        },
-        crate::family::Axis {
-            group: 2,
-            ..axis(3)
-        },
-    ]);
-    for group in 0..2 {
-        let group = can_motion::GroupId(group);
-        rig.master.enable(rig.now, group).expect("a ready drive");
+    let alone = |address| Axis {
+        group: address,
+        ..axis(address)
+    };
+    let mut rig = Rig::ready(&[alone(1), alone(2), alone(3)]);
+    for group in [1, 3] {
+        let enabled = rig.master.enable(rig.now, GroupId(group));
+        enabled.expect("a ready drive");
     }
-    rig.says(2, crate::rig::FINE);
+    rig.says(3, FINE);
     rig.cycle();
     rig.cycle();
-    rig.says(2, rig.power(true));
-    rig.says(1, crate::rig::FINE);
-    rig.master.disable(rig.now, can_motion::GroupId(2));
-    // What is off for good is not told so again.
-    assert_eq!(rig.is_power(2), Power::Off);
     rig.says(3, rig.power(true));
-    rig.master.disable(rig.now, can_motion::GroupId(2));
-    rig.wants(3, ask(7, Class::Poll, 1));
+    rig.says(1, FINE);
+    // What is off for good is not told so again.
+    rig.master.disable(rig.now, GroupId(2));
+    assert_eq!(rig.is_power(1), Power::Off);
+    rig.says(2, rig.power(true));
+    rig.master.disable(rig.now, GroupId(2));
+    rig.wants(2, ask(7, Class::Poll, 1));
     let sent = [
-        Frame::Switch(3, false),
-        Frame::SetPoint(2, 0),
+        Frame::Switch(2, false),
+        Frame::SetPoint(3, 0),
         Frame::Switch(1, true),
-        Frame::Ask(3, 7),
+        Frame::Ask(2, 7),
     ];
     assert_eq!(rig.cycle(), sent);
-    assert_eq!(
-        [0, 2].map(|axis| rig.is_power(axis)),
-        [Power::OnSent, Power::OffSent]
-    );
+    let power = [0, 1].map(|axis| rig.is_power(axis));
+    assert_eq!(power, [Power::OnSent, Power::OffSent]);
     assert_eq!(rig.send(), []);
 }
 
@@ -126,12 +118,12 @@ fn the_frame_of_the_bus_goes_once_behind_the_set_points() {
     };
     let mut rig = Rig::<false>::on(bus, &[axis(1)]);
     assert_eq!(rig.events(), [(None, Kind::Warned)]);
-    rig.all_say(can_motion::family::Meaning {
+    rig.all_say(Meaning {
         is_checked: true,
         ..rig.power(false)
     });
     rig.master.enable(rig.now, G).expect("a ready drive");
-    rig.all_say(crate::rig::FINE);
+    rig.all_say(FINE);
     // The switch waits for the frame of the bus.
     assert_eq!(rig.cycle(), [Frame::Sync, Frame::Switch(1, true)]);
     assert_eq!(rig.cycle(), [Frame::Sync]);
@@ -177,7 +169,7 @@ fn a_displaced_set_point_is_owed_again() {
 fn a_displaced_switch_is_sent_again() {
     let mut rig = Rig::ready(&[axis(1)]);
     rig.master.enable(rig.now, G).expect("a ready drive");
-    rig.all_say(crate::rig::FINE);
+    rig.all_say(FINE);
     for _ in 0..2 {
         assert_eq!(rig.cycle(), [Frame::Switch(1, true)]);
         assert_eq!(rig.is_power(0), Power::OnSent);
@@ -238,7 +230,7 @@ fn other_frames_that_fail_count_as_sent() {
     assert_eq!((rig.cycle(), rig.send()), (vec![], vec![]));
     assert!(matches!(rig.seen(0).calls[..], [.., Call::Asked(5, _)]));
     rig.master.enable(rig.now, G).expect("a ready drive");
-    rig.all_say(crate::rig::FINE);
+    rig.all_say(FINE);
     rig.can.fails = Some(BusErrorKind::Bit);
     assert_eq!((rig.cycle(), rig.is_power(0)), (vec![], Power::OnSent));
     assert_eq!(rig.fault(0), None);
@@ -246,7 +238,7 @@ fn other_frames_that_fail_count_as_sent() {
 
 #[test]
 fn a_set_point_that_must_not_go_out_stops_the_group() {
-    let guarded = crate::family::Axis {
+    let guarded = Axis {
         forbidden: Some(20),
         ..axis(1)
     };
@@ -256,13 +248,13 @@ fn a_set_point_that_must_not_go_out_stops_the_group() {
         .expect("a target in the travel");
     assert_eq!(rig.cycle(), [Frame::SetPoint(1, 10), Frame::SetPoint(2, 0)]);
     assert_eq!(rig.cycle(), []);
-    assert_eq!(rig.fault(0), Some(crate::family::Fault::OutsideTravel));
-    let other = crate::family::Axis {
+    assert_eq!(rig.fault(0), Some(Fault::OutsideTravel));
+    let other = Axis {
         group: 1,
         ..axis(2)
     };
     let mut rig = Rig::ready(&[guarded, other]);
-    for group in [0, 1].map(can_motion::GroupId) {
+    for group in [0, 1].map(GroupId) {
         rig.master.enable(rig.now, group).expect("a ready drive");
     }
     let mut rig = rig.stream();
@@ -303,14 +295,14 @@ fn drives_with_a_frame_in_every_cycle_are_switched_and_stopped_by_it() {
     let mut rig = Rig::<true>::on(BUS, &[axis(1), axis(2)]);
     // Nothing is known of their power.
     assert_eq!((rig.cycle(), rig.progress), (vec![], Progress::Idle));
-    rig.all_say(can_motion::family::Meaning {
+    rig.all_say(Meaning {
         is_checked: true,
         ..rig.power(false)
     });
     let stops = [Frame::Stop(1), Frame::Stop(2)];
     assert_eq!(rig.cycle(), stops);
     rig.master.enable(rig.now, G).expect("ready drives");
-    rig.all_say(crate::rig::FINE);
+    rig.all_say(FINE);
     let on = [Frame::Switch(1, true), Frame::Switch(2, true)];
     assert_eq!((rig.cycle(), rig.cycle()), (on.to_vec(), on.to_vec()));
     assert_eq!(rig.is_power(1), Power::OnSent);
@@ -337,7 +329,10 @@ fn drives_with_a_frame_in_every_cycle_are_switched_and_stopped_by_it() {
     assert_eq!(rig.events(), [failed]);
     rig.master.disable(rig.now, G);
     let off = [Frame::Switch(1, false), Frame::Switch(2, false)];
-    assert_eq!(rig.cycle(), off);
+    (rig.can.knows_room, rig.can.room) = (true, 0);
+    assert_eq!((rig.cycle(), rig.progress), (vec![], Progress::Blocked));
+    rig.can.room = 9;
+    assert_eq!(rig.send(), off);
     assert_eq!(
         (rig.is_power(0), rig.progress),
         (Power::OffSent, Progress::Idle)
