@@ -132,7 +132,7 @@ impl<F: Family> Axis<F> {
     /// Whether a fault would change nothing that matters: the axis has one, and nothing is left to take from it.
     pub(crate) fn has_lost_already(&self, after: &Facts) -> bool {
         let matters = |facts: &Facts| {
-            let power = (facts.power == Power::On, facts.power.may_be_on());
+            let power = (matches!(facts.power, Power::On), facts.power.may_be_on());
             (
                 facts.latch,
                 facts.knowledge,
@@ -154,7 +154,7 @@ impl<F: Family> Axis<F> {
         let (before, from) = (self.view.facts, self.state());
         self.view.facts = after;
         self.note_fault(change, log);
-        self.note_power(before, after, change.input, log);
+        self.note_power(before, after, log);
         self.note_motion(before, after, change, log.now);
         if before.work != Work::None && after.work == Work::None && change.input != Input::WorkEnded
         {
@@ -203,18 +203,12 @@ impl<F: Family> Axis<F> {
         self.view.is_lost = is_lost;
     }
 
-    fn note_power(
-        &mut self,
-        before: Facts,
-        after: Facts,
-        input: Input,
-        log: &mut EventLog<'_, F::EventKind>,
-    ) {
+    fn note_power(&mut self, before: Facts, after: Facts, log: &mut EventLog<'_, F::EventKind>) {
         if after.power == before.power {
             return;
         }
         match (before.power, after.power) {
-            (Power::OffSent, Power::OffWanted) if input != Input::Disable => {
+            (Power::OffSent, Power::OffWanted) => {
                 self.repeated = self.repeated.saturating_add(1);
                 if self.repeated.is_power_of_two() {
                     log.push(CommonEvent::DisableUnconfirmed {

@@ -14,3 +14,17 @@ impl fmt::Display for Counts {
         write!(f, "{} {noun}", self.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::format;
+
+    use super::*;
+
+    #[test]
+    fn one_count_is_no_counts() {
+        let text = [-2, -1, 0, 1, 2].map(|counts| format!("{}", Counts(counts)));
+        let expected = ["-2 counts", "-1 count", "0 counts", "1 count", "2 counts"];
+        assert_eq!(text, expected);
+    }
+}

@@ -54,3 +54,19 @@ impl RequestPlacement for BehindFrames {
         due == 0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_wait_for_the_last_frame_and_leave_at_once() {
+        let (now, started) = (Instant::from_us(90), Instant::from_us(20));
+        assert_eq!(
+            [0, 1, 2].map(|due| BehindFrames.is_reached(due)),
+            [true, false, false]
+        );
+        assert_eq!(BehindFrames.request_leaves(now, started), now);
+        assert!(!BehindFrames.needs_requests());
+    }
+}

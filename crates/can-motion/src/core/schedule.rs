@@ -135,7 +135,7 @@ impl<F: Family> Schedule<F> {
             };
         }
         self.next = self
-            .first_best(&overdue, axes.len(), NOT_WANTED + 1)
+            .first_best(&overdue, axes.len(), NOT_WANTED)
             .map(|(index, _)| index);
     }
 

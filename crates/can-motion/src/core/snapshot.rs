@@ -68,3 +68,16 @@ impl CycleCounters {
         events_dropped: 0,
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reading_ages() {
+        let at = Instant::from_us(1_000);
+        let reading = Stamped { value: (), at };
+        let ages = [900, 1_000, 1_250].map(|us| reading.age_us(Instant::from_us(us)));
+        assert_eq!(ages, [0, 0, 250]);
+    }
+}

@@ -187,3 +187,28 @@ impl Reason {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn what_moves_is_enabled_and_what_holds_too() {
+        let states = [
+            (AxisState::Streaming, true, true),
+            (AxisState::RampingDown, true, true),
+            (AxisState::Holding, false, true),
+            (AxisState::Enabling, false, false),
+            (AxisState::Faulted, false, false),
+        ];
+        for (state, moves, is_enabled) in states {
+            assert_eq!(
+                (state.sends_set_points(), state.is_enabled()),
+                (moves, is_enabled)
+            );
+        }
+        assert_eq!(AxisState::FoundOn.to_string(), "found enabled");
+    }
+}

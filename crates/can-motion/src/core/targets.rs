@@ -250,6 +250,119 @@ mod tests {
         assert_eq!(ledger.sent(), 20);
     }
 
+    fn limits(min: i32, max: i32) -> ValueLimits {
+        ValueLimits::new(min, max, 10, 4)
+    }
+
+    /// A ledger of positions that was anchored at a value and has sent so many frames towards a target.
+    fn under_way(from: i32, target: i32, frames: usize) -> AbsoluteLedger {
+        let mut ledger = AbsoluteLedger::new(ValueKind::Position);
+        ledger.anchor(from);
+        assert!(ledger.accept_target(target, &limits(-500, 500)));
+        for _ in 0..frames {
+            ledger.offer(&limits(-500, 500));
+            ledger.accepted();
+        }
+        ledger
+    }
+
+    #[test]
+    fn an_anchor_is_target_and_value_and_what_was_before() {
+        let mut ledger = AbsoluteLedger::new(ValueKind::Position);
+        ledger.anchor(70);
+        assert_eq!((ledger.target(), ledger.sent()), (70, 70));
+        assert_eq!(ledger.offer(&limits(0, 100)), 70);
+        ledger.returned(70);
+        assert_eq!((ledger.target(), ledger.sent()), (70, 70));
+        assert!(ledger.has_stopped());
+    }
+
+    #[test]
+    fn what_comes_back_in_motion_leaves_the_target() {
+        let mut ledger = under_way(0, 400, 1);
+        ledger.returned(10);
+        assert_eq!((ledger.sent(), ledger.target()), (0, 400));
+        assert!(!ledger.has_stopped());
+    }
+
+    #[test]
+    fn up_to_three_frames_come_back_in_any_order() {
+        let rests_at = |values: &[i32]| {
+            let mut ledger = under_way(0, 400, 4);
+            for value in values {
+                ledger.returned(*value);
+            }
+            ledger.sent()
+        };
+        assert_eq!(rests_at(&[40]), 30);
+        assert_eq!(rests_at(&[40, 30, 20]), 10);
+        assert_eq!(rests_at(&[30]), 40);
+        assert_eq!(rests_at(&[30, 40]), 20);
+        assert_eq!(rests_at(&[20]), 40);
+        assert_eq!(rests_at(&[20, 40]), 30);
+        assert_eq!(rests_at(&[20, 40, 30]), 10);
+        assert_eq!(rests_at(&[7]), 40);
+        assert_eq!(rests_at(&[7, 40]), 30);
+    }
+
+    #[test]
+    fn at_rest_the_target_of_a_position_follows_and_a_speed_stays() {
+        let mut position = under_way(0, 400, 2);
+        position.end_motion();
+        // A target that is refused does not end the rest.
+        assert!(!position.accept_target(501, &limits(-500, 500)));
+        position.returned(20);
+        assert_eq!((position.sent(), position.target()), (10, 10));
+        let mut speed = AbsoluteLedger::new(ValueKind::Speed);
+        assert!(speed.accept_target(20, &limits(-500, 500)));
+        for _ in 0..2 {
+            speed.offer(&limits(-500, 500));
+            speed.accepted();
+        }
+        speed.end_motion();
+        speed.returned(20);
+        assert_eq!((speed.sent(), speed.target()), (10, 20));
+    }
+
+    #[test]
+    fn a_stop_ends_within_the_limits_or_is_not_possible() {
+        for (direction, bounds) in [(1, [(0, 30), (0, 29)]), (-1, [(-30, 0), (-29, 0)])] {
+            let ledger = under_way(0, 400 * direction, 1);
+            // Steps of 8, 6, 4, 2 and 0.
+            let fits = bounds.map(|(min, max)| ledger.can_stop_in(5, &limits(min, max)));
+            assert_eq!(fits, [true, false]);
+            assert_eq!(ledger.cycles_to_stop(&limits(0, 30)), 3);
+        }
+        let mut speed = AbsoluteLedger::new(ValueKind::Speed);
+        speed.anchor(-35);
+        assert_eq!(speed.cycles_to_stop(&limits(0, 1)), 4);
+        assert!(speed.can_stop_in(1, &limits(0, 1)));
+    }
+
+    #[test]
+    fn a_ramp_is_through_when_its_last_value_is_sent() {
+        let mut ledger = under_way(0, 400, 1);
+        ledger.begin_ramp(5);
+        let mut sent = [0; 5];
+        for value in &mut sent {
+            assert!(!ledger.has_stopped());
+            ledger.begin_cycle();
+            *value = ledger.offer(&limits(0, 500));
+            ledger.accepted();
+        }
+        assert_eq!(sent, [18, 24, 28, 30, 30]);
+        assert!(ledger.has_stopped());
+        // One that has nothing to slow down takes its time all the same.
+        let mut ledger = under_way(50, 50, 1);
+        ledger.begin_ramp(2);
+        assert!(!ledger.has_stopped());
+        ledger.begin_cycle();
+        ledger.begin_cycle();
+        assert!(ledger.has_stopped());
+        assert!(ledger.accept_target(60, &limits(0, 500)));
+        assert!(!ledger.has_stopped());
+    }
+
     proptest! {
         #[test]
         fn no_frame_changes_more_than_a_step(from in any::<i32>(), target in any::<i32>(), step in 1..=u32::MAX) {
