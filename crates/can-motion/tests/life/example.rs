@@ -42,11 +42,12 @@ fn two_drives_of_the_example_go_where_they_are_told() {
             states.push(state);
         }
     }
-    // Each step between two cycles is one answer away from the next.
+    // The drives are asked in turn: each step of the second is one answer of both away from the next.
     let life = [
+        AxisState::PowerOn,
         AxisState::Ready,
+        AxisState::Probing,
         AxisState::Enabling,
-        AxisState::Holding,
         AxisState::Streaming,
         AxisState::RampingDown,
         AxisState::Holding,
