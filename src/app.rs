@@ -160,7 +160,7 @@ impl App {
             return;
         }
         let cycles = cycles.wrapping_add(1);
-        if cycles % JOIN_REPORT_CYCLES == 0 {
+        if cycles.is_multiple_of(JOIN_REPORT_CYCLES) {
             telemetry::tell(Message::BusNeverIdle);
         }
         self.phase = Phase::Joining { cycles };
