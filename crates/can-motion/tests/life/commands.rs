@@ -1,12 +1,12 @@
 //! Commands of the application, and the reason of each refusal.
 
 use can_motion::facts::{Brake, Loss, Work};
-use can_motion::family::{Meaning, ProcedureRefusal, ValueLimits};
-use can_motion::{AxisState, CommandError, Confirmation, GroupId, Master, TargetError};
+use can_motion::family::{Family, Meaning, ProcedureRefusal};
+use can_motion::{AxisState, CommandError, Confirmation, GroupId, Master, Reason, TargetError};
 
 use crate::drive::Call;
 use crate::family::{Axis, BUS, Fault, Frame, Kind, Script, axis};
-use crate::rig::{G, Rig};
+use crate::rig::{G, Rig, went};
 
 const SOFT: Fault = Fault::Of(Loss::Nothing);
 
@@ -94,7 +94,8 @@ fn clear_needs_an_axis_at_rest_whose_hold_is_known() {
         [Call::StartOver { is_cleared: true }]
     );
     assert_eq!((rig.state(0), rig.fault(0)), (AxisState::Probing, None));
-    assert_eq!(rig.events().last().map(|(axis, _)| *axis), Some(Some(0)));
+    let checked_anew = went(0, AxisState::Faulted, AxisState::Probing, Reason::Command);
+    assert_eq!(rig.events().last(), Some(&checked_anew));
 }
 
 #[test]
@@ -287,7 +288,7 @@ fn a_master_takes_on_other_axes_with_nothing_left_of_the_old_ones() {
     rig.cycle();
     rig.master.on_bus_off(rig.now);
     let few = [axis(7)];
-    let plan = <Script<false> as can_motion::family::Family>::plan(&BUS, &few);
+    let plan = Script::<false>::plan(&BUS, &few);
     rig.master.take_on(&plan).expect("one axis");
     assert_eq!(
         (rig.master.state(0), rig.master.state(1)),
@@ -304,10 +305,8 @@ fn a_master_takes_on_other_axes_with_nothing_left_of_the_old_ones() {
     assert_eq!(rig.master.cycle_counters().cycles, 1);
 
     let many = [axis(1), axis(2), axis(3), axis(4)];
-    let plan = <Script<false> as can_motion::family::Family>::plan(&BUS, &many);
+    let plan = Script::<false>::plan(&BUS, &many);
     assert_eq!(rig.master.take_on(&plan), Err("room for 3".to_owned()));
     assert_eq!(rig.fault(0), Some(SOFT));
     assert!(Master::<3, Script<false>>::new(BUS, &many).is_err());
-    let limits = ValueLimits::new(-5, 5, 1, 1);
-    assert_eq!((limits.min, limits.max, limits.max_step), (-5, 5, 1));
 }

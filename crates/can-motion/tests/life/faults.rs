@@ -135,7 +135,7 @@ fn the_outage_of_a_ramp_is_no_concern_of_a_partner_that_is_off() {
     told.retain(|(_, kind)| is_fault(kind));
     assert_eq!(told, [faulted(0, CommonFault::Bus)]);
     assert_eq!(rig.fault(0), BUS_FAULT);
-    assert_eq!(rig.is_power(1), Power::Off);
+    assert_eq!(rig.power_of(1), Power::Off);
     assert_eq!(rig.fault(2), None);
 }
 

@@ -171,7 +171,7 @@ fn a_fault_with_halt_stops_the_group_at_once_and_no_other() {
         went(0, AxisState::Streaming, AxisState::Faulted, fault),
     ];
     assert_eq!(rig.events(), events);
-    assert_eq!([0, 1].map(|axis| rig.is_power(axis)), [Power::On; 2]);
+    assert_eq!([0, 1].map(|axis| rig.power_of(axis)), [Power::On; 2]);
     // What happens to the first one later is no further fault of the group.
     let ended = [Call::EndMotion { by_ramp: false }];
     assert_eq!(rig.told_since(0, before), ended);
@@ -218,7 +218,7 @@ fn a_fault_with_a_ramp_slows_the_group_down_together() {
         rig.cycle();
     }
     assert!(rig.master.all_are(G, AxisState::Faulted));
-    assert_eq!(rig.is_power(0), Power::On);
+    assert_eq!(rig.power_of(0), Power::On);
     // A drive that lost its anchor cannot slow down on its path; its partner can.
     let mut rig = two_groups(Reaction::RampDown);
     rig.fails(2, Fault::Of(Loss::Anchor));
@@ -282,12 +282,12 @@ fn a_fault_that_disables_spares_what_was_not_in_use() {
         let mut rig = Rig::ready(&[disables(1), disables(2)]);
         rig.says(2, rig.power(true));
         rig.fails(faulty, SOFT);
-        assert_eq!((rig.cycle(), rig.is_power(1)), (vec![], Power::FoundOn));
+        assert_eq!((rig.cycle(), rig.power_of(1)), (vec![], Power::FoundOn));
     }
     // Nor is power taken where the reaction is another.
     let mut rig = two_groups(Reaction::Halt);
     rig.fails(2, Fault::Of(Loss::Anchor));
-    assert_eq!([0, 1].map(|axis| rig.is_power(axis)), [Power::On; 2]);
+    assert_eq!([0, 1].map(|axis| rig.power_of(axis)), [Power::On; 2]);
 }
 
 #[test]

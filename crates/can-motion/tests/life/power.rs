@@ -340,7 +340,7 @@ fn a_brake_is_opened_before_motion_and_closed_before_power_goes() {
     rig.master.disable(rig.now, G);
     rig.wants(1, ask(2, Class::BrakeClose, 1));
     assert_eq!(
-        (rig.cycle(), rig.is_power(0)),
+        (rig.cycle(), rig.power_of(0)),
         (vec![Frame::Ask(1, 2)], Power::OffWanted)
     );
     assert_eq!(rig.cycle(), []);

@@ -17,9 +17,9 @@ pub(crate) const CYCLE_US: u32 = 1_000;
 #[derive(Debug)]
 pub(crate) struct Controller {
     pub(crate) sent: Vec<Frame>,
-    /// Room for so many frames more; it says that it is full only when it is offered one.
+    /// Room for so many frames more.
     pub(crate) room: usize,
-    /// It knows when it is full.
+    /// It says beforehand when it is full; otherwise it refuses the frame that it is offered.
     pub(crate) knows_room: bool,
     /// The next frame fails.
     pub(crate) fails: Option<BusErrorKind>,
@@ -222,11 +222,12 @@ impl<const CYCLIC: bool> Rig<CYCLIC> {
         self.seen(axis).fault
     }
 
-    pub(crate) fn is_power(&self, axis: usize) -> Power {
+    /// What is known of the power of an axis.
+    pub(crate) fn power_of(&self, axis: usize) -> Power {
         self.master.facts(axis).expect("an axis").power
     }
 
-    /// What the drive was told since this was asked the last time it had been told so many things.
+    /// What the drive was told after so many things.
     pub(crate) fn told_since(&self, axis: usize, before: usize) -> Vec<Call> {
         self.seen(axis).calls.split_off(before)
     }

@@ -45,7 +45,7 @@ fn switches_off_go_first_and_switches_on_last() {
     rig.says(1, FINE);
     // What is off for good is not told so again.
     rig.master.disable(rig.now, GroupId(2));
-    assert_eq!(rig.is_power(1), Power::Off);
+    assert_eq!(rig.power_of(1), Power::Off);
     rig.says(2, rig.power(true));
     rig.master.disable(rig.now, GroupId(2));
     rig.wants(2, ask(7, Class::Poll, 1));
@@ -56,7 +56,7 @@ fn switches_off_go_first_and_switches_on_last() {
         Frame::Ask(2, 7),
     ];
     assert_eq!(rig.cycle(), sent);
-    let power = [0, 1].map(|axis| rig.is_power(axis));
+    let power = [0, 1].map(|axis| rig.power_of(axis));
     assert_eq!(power, [Power::OnSent, Power::OffSent]);
     assert_eq!(rig.send(), []);
 }
@@ -172,12 +172,12 @@ fn a_displaced_switch_is_sent_again() {
     rig.all_say(FINE);
     for _ in 0..2 {
         assert_eq!(rig.cycle(), [Frame::Switch(1, true)]);
-        assert_eq!(rig.is_power(0), Power::OnSent);
+        assert_eq!(rig.power_of(0), Power::OnSent);
         rig.master.on_displaced(rig.now, &Frame::Switch(1, true));
-        assert_eq!(rig.is_power(0), Power::OnWanted);
+        assert_eq!(rig.power_of(0), Power::OnWanted);
     }
     rig.master.disable(rig.now, G);
-    assert_eq!((rig.cycle(), rig.is_power(0)), (vec![], Power::Off));
+    assert_eq!((rig.cycle(), rig.power_of(0)), (vec![], Power::Off));
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn other_frames_that_fail_count_as_sent() {
     rig.master.enable(rig.now, G).expect("a ready drive");
     rig.all_say(FINE);
     rig.can.fails = Some(BusErrorKind::Bit);
-    assert_eq!((rig.cycle(), rig.is_power(0)), (vec![], Power::OnSent));
+    assert_eq!((rig.cycle(), rig.power_of(0)), (vec![], Power::OnSent));
     assert_eq!(rig.fault(0), None);
 }
 
@@ -305,7 +305,7 @@ fn drives_with_a_frame_in_every_cycle_are_switched_and_stopped_by_it() {
     rig.all_say(FINE);
     let on = [Frame::Switch(1, true), Frame::Switch(2, true)];
     assert_eq!((rig.cycle(), rig.cycle()), (on.to_vec(), on.to_vec()));
-    assert_eq!(rig.is_power(1), Power::OnSent);
+    assert_eq!(rig.power_of(1), Power::OnSent);
     rig.all_say(rig.power(true));
     assert!(rig.every(AxisState::Streaming));
     assert_eq!(rig.cycle(), [Frame::SetPoint(1, 0), Frame::SetPoint(2, 0)]);
@@ -334,7 +334,7 @@ fn drives_with_a_frame_in_every_cycle_are_switched_and_stopped_by_it() {
     rig.can.room = 9;
     assert_eq!(rig.send(), off);
     assert_eq!(
-        (rig.is_power(0), rig.progress),
+        (rig.power_of(0), rig.progress),
         (Power::OffSent, Progress::Idle)
     );
 }
