@@ -12,6 +12,7 @@ const EXAMPLES: &str = "\
 Examples:
   motionctl bench --drives 1,2,3 --slcan /tmp/can-adapter
   motionctl bench --drives 1,2 --slcan /tmp/can-adapter --serial /tmp/drive-port
+  motionctl bench --fresh --slcan /tmp/can-adapter                  one drive as it comes out of its box
   motionctl run --slcan /tmp/can-adapter --drives 1,2 --axes 2     in another terminal
   slcand -o -s8 /tmp/can-adapter can0                              as a network interface, on Linux
 
@@ -25,9 +26,9 @@ Exit status: 0 ended on request, 2 the bench could not be set up, 3 the terminal
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Ids of the drives on the bus, in any order: numbers and ranges, as in 1,2,5-7.
-    #[arg(long, value_name = "IDS", default_value = "1", value_parser = drive_ids)]
-    pub(crate) drives: std::vec::Vec<DriveId>,
+    /// Ids of the drives on the bus, in any order: numbers and ranges, as in 1,2,5-7. Default: 1, and none with --fresh.
+    #[arg(long, value_name = "IDS", value_parser = drive_ids)]
+    pub(crate) drives: Option<std::vec::Vec<DriveId>>,
     /// One more drive, or N more, which were never given an id: on their serial port they are drive 0.
     #[arg(
         long,
@@ -49,6 +50,17 @@ pub(crate) struct Arguments {
     /// Print what the drives have received as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl Arguments {
+    /// The ids of the drives that have one.
+    pub(super) fn ids(&self) -> std::vec::Vec<DriveId> {
+        match &self.drives {
+            Some(ids) => ids.clone(),
+            None if self.fresh > 0 => std::vec::Vec::new(),
+            None => vec![DriveId::MIN],
+        }
+    }
 }
 
 /// What is wrong with the drives.

@@ -50,7 +50,8 @@ impl<'a> Rig<'a> {
         let mut bench = Bench::new(Bus::new(arguments.bit_rate));
         let node = bench.add_master(ControllerConfig::device());
         let options = &arguments.drive_options;
-        let numbered = arguments.drives.iter().map(|&drive| options.drive(drive));
+        let ids = arguments.ids();
+        let numbered = ids.iter().map(|&drive| options.drive(drive));
         let twins = arguments.troubles.twin.iter().flatten();
         let fresh = (0..arguments.fresh).map(|number| options.fresh_drive(number));
         let drives: Vec<DeviceId> = numbered

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use dyn_can::{Revision, StoredDriveId};
 
-use crate::drives::{DrivesError, Parameter};
+use crate::drives::DrivesError;
 use crate::exit::{self, Coded};
 use crate::settings_file::{FileError, FileRevision};
 
@@ -65,9 +65,6 @@ pub(crate) enum RefusalReason {
     /// The drive has a line number and shall have none.
     LineNumberStays {
         actual: i32,
-    },
-    NotReached {
-        parameter: Parameter,
     },
     /// It cannot be read.
     Drives(DrivesError),
@@ -182,10 +179,6 @@ impl fmt::Display for RefusalReason {
             Self::LineNumberStays { actual } => write!(
                 f,
                 "expected no line number, as in the file, it has {actual}, and no command removes one: write line-number = {actual} into the file if that is right"
-            ),
-            Self::NotReached { parameter } => write!(
-                f,
-                "the serial port does not reach {parameter}: restore over CAN, with --slcan or --can"
             ),
             Self::Drives(error) => error.fmt(f),
         }

@@ -81,10 +81,10 @@ impl Outcome {
         }
     }
 
-    /// Something is written, or may be.
+    /// Something is written, or may be. What was sent and read back with its old value is not.
     pub(super) fn has_written(&self) -> bool {
-        let sum = |drive: &DriveOutcome| drive.eeprom_writes + drive.eeprom_writes_in_doubt;
-        self.drives.iter().map(sum).sum::<usize>() > 0
+        let mut changes = self.drives.iter().flat_map(|drive| &drive.changes);
+        changes.any(|change| matches!(change.result, ChangeEnd::Written | ChangeEnd::Unknown))
     }
 
     /// Counts after a change has ended.

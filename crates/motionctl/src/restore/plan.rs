@@ -25,6 +25,8 @@ pub(super) fn read(arguments: &Arguments) -> Result<Vec<DriveSettings>, RestoreE
     if !arguments.drives.is_serial() {
         wanted.iter().try_for_each(require_can)?;
     }
+    // What this connection cannot carry shall not be found out half-way.
+    frames(arguments, &wanted)?;
     Ok(wanted)
 }
 
