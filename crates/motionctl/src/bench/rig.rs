@@ -57,11 +57,11 @@ impl<'a> Rig<'a> {
         let drives: Vec<DeviceId> = numbered
             .chain(twins.map(|&drive| options.twin(drive)))
             .chain(fresh)
-            .map(|drive| {
-                let drive = arguments.troubles.befall(drive);
-                bench.add_device(drive, ControllerConfig::device())
-            })
+            .map(|drive| bench.add_device(drive, ControllerConfig::device()))
             .collect();
+        // A drive that starts has no alarm yet.
+        bench.advance_to(POWER_ON_DELAY_NS);
+        arguments.troubles.befall(&mut bench, &drives);
         let adapter = Adapter::new(&mut bench, node);
         let terminals = &arguments.terminals;
         Ok(Self {
@@ -194,20 +194,20 @@ fn power_cycles() -> io::Result<Arc<AtomicBool>> {
 }
 
 impl Troubles {
-    /// A drive with what is wrong with it.
-    fn befall(&self, mut drive: DynDrive) -> DynDrive {
+    /// Makes drives that have started as they shall be.
+    fn befall(&self, bench: &mut Bench<DynDrive>, drives: &[DeviceId]) {
         let is_alarmed = |id| self.alarm.iter().flatten().any(|&alarmed| alarmed == id);
-        let faults = if drive.id().is_some_and(is_alarmed) {
+        for &drive in drives {
+            let drive = bench.device_mut(drive);
+            let has_alarm = drive.id().is_some_and(is_alarmed);
             let faults = drive.faults_mut();
-            faults.raise_alarm(Alarm::OverCurrent);
-            faults
-        } else {
-            drive.faults_mut()
-        };
-        if let Some(settings) = self.ignore_settings_after {
-            faults.ignore_settings_after(settings);
+            if has_alarm {
+                faults.raise_alarm(Alarm::OverCurrent);
+            }
+            if let Some(settings) = self.ignore_settings_after {
+                faults.ignore_settings_after(settings);
+            }
         }
-        drive
     }
 }
 

@@ -79,8 +79,8 @@ fn a_wrong_file_is_refused_before_anything_is_sent() {
                 "from 1 to 127, got 200",
             ),
             (
-                "main-gain",
-                "main-gian",
+                "main-gain = 20",
+                "main-gian = 20",
                 place("main-gain", 1),
                 "\"main-gian\"",
             ),
