@@ -104,7 +104,7 @@ fn difference(settings: &DriveSettings, readings: &Readings) -> Result<Differenc
             changes.push(Change { setting, before });
         }
     }
-    changes.sort_by_key(|change| Difference::order(change));
+    changes.sort_by_key(Difference::order);
     Ok(Difference {
         drive: settings.id,
         compared: settings.settings.len(),
