@@ -347,8 +347,8 @@ fn no_id_is_given_to_one_of_several_drives() {
         );
     }
     let mut silent = Workbench::new(vec![fresh()]);
-    let drive = silent.drives[0];
-    silent.bench.device_mut(drive).faults_mut().leave_bus();
+    let lone = silent.drives[0];
+    silent.bench.device_mut(lone).faults_mut().leave_bus();
     let first = AssignId::first_id_of_the_only_drive(id(3));
     assert_eq!(silent.run(first), AssignResult::NoDrive);
     let five = || drive(5, Revision::V1_6A);
