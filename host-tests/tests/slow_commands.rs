@@ -364,16 +364,18 @@ fn no_id_is_given_to_one_of_several_drives() {
 
 #[test]
 fn no_id_is_given_on_a_bus_that_is_not_quiet() {
-    // A drive that repeats its alarm: 1Dh and EE.
-    let mut bench = Workbench::new(vec![drive(5, Revision::V1_6A)]);
-    let alarmed = bench.drives[0];
+    // Another drive says every 190 ms that it has an alarm: 1Dh and EE. The reads of an assignment take less.
+    let drives = [5, 6].map(|id| drive(id, Revision::V1_6A));
+    let mut bench = Workbench::new(drives.to_vec());
+    let alarmed = bench.drives[1];
     let faults = bench.bench.device_mut(alarmed).faults_mut();
-    faults.repeat_alarm_frames(core::num::NonZeroU64::new(10_000_000));
+    faults.repeat_alarm_frames(core::num::NonZeroU64::new(190_000_000));
     faults.raise_alarm(Alarm::OverCurrent);
+    bench.bench.advance_to(bench.bench.now_ns() + 50_000_000);
     let id = |id| DriveId::new(id).unwrap();
     let rename = AssignId::rename(id(5), id(9));
     assert_eq!(bench.run(rename), AssignResult::NotQuiet);
-    assert_eq!(bench.id_writes(), [0]);
+    assert_eq!(bench.id_writes(), [0, 0]);
 }
 
 #[test]
