@@ -5,14 +5,16 @@ use can_motion::{
     ProcedureError, service,
 };
 use drive_sim::{
-    Bench, BitRate, Bus, ControllerConfig, DynDrive, DynDriveConfig, NodeId, ResponseDelay, TxOrder,
+    Bench, BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, NodeId,
+    ResponseDelay, TxOrder,
 };
 use dyn_can::{
     Alarm, ByteOrder, Dialect, DriveId, MaxSpeed, OnPosRange, Reply, Revision, SetParamGroup2,
     SetParamGroup3,
 };
 use dyn_commission::{
-    AssignId, AssignResult, ByteOrderProbe, ByteOrderResult, Commissioner, Scan, Script,
+    AnswerCount, AssignId, AssignResult, ByteOrderProbe, ByteOrderResult, Commissioner,
+    CountAnswers, Group3Order, Scan, Script,
 };
 use host_tests::rig::{GROUP, Rig};
 
@@ -207,17 +209,23 @@ fn a_reset_brings_an_alarmed_drive_back_in_1_6a_and_is_refused_in_1_2a() {
 struct Workbench {
     bench: Bench<DynDrive>,
     node: NodeId,
+    drives: Vec<DeviceId>,
 }
 
 impl Workbench {
     fn new(drives: Vec<DynDriveConfig>) -> Self {
         let mut bench = Bench::new(Bus::new(BitRate::Kbit1000));
         let node = bench.add_master(ControllerConfig::bxcan(TxOrder::Fifo));
-        for drive in drives {
-            bench.add_device(DynDrive::new(drive), ControllerConfig::device());
-        }
+        let drives = drives.into_iter();
+        let drives = drives
+            .map(|drive| bench.add_device(DynDrive::new(drive), ControllerConfig::device()))
+            .collect();
         bench.advance_to(200_000_000);
-        Self { bench, node }
+        Self {
+            bench,
+            node,
+            drives,
+        }
     }
 
     fn run<S: Script>(&mut self, script: S) -> S::Result
@@ -235,6 +243,12 @@ impl Workbench {
             self.bench.advance_to(self.bench.now_ns() + 250_000);
         }
         panic!("the task does not end");
+    }
+
+    /// How often each drive has stored an id.
+    fn id_writes(&self) -> Vec<u64> {
+        let writes = self.bench.devices().map(DynDrive::eeprom_writes);
+        writes.map(|writes| writes.drive_id).collect()
     }
 }
 
@@ -280,22 +294,129 @@ fn a_scan_that_listens_longer_finds_what_answers_late() {
 fn an_id_is_given_as_the_revision_allows() {
     let id = |id| DriveId::new(id).unwrap();
     let mut old = Workbench::new(vec![drive(5, Revision::V1_2A), drive(6, Revision::V1_2A)]);
-    let rename = |to| AssignId::rename(id(5), id(to), Revision::V1_2A);
+    let rename = |to| AssignId::rename(id(5), id(to));
     assert_eq!(old.run(rename(6)), AssignResult::IdTaken);
     assert_eq!(old.run(rename(9)), AssignResult::Active);
     assert_eq!(old.run(rename(9)), AssignResult::NoDrive);
     let mut new = Workbench::new(vec![drive(5, Revision::V1_6A)]);
-    let result = new.run(AssignId::rename(id(5), id(9), Revision::V1_6A));
+    let result = new.run(AssignId::rename(id(5), id(9)));
     assert_eq!(result, AssignResult::AfterPowerCycle);
+    assert_eq!(old.id_writes(), [1, 0]);
+    assert_eq!(new.id_writes(), [1]);
 }
 
 #[test]
 fn a_fresh_drive_alone_on_the_bus_gets_its_first_id() {
-    let fresh = DynDriveConfig::fresh().with_revision(Revision::V1_2A);
-    let mut bench = Workbench::new(vec![fresh]);
-    let id = DriveId::new(3).unwrap();
-    let result = bench.run(AssignId::first_id_of_the_only_drive(id, Revision::V1_2A));
-    assert_eq!(result, AssignResult::Active);
+    for (revision, expected) in [
+        (Revision::V1_2A, AssignResult::Active),
+        (Revision::V1_6A, AssignResult::AfterPowerCycle),
+    ] {
+        let fresh = DynDriveConfig::fresh().with_revision(revision);
+        let mut bench = Workbench::new(vec![fresh]);
+        let id = DriveId::new(3).unwrap();
+        let result = bench.run(AssignId::first_id_of_the_only_drive(id));
+        assert_eq!((result, bench.id_writes()), (expected, vec![1]));
+    }
+}
+
+/// A drive whose replies come a little later than those of another: nobody else looks like it.
+fn twin(config: DynDriveConfig) -> DynDriveConfig {
+    DynDriveConfig {
+        response_delay: ResponseDelay::fixed(400_000),
+        ..config
+    }
+}
+
+#[test]
+fn no_id_is_given_to_one_of_several_drives() {
+    let id = |id| DriveId::new(id).unwrap();
+    let fresh = DynDriveConfig::fresh;
+    let mut two = Workbench::new(vec![fresh(), twin(fresh())]);
+    let first = AssignId::first_id_of_the_only_drive(id(3));
+    assert_eq!(two.run(first), AssignResult::SeveralDrives);
+    for (present, expected) in [
+        (3, AssignResult::IdTaken),
+        (40, AssignResult::OtherDrive(id(40))),
+    ] {
+        let other = drive(present, Revision::V1_6A);
+        let mut bench = Workbench::new(vec![fresh(), other]);
+        let first = AssignId::first_id_of_the_only_drive(id(3));
+        assert_eq!(
+            (bench.run(first), bench.id_writes()),
+            (expected, vec![0, 0])
+        );
+    }
+    let mut silent = Workbench::new(vec![fresh()]);
+    let lone = silent.drives[0];
+    silent.bench.device_mut(lone).faults_mut().leave_bus();
+    let first = AssignId::first_id_of_the_only_drive(id(3));
+    assert_eq!(silent.run(first), AssignResult::NoDrive);
+    let five = || drive(5, Revision::V1_6A);
+    let mut two = Workbench::new(vec![five(), twin(five())]);
+    let rename = AssignId::rename(id(5), id(9));
+    assert_eq!(two.run(rename), AssignResult::SeveralDrives);
+    assert_eq!(two.id_writes(), [0, 0]);
+    assert_eq!(two.run(CountAnswers::of(id(5))), AnswerCount::Several);
+    assert_eq!(two.run(CountAnswers::of(id(6))), AnswerCount::None);
+    let mut one = Workbench::new(vec![five()]);
+    assert_eq!(one.run(CountAnswers::of(id(5))), AnswerCount::One);
+}
+
+#[test]
+fn no_id_is_given_on_a_bus_that_is_not_quiet() {
+    // Another drive says every 190 ms that it has an alarm: 1Dh and EE. The reads of an assignment take less.
+    let drives = [5, 6].map(|id| drive(id, Revision::V1_6A));
+    let mut bench = Workbench::new(drives.to_vec());
+    let alarmed = bench.drives[1];
+    let faults = bench.bench.device_mut(alarmed).faults_mut();
+    faults.repeat_alarm_frames(core::num::NonZeroU64::new(190_000_000));
+    faults.raise_alarm(Alarm::OverCurrent);
+    bench.bench.advance_to(bench.bench.now_ns() + 50_000_000);
+    let id = |id| DriveId::new(id).unwrap();
+    let rename = AssignId::rename(id(5), id(9));
+    assert_eq!(bench.run(rename), AssignResult::NotQuiet);
+    assert_eq!(bench.id_writes(), [0, 0]);
+}
+
+#[test]
+fn a_group_3_reply_is_read_in_both_orders() {
+    use dyn_can::{GearNumber, Group3ReplyOrder};
+    let read = |gear, order, revision| {
+        let mut config = drive(5, revision);
+        config.dialect.group3_reply_order_1_2a = Group3ReplyOrder::Fixed(order);
+        config.group3.gear_number = GearNumber::new(gear).unwrap();
+        let readings = Workbench::new(vec![config]).run(Group3Order::of(DriveId::new(5).unwrap()));
+        let readings = readings.expect("a reply");
+        let gear = |group: Option<dyn_can::ParamGroup3>| group.map(|group| group.gear_number.get());
+        (
+            gear(readings.msb_first),
+            gear(readings.lsb_first),
+            readings.order(),
+        )
+    };
+    let (msb, lsb) = (ByteOrder::MsbFirst, ByteOrder::LsbFirst);
+    // 4096 is 1000h, and 16 the other way round; 4104 is 1008h, and 2064.
+    assert_eq!(
+        read(4_096, msb, Revision::V1_2A),
+        (Some(4_096), None, Some(msb))
+    );
+    assert_eq!(
+        read(4_096, lsb, Revision::V1_2A),
+        (None, Some(4_096), Some(lsb))
+    );
+    assert_eq!(
+        read(4_104, msb, Revision::V1_2A),
+        (Some(4_104), Some(2_064), None)
+    );
+    assert_eq!(
+        read(4_104, lsb, Revision::V1_2A),
+        (Some(2_064), Some(4_104), None)
+    );
+    // 1.6A tells its order by the on-position range.
+    assert_eq!(
+        read(4_104, msb, Revision::V1_6A),
+        (None, Some(4_104), Some(lsb))
+    );
 }
 
 #[test]

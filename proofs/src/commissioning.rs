@@ -1,7 +1,10 @@
 //! The commissioning scripts, on a driver that does anything.
 
 use can_motion::{Instant, service};
-use dyn_commission::{AssignId, ByteOrderProbe, Commissioner, Scan, Script};
+use dyn_can::Request;
+use dyn_commission::{
+    Ask, AssignId, ByteOrderProbe, Commissioner, CountAnswers, Group3Order, Scan, Script,
+};
 
 use crate::codec::{dialect, drive};
 use crate::fake_can::FakeCan;
@@ -11,8 +14,11 @@ use crate::opaque::{self, consume};
 pub fn exercise() {
     let revision = dialect().revision;
     run(Scan::default());
-    run(AssignId::rename(drive(), drive(), revision));
-    run(AssignId::first_id_of_the_only_drive(drive(), revision));
+    run(AssignId::rename(drive(), drive()));
+    run(AssignId::first_id_of_the_only_drive(drive()));
+    run(CountAnswers::of(drive()));
+    run(Group3Order::of(drive()));
+    run(Ask::new(drive(), Request::ReadDriveStatus, dialect()));
     run(ByteOrderProbe::with_free_shaft(drive(), revision));
 }
 

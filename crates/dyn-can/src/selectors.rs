@@ -66,7 +66,7 @@ selector! {
 }
 
 /// A drive id that Assign_Drive_ID may store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StoredDriveId(u8);
 

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     bench.advance_to(200_000_000);
 
     let id = DriveId::new(5)?;
-    let script = AssignId::first_id_of_the_only_drive(id, Revision::V1_2A);
+    let script = AssignId::first_id_of_the_only_drive(id);
     let assigned = run(&mut bench, port, script);
     println!("id {id}: {assigned:?}");
     assert_eq!(assigned, Some(AssignResult::Active));

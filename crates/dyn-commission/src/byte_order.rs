@@ -30,6 +30,7 @@ const REFUSED_IF_LSB_FIRST: [u8; 2] = [0x01, 0x10];
 pub struct ByteOrderProbe {
     drive: DriveId,
     dialect: Dialect,
+    listen_us: u32,
     step: u8,
     msb_first_refused: bool,
     lsb_first_refused: bool,
@@ -42,16 +43,23 @@ impl ByteOrderProbe {
         Self {
             drive,
             dialect: Dialect::of(revision),
+            listen_us: LISTEN_US,
             step: 0,
             msb_first_refused: false,
             lsb_first_refused: false,
         }
     }
 
+    /// Listens to each answer for so many microseconds: for adapters that hold replies back.
+    #[must_use]
+    pub const fn listening(self, listen_us: u32) -> Self {
+        Self { listen_us, ..self }
+    }
+
     fn tell(&self, request: Request) -> Result<Exchange, ByteOrderResult> {
         let frame = request.encode(Address::Drive(self.drive), &self.dialect);
         frame
-            .map(|frame| Exchange::tell(frame, LISTEN_US))
+            .map(|frame| Exchange::tell(frame, self.listen_us))
             .map_err(|_| ByteOrderResult::NotAllowed)
     }
 
@@ -59,7 +67,7 @@ impl ByteOrderProbe {
         let id = self.drive.can_id(FunctionCode::SquareWave);
         let frame = DataFrame::new(id, &amplitude);
         frame
-            .map(|frame| Exchange::tell(frame, LISTEN_US))
+            .map(|frame| Exchange::tell(frame, self.listen_us))
             .map_err(|_| ByteOrderResult::NotAllowed)
     }
 }

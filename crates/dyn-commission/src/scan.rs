@@ -55,8 +55,8 @@ impl Script for Scan {
     type Result = ScanResult;
 
     fn next(&mut self, heard: Heard) -> Result<Exchange, ScanResult> {
-        if let (Some(drive), Some(len)) = (self.asked, heard.reply_len) {
-            let revision = Revision::from_group3_reply_len(usize::from(len));
+        if let (Some(drive), Some(reply)) = (self.asked, heard.reply_frame) {
+            let revision = Revision::from_group3_reply_len(usize::from(reply.len()));
             // There is room for every id.
             let _ = self.found.push(FoundDrive { drive, revision });
         }
@@ -71,11 +71,8 @@ impl Script for Scan {
             &Dialect::V1_6A,
         );
         let listen_us = self.listen_us;
-        ask.map(|exchange| Exchange {
-            listen_us,
-            ..exchange
-        })
-        .ok_or_else(|| self.found.clone())
+        ask.map(|ask| ask.listening(listen_us))
+            .ok_or_else(|| self.found.clone())
     }
 
     fn dialect(&self) -> &Dialect {

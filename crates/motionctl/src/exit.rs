@@ -10,6 +10,8 @@ pub(crate) const BAD_INPUT: u8 = 2;
 pub(crate) const DAMAGED_LOG: u8 = 1;
 /// The bus or its adapter cannot be used, or failed on the way.
 pub(crate) const LINK_FAILED: u8 = 3;
+/// Some of what was to be stored is stored, and some is not.
+pub(crate) const PARTLY_DONE: u8 = 4;
 /// The user asked to stop before the end; the number that shells use for Ctrl-C.
 pub(crate) const INTERRUPTED: u8 = 130;
 

@@ -4,6 +4,8 @@
 // A closed pipe would be a panic: `output` prints.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+mod assign_id;
+mod backup;
 mod bench;
 mod completions;
 mod confirm;
@@ -12,6 +14,7 @@ mod decode;
 mod disable;
 mod drive_ids;
 mod drives;
+mod dry_run;
 mod enable;
 mod exit;
 mod interrupt;
@@ -20,15 +23,21 @@ mod lawicel;
 mod limits;
 mod link;
 mod monitor;
+mod origin;
 mod output;
 #[cfg(test)]
 mod plain_words;
 mod plan;
+mod probe;
 mod pty;
 mod read;
+mod reset;
+mod restore;
 mod revision;
 mod run;
 mod scan;
+mod settings_file;
+mod side_effect;
 mod sim;
 mod station;
 mod table;
@@ -73,6 +82,18 @@ enum Command {
     Read(read::Arguments),
     /// Change parameters of a drive: compare, ask, write, read back.
     Write(write::Arguments),
+    /// Put every setting of drives into a file.
+    Backup(backup::Arguments),
+    /// Bring drives to the settings of a file: compare, ask, write what differs, read back.
+    Restore(restore::Arguments),
+    /// Give a drive its id.
+    AssignId(assign_id::Arguments),
+    /// Show where the zero of a drive is, or make it stand at its zero.
+    Origin(origin::Arguments),
+    /// Clear the alarm and the position of a drive.
+    Reset(reset::Arguments),
+    /// Find out the byte order of a drive, without moving it.
+    Probe(probe::Arguments),
     /// Enable drives and hold them where they stand, until Ctrl-C.
     Enable(enable::Arguments),
     /// Disable drives.
@@ -107,6 +128,12 @@ fn main() -> ExitCode {
         Command::Scan(arguments) => scan::run(arguments).map_err(Failure::coded),
         Command::Read(arguments) => read::run(arguments).map_err(Failure::coded),
         Command::Write(arguments) => write::run(arguments).map_err(Failure::coded),
+        Command::Backup(arguments) => backup::run(arguments).map_err(Failure::coded),
+        Command::Restore(arguments) => restore::run(arguments).map_err(Failure::coded),
+        Command::AssignId(arguments) => assign_id::run(arguments).map_err(Failure::coded),
+        Command::Origin(arguments) => origin::run(arguments).map_err(Failure::coded),
+        Command::Reset(arguments) => reset::run(arguments).map_err(Failure::coded),
+        Command::Probe(arguments) => probe::run(arguments).map_err(Failure::coded),
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),

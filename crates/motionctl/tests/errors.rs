@@ -237,8 +237,106 @@ const MESSAGES: &[Message] = &[
         command: &["read", "--serial", "port", "--drive", "1"],
         status: 1,
     },
+    Message {
+        title: "A value of a settings file that is out of range",
+        files: &[("machine.toml", GAIN_OUT_OF_RANGE)],
+        device: Device::Nothing,
+        command: &["restore", "machine.toml", "--slcan", "port", "--yes"],
+        status: 2,
+    },
+    Message {
+        title: "A key of a settings file that is not known",
+        files: &[("machine.toml", UNKNOWN_KEY)],
+        device: Device::Nothing,
+        command: &["restore", "machine.toml", "--slcan", "port", "--yes"],
+        status: 2,
+    },
+    Message {
+        title: "A backup that would replace a file",
+        files: &[("machine.toml", "mine\n")],
+        device: Device::Nothing,
+        command: &["backup", "machine.toml", "--slcan", "port", "--drives", "1"],
+        status: 2,
+    },
+    Message {
+        title: "Drives that may not be written",
+        files: &[("machine.toml", OTHER_DRIVES)],
+        device: Device::Adapter(Manner::LAWICEL),
+        command: &["restore", "machine.toml", "--slcan", "port", "--yes"],
+        status: 1,
+    },
+    Message {
+        title: "A drive without an id that is not alone",
+        files: &[],
+        device: Device::Adapter(Manner::LAWICEL),
+        command: &[
+            "assign-id",
+            "--slcan",
+            "port",
+            "--from",
+            "0",
+            "--to",
+            "5",
+            "--yes",
+        ],
+        status: 1,
+    },
 ];
 
+const GAIN_OUT_OF_RANGE: &str = "\
+format = 1
+tool = \"motionctl 0.1.0\"
+date = 2026-11-29T05:42:14Z
+
+[[drive]]
+id = 1
+revision = \"1.6A\"
+config = 0x00
+main-gain = 200
+";
+const UNKNOWN_KEY: &str = "\
+format = 1
+tool = \"motionctl 0.1.0\"
+date = 2026-11-29T05:42:14Z
+
+[[drive]]
+id = 1
+revision = \"1.6A\"
+main_gain = 20
+";
+const OTHER_DRIVES: &str = "\
+format = 1
+tool = \"motionctl 0.1.0\"
+date = 2026-11-29T05:42:14Z
+
+[[drive]]
+id = 1
+revision = \"1.2A\"
+config = 0x00
+main-gain = 20
+speed-gain = 20
+integration-gain = 10
+torque-filter = 127
+max-speed = 60
+max-acceleration = 60
+on-position-range = 20
+gear-number = 4096
+line-number = 0
+
+[[drive]]
+id = 2
+revision = \"1.6A\"
+config = 0x00
+main-gain = 20
+speed-gain = 20
+integration-gain = 10
+torque-filter = 127
+max-speed = 60
+max-acceleration = 60
+on-position-range = 20
+gear-number = 4096
+line-number = 0
+";
 const NO_LISTEN: Manner = Manner {
     knows_listen: false,
     ..Manner::LAWICEL

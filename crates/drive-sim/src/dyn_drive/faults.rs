@@ -52,6 +52,7 @@ pub struct DriveFaults {
     duplicate: bool,
     resize: Option<Resize>,
     repeat_alarm_ns: Option<NonZeroU64>,
+    settings_left: Option<u64>,
 }
 
 impl DriveFaults {
@@ -126,6 +127,23 @@ impl DriveFaults {
     /// While in alarm the alarm frame is sent again every `period_ns`; `None` for once, as documented.
     pub fn repeat_alarm_frames(&mut self, period_ns: Option<NonZeroU64>) {
         self.repeat_alarm_ns = period_ns;
+    }
+
+    /// The next `settings` commands that store something are obeyed, those behind them are not, without a word.
+    pub fn ignore_settings_after(&mut self, settings: u64) {
+        self.settings_left = Some(settings);
+    }
+
+    /// Whether a command that stores something is obeyed; it counts.
+    pub(super) fn takes_setting(&mut self) -> bool {
+        match &mut self.settings_left {
+            None => true,
+            Some(0) => false,
+            Some(left) => {
+                *left -= 1;
+                true
+            }
+        }
     }
 
     pub(super) fn has_actions(&self) -> bool {

@@ -55,6 +55,19 @@ const fn repeats_the_promise(function: FunctionCode, revision: Revision) -> bool
     }
 }
 
+/// Whether a request stores something.
+const fn stores(request: &Request) -> bool {
+    matches!(
+        request,
+        Request::SetOrigin
+            | Request::AssignDriveId(_)
+            | Request::SetDriveConfig(_)
+            | Request::SetParamGroup1(_)
+            | Request::SetParamGroup2(_)
+            | Request::SetParamGroup3(_)
+    )
+}
+
 impl DynDrive {
     /// Obeys a frame that is addressed to this drive.
     pub(super) fn obey_frame(&mut self, now_ns: u64, frame: &DataFrame) {
@@ -92,6 +105,9 @@ impl DynDrive {
     }
 
     pub(super) fn obey(&mut self, now_ns: u64, request: Request) {
+        if stores(&request) && !self.faults.takes_setting() {
+            return;
+        }
         match request {
             Request::GoRelativePosPd(step) => self.step(step),
             Request::GoAbsolutePosPtp(_)

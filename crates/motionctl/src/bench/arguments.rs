@@ -12,12 +12,13 @@ const EXAMPLES: &str = "\
 Examples:
   motionctl bench --drives 1,2,3 --slcan /tmp/can-adapter
   motionctl bench --drives 1,2 --slcan /tmp/can-adapter --serial /tmp/drive-port
+  motionctl bench --fresh --slcan /tmp/can-adapter                  one drive as it comes out of its box
   motionctl run --slcan /tmp/can-adapter --drives 1,2 --axes 2     in another terminal
   slcand -o -s8 /tmp/can-adapter can0                              as a network interface, on Linux
 
 The adapter speaks the Lawicel protocol (S0..S8, O, L, C, t, T, r, R, F, V, N, Z) and drives a virtual
 bus with exact bit timing, in real time. The serial port is that of the same drives: 38400 baud, DYN232M.
-Ctrl-C ends it and shows what each drive has received.
+Ctrl-C ends it and shows what each drive has received. SIGUSR1 switches the power of the drives off and on.
 
 Exit status: 0 ended on request, 2 the bench could not be set up, 3 the terminal failed.";
 
@@ -25,12 +26,20 @@ Exit status: 0 ended on request, 2 the bench could not be set up, 3 the terminal
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Ids of the drives on the bus, in any order: numbers and ranges, as in 1,2,5-7.
-    #[arg(long, value_name = "IDS", default_value = "1", value_parser = drive_ids)]
-    pub(crate) drives: std::vec::Vec<DriveId>,
-    /// One more drive, which was never given an id: on its serial port it is drive 0.
-    #[arg(long)]
-    pub(crate) fresh: bool,
+    /// Ids of the drives on the bus, in any order: numbers and ranges, as in 1,2,5-7. Default: 1, and none with --fresh.
+    #[arg(long, value_name = "IDS", value_parser = drive_ids)]
+    pub(crate) drives: Option<std::vec::Vec<DriveId>>,
+    /// One more drive, or N more, which were never given an id: on their serial port they are drive 0.
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        default_value_t = 0,
+        default_missing_value = "1"
+    )]
+    pub(crate) fresh: u8,
+    #[command(flatten)]
+    pub(crate) troubles: Troubles,
     #[command(flatten)]
     pub(crate) terminals: Terminals,
     /// Bit rate of the bus in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000.
@@ -41,6 +50,31 @@ pub(crate) struct Arguments {
     /// Print what the drives have received as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl Arguments {
+    /// The ids of the drives that have one.
+    pub(super) fn ids(&self) -> std::vec::Vec<DriveId> {
+        match &self.drives {
+            Some(ids) => ids.clone(),
+            None if self.fresh > 0 => std::vec::Vec::new(),
+            None => vec![DriveId::MIN],
+        }
+    }
+}
+
+/// What is wrong with the drives.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Troubles {
+    /// One more drive with each of these ids.
+    #[arg(long, value_name = "IDS", value_parser = drive_ids)]
+    pub(crate) twin: Option<std::vec::Vec<DriveId>>,
+    /// Drives that are in alarm from the start: over-current.
+    #[arg(long, value_name = "IDS", value_parser = drive_ids)]
+    pub(crate) alarm: Option<std::vec::Vec<DriveId>>,
+    /// Each drive obeys N commands that store something and ignores those behind them, without a word.
+    #[arg(long, value_name = "N")]
+    pub(crate) ignore_settings_after: Option<u64>,
 }
 
 /// Where to put the terminals: links that do not exist yet, one at least.

@@ -28,6 +28,8 @@ struct DriveReport {
     data_errors: u64,
     /// Requests over the serial port that the drive has taken.
     serial_requests: u64,
+    /// Requests that wrote the EEPROM.
+    eeprom_writes: u64,
     position_counts: i64,
     enabled: bool,
     alarm: Option<String>,
@@ -60,6 +62,7 @@ impl Report {
             refused_frames: drive.books().undecodable_frames,
             data_errors: drive.books().data_errors,
             serial_requests: drive.books().serial_requests,
+            eeprom_writes: drive.eeprom_writes().total(),
             position_counts: drive.position_counts(now_ns),
             enabled: drive.is_enabled(),
             alarm: drive.alarm().is_alarm().then(|| drive.alarm().to_string()),
@@ -86,6 +89,7 @@ impl fmt::Display for Report {
             "refused\nframes",
             "received\ncounts",
             "serial\nrequests",
+            "EEPROM\nwrites",
             "position\ncounts",
             "state",
         ]);
@@ -98,6 +102,7 @@ impl fmt::Display for Report {
                 drive.refused_frames.to_string(),
                 drive.received_counts.to_string(),
                 drive.serial_requests.to_string(),
+                drive.eeprom_writes.to_string(),
                 drive.position_counts.to_string(),
                 drive.alarm.clone().unwrap_or_else(|| state.to_owned()),
             ]);

@@ -2,13 +2,17 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use drive_sim::dyn_drive::POWER_ON_DELAY_NS;
 use drive_sim::{Bench, Bus, ControllerConfig, DeviceId, DynDrive, NodeId};
+use dyn_can::Alarm;
+use signal_hook::consts::SIGUSR1;
 
 use super::adapter::Adapter;
-use super::arguments::Arguments;
+use super::arguments::{Arguments, Troubles};
 use super::error::BenchError;
 use super::report::Report;
 use super::serial::Serial;
@@ -21,11 +25,17 @@ const LONGEST_WAIT: Duration = Duration::from_millis(10);
 /// The wait for a host that reads too slowly.
 const WAIT_FOR_ROOM: Duration = Duration::from_millis(1);
 
+/// How long the power is off in a power cycle.
+const POWER_OFF_NS: u64 = 100_000_000;
+
 /// A bench behind pseudo-terminals.
 pub(super) struct Rig<'a> {
     arguments: &'a Arguments,
     bench: Bench<DynDrive>,
     node: NodeId,
+    drives: Vec<DeviceId>,
+    /// The user asks for a power cycle of every drive.
+    is_power_cycled: Arc<AtomicBool>,
     /// Closed for ever where it has no terminal.
     adapter: Adapter,
     adapter_pty: Option<Pty>,
@@ -40,12 +50,18 @@ impl<'a> Rig<'a> {
         let mut bench = Bench::new(Bus::new(arguments.bit_rate));
         let node = bench.add_master(ControllerConfig::device());
         let options = &arguments.drive_options;
-        let numbered = arguments.drives.iter().map(|&drive| options.drive(drive));
-        let fresh = arguments.fresh.then(|| options.fresh_drive());
+        let ids = arguments.ids();
+        let numbered = ids.iter().map(|&drive| options.drive(drive));
+        let twins = arguments.troubles.twin.iter().flatten();
+        let fresh = (0..arguments.fresh).map(|number| options.fresh_drive(number));
         let drives: Vec<DeviceId> = numbered
+            .chain(twins.map(|&drive| options.twin(drive)))
             .chain(fresh)
             .map(|drive| bench.add_device(drive, ControllerConfig::device()))
             .collect();
+        // A drive that starts has no alarm yet.
+        bench.advance_to(POWER_ON_DELAY_NS);
+        arguments.troubles.befall(&mut bench, &drives);
         let adapter = Adapter::new(&mut bench, node);
         let terminals = &arguments.terminals;
         Ok(Self {
@@ -53,6 +69,8 @@ impl<'a> Rig<'a> {
             bench,
             node,
             adapter,
+            drives: drives.clone(),
+            is_power_cycled: power_cycles().map_err(BenchError::Interrupt)?,
             adapter_pty: create(terminals.slcan.as_ref(), Pty::create)?,
             serial: create(terminals.serial.as_ref(), |link| {
                 Serial::create(link, &drives)
@@ -89,6 +107,12 @@ impl<'a> Rig<'a> {
     /// Bus and line up to now, bytes in, answers and frames out, wait.
     fn step(&mut self) -> io::Result<()> {
         self.run_to(self.now_ns());
+        if self.is_power_cycled.swap(false, Ordering::Relaxed) {
+            for &drive in &self.drives {
+                let faults = self.bench.device_mut(drive).faults_mut();
+                faults.power_cycle(POWER_OFF_NS);
+            }
+        }
         let adapter_is_behind = self.serve_adapter()?;
         if let Some(serial) = &mut self.serial {
             serial.exchange(&mut self.bench)?;
@@ -159,6 +183,31 @@ impl<'a> Rig<'a> {
     /// What each drive has received.
     pub(super) fn report(&self) -> Report {
         Report::new(&self.bench, self.node, self.adapter.refusals())
+    }
+}
+
+/// From now on SIGUSR1 asks for a power cycle.
+fn power_cycles() -> io::Result<Arc<AtomicBool>> {
+    let is_asked = Arc::new(AtomicBool::new(false));
+    signal_hook::flag::register(SIGUSR1, Arc::clone(&is_asked))?;
+    Ok(is_asked)
+}
+
+impl Troubles {
+    /// Makes drives that have started as they shall be.
+    fn befall(&self, bench: &mut Bench<DynDrive>, drives: &[DeviceId]) {
+        let is_alarmed = |id| self.alarm.iter().flatten().any(|&alarmed| alarmed == id);
+        for &drive in drives {
+            let drive = bench.device_mut(drive);
+            let has_alarm = drive.id().is_some_and(is_alarmed);
+            let faults = drive.faults_mut();
+            if has_alarm {
+                faults.raise_alarm(Alarm::OverCurrent);
+            }
+            if let Some(settings) = self.ignore_settings_after {
+                faults.ignore_settings_after(settings);
+            }
+        }
     }
 }
 

@@ -22,6 +22,12 @@ pub(crate) fn drive_ids(text: &str) -> Result<Vec<DriveId>, String> {
     id_list(text, "drive", drive_id, DriveId::all)
 }
 
+/// The same with 0, the id of a drive that was never given one.
+pub(crate) fn stored_ids(text: &str) -> Result<Vec<StoredDriveId>, String> {
+    let all = || (0..=63).filter_map(|id| StoredDriveId::new(id).ok());
+    id_list(text, "drive", stored_id, all)
+}
+
 /// The ids for a message, as in `1, 2, 5`.
 pub(crate) fn list(drives: &[DriveId]) -> String {
     let numbers: Vec<String> = drives.iter().map(ToString::to_string).collect();

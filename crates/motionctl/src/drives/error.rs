@@ -6,7 +6,7 @@ use std::io;
 use can_motion::{ConfigError, Fault, ProcedureError};
 use dyn_can::{DecodeError, DriveId, GearNumber, StoredDriveId};
 
-use super::Parameter;
+use super::{AssignError, Parameter};
 use crate::confirm::NotConfirmed;
 use crate::drive_ids::about;
 use crate::exit::{self, Coded};
@@ -57,6 +57,16 @@ pub(crate) enum DrivesError {
     NoAnswer { drive: StoredDriveId },
     /// Only what was sent comes back on the serial line.
     OnlyEchoes { drive: StoredDriveId },
+    /// More than one drive answers to an id.
+    Several { drive: StoredDriveId },
+    /// A drive did not get an id.
+    Assign(AssignError),
+    /// The user asked to stop between two writes.
+    Interrupted,
+    /// A drive is to be given the id that it has.
+    SameId { id: DriveId },
+    /// The serial protocol has no such command.
+    NotOnSerial { what: &'static str },
     /// A reply of the drive does not decode.
     BadReply {
         drive: StoredDriveId,
@@ -142,9 +152,9 @@ impl Coded for DrivesError {
             | Self::DriveFault {
                 fault: Fault::Bus, ..
             } => exit::LINK_FAILED,
-            Self::Look(LookError::Interrupted) | Self::BringUp(BringUpError::Interrupted) => {
-                exit::INTERRUPTED
-            }
+            Self::Interrupted
+            | Self::Look(LookError::Interrupted)
+            | Self::BringUp(BringUpError::Interrupted) => exit::INTERRUPTED,
             Self::StillEnabled {
                 after: Some(error), ..
             } => error.exit_code(),
@@ -153,6 +163,8 @@ impl Coded for DrivesError {
             | Self::NotConfirmed(_)
             | Self::CanopenOnSerial
             | Self::NoIdOnCan
+            | Self::NotOnSerial { .. }
+            | Self::SameId { .. }
             | Self::Twice { .. }
             | Self::Gear { .. }
             | Self::Enabled { .. }
@@ -193,6 +205,17 @@ impl fmt::Display for DrivesError {
             Self::OnlyEchoes { drive } => write!(
                 f,
                 "drive {drive} does not answer, only what was sent comes back: check its power, its wiring and its id, or look with `motionctl scan`"
+            ),
+            Self::Several { drive } => write!(
+                f,
+                "more than one drive answers as drive {drive}: what is sent to one would reach all of them. Leave one of them connected and give it another id with `motionctl assign-id`; nothing was changed"
+            ),
+            Self::Assign(source) => source.fmt(f),
+            Self::Interrupted => f.write_str("stopped by the user"),
+            Self::SameId { id } => write!(f, "--from and --to are both {id}: nothing to do"),
+            Self::NotOnSerial { what } => write!(
+                f,
+                "the serial protocol has no {what}: use CAN, with --slcan or --can; nothing was sent"
             ),
             Self::BadReply {
                 drive,

@@ -3,22 +3,28 @@
 //! `scan`, `read`, `write` and `jog` know [`Drives`] and no protocol. Each protocol implements it in its own folder and is
 //! chosen by [`DrivesOptions`].
 
+mod assign;
 mod can;
 mod error;
+mod frames;
 mod options;
 mod parameter;
+mod probe;
 mod readings;
 mod serial;
 
-use dyn_can::{GearNumber, StoredDriveId};
+use dyn_can::{DriveId, GearNumber, StoredDriveId};
 use serde::Serialize;
 
 use crate::station::MotionLimits;
 
+pub(crate) use assign::{AssignEnd, AssignError};
 pub(crate) use can::state_of;
 pub(crate) use error::DrivesError;
+pub(crate) use frames::{Frames, Step, When};
 pub(crate) use options::DrivesOptions;
 pub(crate) use parameter::{Parameter, Setting};
+pub(crate) use probe::ProbeEnd;
 pub(crate) use readings::{DriveState, Readings};
 
 /// A drive that answered.
@@ -67,6 +73,19 @@ pub(crate) struct JogEnd {
     pub(crate) enabled: bool,
 }
 
+/// What a reset has changed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct ResetEnd {
+    pub(crate) drive: u8,
+    pub(crate) alarm_before: Option<String>,
+    pub(crate) alarm_after: Option<String>,
+    /// In the unit of the drive's read-back.
+    pub(crate) position_before_counts: Option<i32>,
+    pub(crate) position_after_counts: Option<i32>,
+    /// The reset has switched the servo on, and it was switched off again.
+    pub(crate) was_switched_on: bool,
+}
+
 /// Drives that can be commissioned. Every call ends by itself: with a result, or when nothing answers.
 pub(crate) trait Drives {
     /// Asks every id for an answer; tells each id before it is asked.
@@ -87,4 +106,19 @@ pub(crate) trait Drives {
     /// Moves the drive. One that is on stays on; one that is off is enabled and disabled again, where the protocol has such
     /// commands. The user has agreed. Ctrl-C is listened to and stops the move.
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError>;
+
+    /// Makes sure that exactly one drive answers to the id.
+    fn require_one(&mut self, drive: StoredDriveId) -> Result<(), DrivesError>;
+
+    /// Stores another id in a drive, after looking who else is there. The user has agreed.
+    fn assign_id(&mut self, from: StoredDriveId, to: DriveId) -> Result<AssignEnd, DrivesError>;
+
+    /// Makes the present position the zero that the drive stores. The user has agreed. Nothing acknowledges it: read the position.
+    fn set_origin(&mut self, drive: StoredDriveId) -> Result<(), DrivesError>;
+
+    /// Clears the fault and the position of a drive, where its protocol has that. The user has agreed.
+    fn reset(&mut self, drive: StoredDriveId) -> Result<ResetEnd, DrivesError>;
+
+    /// Finds out the byte orders of a drive without power. The user has agreed.
+    fn probe(&mut self, drive: StoredDriveId) -> Result<ProbeEnd, DrivesError>;
 }

@@ -2,9 +2,9 @@
 
 use std::num::NonZeroU8;
 
-use super::Drives;
 use super::can::CanDrives;
 use super::serial::{Line, SerialDrives};
+use super::{Drives, Frames};
 use crate::link::{Link, OpenError, SpeedOptions};
 use crate::station::AxisOptions;
 
@@ -61,6 +61,15 @@ impl DrivesOptions {
         match (&self.connection.slcan, &self.connection.can) {
             (Some(port), _) => speeds.open_slcan(port),
             (None, interface) => speeds.open_interface(interface.as_deref().unwrap_or_default()),
+        }
+    }
+
+    /// The frames of this kind of connection.
+    pub(crate) fn frames(&self) -> Frames {
+        if self.is_serial() {
+            Frames::Serial
+        } else {
+            Frames::Can
         }
     }
 

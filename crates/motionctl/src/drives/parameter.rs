@@ -5,7 +5,7 @@ use core::fmt;
 use clap::ValueEnum;
 use dyn_can::{
     CommandMode, ConfigByte, GearNumber, MaxAcceleration, MaxSpeed, OnPosRange, Quantity,
-    ServoMode, TorqueFilter, units,
+    RangeError, ServoMode, TorqueFilter, units,
 };
 use serde::{Serialize, Serializer};
 
@@ -47,6 +47,19 @@ impl Parameter {
             Self::OnPositionRange => Quantity::OnPosRange,
             Self::GearNumber => Quantity::GearNumber,
             Self::LineNumber => Quantity::LineNumber,
+        }
+    }
+
+    /// Smallest and largest value, both allowed.
+    pub(crate) const fn limits(self) -> (i32, i32) {
+        self.quantity().limits()
+    }
+
+    /// A value with its meaning, as in `60 (3028.8 rpm)`.
+    pub(crate) fn in_units(self, value: i32, gear: Option<GearNumber>) -> String {
+        match self.meaning(value, gear) {
+            Some(meaning) => format!("{value} ({meaning})"),
+            None => value.to_string(),
         }
     }
 
@@ -160,13 +173,18 @@ impl Setting {
             None => value.parse().ok(),
         };
         let number = number.ok_or_else(|| format!("{value} is not a whole number"))?;
-        let value = parameter
-            .quantity()
-            .check(number)
-            .map_err(|error| error.to_string())?;
+        Self::new(parameter, number).map_err(|error| error.to_string())
+    }
+
+    /// A value for a parameter.
+    ///
+    /// # Errors
+    /// When it is out of range, or a configuration byte with an undefined servo mode.
+    pub(crate) fn new(parameter: Parameter, value: i32) -> Result<Self, RangeError> {
+        let value = parameter.quantity().check(value)?;
         if parameter == Parameter::Config {
             let byte = value.try_into().unwrap_or(u8::MAX);
-            dyn_can::DriveConfig::from_byte(byte).map_err(|error| error.to_string())?;
+            dyn_can::DriveConfig::from_byte(byte)?;
         }
         Ok(Self { parameter, value })
     }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
-use dyn_can::GearNumber;
+use dyn_can::{GearNumber, Revision};
 use serde::Serialize;
 
 use super::Parameter;
@@ -39,6 +39,9 @@ struct ParameterReading {
 pub(crate) struct Readings {
     drive: u8,
     protocol: String,
+    /// The serial port does not tell it.
+    #[serde(skip)]
+    pub(crate) revision: Option<Revision>,
     pub(crate) state: DriveState,
     parameters: Vec<ParameterReading>,
 }
@@ -64,9 +67,15 @@ impl Readings {
         Self {
             drive,
             protocol,
+            revision: None,
             state,
             parameters: parameters.into_iter().map(reading).collect(),
         }
+    }
+
+    /// The same with the revision of the drive.
+    pub(crate) fn of_revision(self, revision: Option<Revision>) -> Self {
+        Self { revision, ..self }
     }
 
     /// A parameter, when the drive has it.
@@ -75,6 +84,12 @@ impl Readings {
         readings
             .find(|reading| reading.parameter == wanted)
             .map(|reading| reading.value)
+    }
+
+    /// Every parameter that was read.
+    pub(crate) fn values(&self) -> impl Iterator<Item = (Parameter, i32)> + '_ {
+        let readings = self.parameters.iter();
+        readings.map(|reading| (reading.parameter, reading.value))
     }
 
     /// The gear number, on which the units of speeds depend.

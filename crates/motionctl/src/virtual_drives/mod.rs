@@ -29,9 +29,20 @@ impl VirtualDriveOptions {
         self.drive_of(DynDriveConfig::new(drive))
     }
 
-    /// A simulated drive that was never given an id.
-    pub(crate) fn fresh_drive(&self) -> DynDrive {
-        self.drive_of(DynDriveConfig::fresh())
+    /// A simulated drive that was never given an id. Its number among those makes its response delays its own.
+    pub(crate) fn fresh_drive(&self, number: u8) -> DynDrive {
+        self.nth(number).drive_of(DynDriveConfig::fresh())
+    }
+
+    /// One more simulated drive with an id that another has.
+    pub(crate) fn twin(&self, drive: DriveId) -> DynDrive {
+        self.nth(1).drive(drive)
+    }
+
+    fn nth(self, number: u8) -> Self {
+        // No two of the 64 ids and 256 numbers make the same seed.
+        let seed = self.seed.wrapping_add(64 * u64::from(number));
+        Self { seed, ..self }
     }
 
     /// The gear number of a simulated drive.

@@ -1,18 +1,17 @@
 //! `motionctl write`: changes parameters of a drive, after comparing and asking.
 
-mod side_effect;
-
 use std::process::ExitCode;
 
 use dyn_can::{GearNumber, StoredDriveId};
 use serde::Serialize;
 
-use crate::confirm::{confirm, confirm_by};
+use crate::confirm::confirm;
 use crate::drive_ids::stored_id;
 use crate::drives::{DrivesError, DrivesOptions, Parameter, Readings, Setting, WriteEnd};
+use crate::dry_run;
 use crate::output::{self, print_json};
+use crate::side_effect::SideEffect;
 use crate::station::ReplyOptions;
-use side_effect::SideEffect;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -53,6 +52,9 @@ pub(crate) struct Arguments {
     /// Allow on-position range 127, which makes an output the brake output; --yes does not.
     #[arg(long)]
     allow_brake_output: bool,
+    /// Show the frames and send nothing.
+    #[arg(long)]
+    dry_run: bool,
     /// Print what was done as JSON.
     #[arg(long)]
     json: bool,
@@ -77,6 +79,9 @@ struct Changes {
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let drive = arguments.drive;
     refuse_twice(&arguments.settings)?;
+    if arguments.dry_run {
+        return show_frames(arguments);
+    }
     let mut drives = arguments
         .drives
         .open(arguments.replies.into())
@@ -110,13 +115,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     Ok(ExitCode::SUCCESS)
 }
 
+fn show_frames(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
+    let (frames, drive) = (arguments.drives.frames(), arguments.drive);
+    let mut steps = frames.reads(drive);
+    for &setting in &arguments.settings {
+        steps.push(frames.write(drive, setting)?);
+    }
+    dry_run::show(steps, arguments.json).map_err(DrivesError::Print)?;
+    Ok(ExitCode::SUCCESS)
+}
+
 fn confirm_side_effects(arguments: &Arguments, settings: &[Setting]) -> Result<(), DrivesError> {
     for effect in settings.iter().filter_map(SideEffect::of) {
         let is_allowed = match effect {
             SideEffect::AbsoluteMode => arguments.allow_absolute_mode,
             SideEffect::BrakeOutput => arguments.allow_brake_output,
+            // The question of `write` shows both configurations in words.
+            SideEffect::ServoOn => true,
         };
-        confirm_by(effect.question(), is_allowed, effect.option())
+        effect
+            .confirm(is_allowed)
             .map_err(DrivesError::NotConfirmed)?;
     }
     Ok(())
@@ -145,9 +163,9 @@ fn question(drive: StoredDriveId, before: &Readings, settings: &[Setting]) -> St
             "  {parameter}: {} -> {}\n",
             old.map_or_else(
                 || "?".to_owned(),
-                |old| in_units(parameter, old, before.gear())
+                |old| parameter.in_units(old, before.gear())
             ),
-            in_units(parameter, value, gear)
+            parameter.in_units(value, gear)
         ));
     }
     if before.state.enabled == Some(true) {
@@ -163,13 +181,6 @@ fn new_gear(before: &Readings, settings: &[Setting]) -> Option<GearNumber> {
         .iter()
         .find(|setting| setting.parameter == Parameter::GearNumber);
     changed.map_or(before.gear(), |setting| GearNumber::new(setting.value).ok())
-}
-
-fn in_units(parameter: Parameter, value: i32, gear: Option<GearNumber>) -> String {
-    match parameter.meaning(value, gear) {
-        Some(meaning) => format!("{value} ({meaning})"),
-        None => value.to_string(),
-    }
 }
 
 fn print(

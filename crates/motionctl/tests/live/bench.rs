@@ -85,15 +85,11 @@ impl BenchProcess {
 
     fn spawn(name: &str, drives: &str, options: &[&str]) -> Self {
         let path = scratch(name);
-        let adapter = [
-            "bench",
-            "--drives",
-            drives,
-            "--slcan",
-            path_text(&path),
-            "--json",
-        ];
-        let child = motionctl(&[&adapter, options].concat())
+        let adapter = ["bench", "--slcan", path_text(&path), "--json"];
+        // Without ids there are only drives that have none.
+        let ids = ["--drives", drives];
+        let ids = &ids[..if drives.is_empty() { 0 } else { 2 }];
+        let child = motionctl(&[&adapter, ids, options].concat())
             .spawn()
             .expect("the bench starts");
         wait_until("the terminal is there", || path.exists());

@@ -172,3 +172,19 @@ fn drive_can_disable_and_misconfigure_itself() {
     probe.drive.faults_mut().reboot();
     assert_eq!(probe.ask(0x028, &[]), ["028#00"]);
 }
+
+#[test]
+fn settings_are_ignored_after_as_many_as_were_allowed() {
+    let mut probe = Probe::v1_6a();
+    probe.drive.faults_mut().ignore_settings_after(1);
+    // Main gain 33, then speed gain 44; the others are kept.
+    probe.hear(0x030, &[0x21, 0, 0, 0]);
+    probe.hear(0x030, &[0, 0x2C, 0, 0]);
+    assert_eq!(probe.ask(0x033, &[]), ["033#21140A7F"]);
+    probe.hear(0x025, &[0x09]);
+    probe.hear(0x020, &[0xAB]);
+    assert_eq!(probe.drive.eeprom_writes().total(), 1);
+    // What stores nothing is obeyed.
+    probe.hear(0x039, &[0xFF]);
+    assert!(!probe.drive.is_enabled());
+}

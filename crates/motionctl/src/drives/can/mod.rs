@@ -1,26 +1,30 @@
 //! Drives on CAN: the master's own scripts and procedures, over a link.
 
+mod assign;
 mod jog;
+mod probe;
 mod procedure;
 mod read;
+mod reset;
+mod script;
 mod write;
 
-use can_motion::PollPeriods;
+use can_motion::{PollPeriods, Procedure, ProcedureEnd};
 use dyn_can::{DriveId, GearNumber, Revision, StoredDriveId};
-use dyn_commission::{Commissioner, Scan};
+use dyn_commission::{AnswerCount, CountAnswers, Scan};
 
-use super::{Drives, DrivesError, FoundDrive, Jog, JogEnd, Parameter, Readings, Setting, WriteEnd};
+use super::{
+    AssignEnd, Drives, DrivesError, FoundDrive, Jog, JogEnd, Parameter, ProbeEnd, Readings,
+    ResetEnd, Setting, WriteEnd,
+};
+use crate::interrupt;
 use crate::link::Link;
-use crate::station::{AxisOptions, Clock, StallWatch, serve_until};
-use procedure::answering_station;
+use crate::station::AxisOptions;
+use procedure::{answering_station, perform};
 pub(crate) use read::state_of;
+use script::LISTEN_US;
+pub(crate) use write::request_of;
 use write::write;
-
-/// How often the scan is told that time passes, in microseconds.
-const TICK_US: u32 = 1_000;
-
-/// How long each id has to answer: adapters on USB hold bytes back for up to 16 ms, and the system lets a program wait.
-const LISTEN_US: u32 = 50_000;
 
 /// Drives behind a link to a CAN bus.
 pub(super) struct CanDrives {
@@ -36,29 +40,18 @@ impl CanDrives {
 
 impl Drives for CanDrives {
     fn scan(&mut self, on_id: &mut dyn FnMut(u8)) -> Result<Vec<FoundDrive>, DrivesError> {
-        let clock = Clock::start();
-        let mut scan = Commissioner::new(Scan::listening(LISTEN_US));
         let mut told = None;
-        let mut watch = StallWatch::new(None, clock.now());
-        loop {
-            if let Some(found) = scan.result() {
-                let drives = found.iter();
-                return Ok(drives
-                    .map(|found| found_drive(found.drive, found.revision))
-                    .collect());
-            }
-            let asked = scan.script().position();
+        let found = script::run(&mut self.link, Scan::listening(LISTEN_US), |scan| {
+            let asked = scan.position();
             if let Some(id) = asked.filter(|_| asked != told) {
                 on_id(id.get());
                 told = asked;
             }
-            let until = clock.now() + TICK_US;
-            serve_until(&mut scan, &mut self.link, &clock, until)?;
-            scan.tick(clock.now());
-            if watch.stalls_at(asked, clock.now()) {
-                return Err(DrivesError::NothingGetsOut);
-            }
-        }
+        })?;
+        let drives = found.iter();
+        Ok(drives
+            .map(|found| found_drive(found.drive, found.revision))
+            .collect())
     }
 
     fn read(&mut self, drive: StoredDriveId) -> Result<Readings, DrivesError> {
@@ -80,6 +73,9 @@ impl Drives for CanDrives {
             .iter()
             .partition(|setting| setting.parameter == Parameter::GearNumber);
         for setting in others.into_iter().chain(gear) {
+            if interrupt::requests() > 0 {
+                return Err(DrivesError::Interrupted);
+            }
             on_end(setting, write(&mut station, drive, setting)?);
         }
         Ok(())
@@ -87,6 +83,37 @@ impl Drives for CanDrives {
 
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
         jog::jog(&mut self.link, self.axes, on_can(drive)?, jog)
+    }
+
+    fn require_one(&mut self, drive: StoredDriveId) -> Result<(), DrivesError> {
+        let count = CountAnswers::of(on_can(drive)?).listening(LISTEN_US);
+        match script::run(&mut self.link, count, |_| {})? {
+            AnswerCount::None => Err(DrivesError::NoAnswer { drive }),
+            AnswerCount::One => Ok(()),
+            AnswerCount::Several => Err(DrivesError::Several { drive }),
+        }
+    }
+
+    fn assign_id(&mut self, from: StoredDriveId, to: DriveId) -> Result<AssignEnd, DrivesError> {
+        assign::assign(&mut self.link, from, to)
+    }
+
+    fn set_origin(&mut self, drive: StoredDriveId) -> Result<(), DrivesError> {
+        let id = on_can(drive)?;
+        let gear = self.gear(id)?;
+        let mut station = answering_station(&mut self.link, self.axes, id, gear, PollPeriods::OFF)?;
+        match perform(&mut station, id, Procedure::SetOrigin)? {
+            ProcedureEnd::Sent => Ok(()),
+            _ => Err(DrivesError::Incomplete { drive }),
+        }
+    }
+
+    fn reset(&mut self, drive: StoredDriveId) -> Result<ResetEnd, DrivesError> {
+        reset::reset(&mut self.link, self.axes, on_can(drive)?)
+    }
+
+    fn probe(&mut self, drive: StoredDriveId) -> Result<ProbeEnd, DrivesError> {
+        probe::probe(&mut self.link, on_can(drive)?)
     }
 }
 

@@ -70,12 +70,10 @@ pub(super) fn read(
             let revision = axis.feedback.revision;
             let protocol =
                 revision.map_or_else(|| "CAN".to_owned(), |revision| format!("CAN {revision}"));
-            return Ok(Readings::new(
-                drive.get(),
-                protocol,
-                state_of(&axis, oldest),
-                parameters,
-            ));
+            return Ok(
+                Readings::new(drive.get(), protocol, state_of(&axis, oldest), parameters)
+                    .of_revision(revision),
+            );
         }
         station.cycle(|_, _| {})?;
     }

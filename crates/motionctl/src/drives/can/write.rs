@@ -3,8 +3,8 @@
 use can_motion::{Procedure, ProcedureEnd};
 use dyn_can::{
     DriveConfig, DriveId, GearNumber, IntegrationGain, LineNumber, MainGain, MaxAcceleration,
-    MaxSpeed, OnPosRange, RangeError, SetParamGroup1, SetParamGroup2, SetParamGroup3, SpeedGain,
-    TorqueFilter,
+    MaxSpeed, OnPosRange, RangeError, Request, SetParamGroup1, SetParamGroup2, SetParamGroup3,
+    SpeedGain, TorqueFilter,
 };
 
 use super::procedure::perform;
@@ -50,52 +50,84 @@ pub(super) fn write(
     }
 }
 
-fn procedure_of(setting: Setting) -> Result<Procedure, RangeError> {
-    let value = setting.value;
-    let (group1, group2, group3) = (
-        SetParamGroup1::default(),
-        SetParamGroup2::default(),
-        SetParamGroup3::default(),
-    );
-    Ok(match setting.parameter {
-        Parameter::Config => {
-            Procedure::WriteConfig(DriveConfig::from_byte(value.try_into().unwrap_or(u8::MAX))?)
-        }
-        Parameter::MainGain => Procedure::WriteGroup1(SetParamGroup1 {
-            main_gain: Some(MainGain::new(value)?),
-            ..group1
-        }),
-        Parameter::SpeedGain => Procedure::WriteGroup1(SetParamGroup1 {
-            speed_gain: Some(SpeedGain::new(value)?),
-            ..group1
-        }),
-        Parameter::IntegrationGain => Procedure::WriteGroup1(SetParamGroup1 {
-            integration_gain: Some(IntegrationGain::new(value)?),
-            ..group1
-        }),
-        Parameter::TorqueFilter => Procedure::WriteGroup1(SetParamGroup1 {
-            torque_filter: Some(TorqueFilter::new(value)?),
-            ..group1
-        }),
-        Parameter::MaxSpeed => Procedure::WriteGroup2(SetParamGroup2 {
-            max_speed: Some(MaxSpeed::new(value)?),
-            ..group2
-        }),
-        Parameter::MaxAcceleration => Procedure::WriteGroup2(SetParamGroup2 {
-            max_acceleration: Some(MaxAcceleration::new(value)?),
-            ..group2
-        }),
-        Parameter::OnPositionRange => Procedure::WriteGroup3(SetParamGroup3 {
-            on_pos_range: Some(OnPosRange::new(value)?),
-            ..group3
-        }),
-        Parameter::GearNumber => Procedure::WriteGroup3(SetParamGroup3 {
-            gear_number: Some(GearNumber::new(value)?),
-            ..group3
-        }),
-        Parameter::LineNumber => Procedure::WriteGroup3(SetParamGroup3 {
-            line_number: Some(LineNumber::new(value)?),
-            ..group3
-        }),
+/// The frame that writes one parameter.
+///
+/// # Errors
+/// When the value is out of range.
+pub(crate) fn request_of(setting: Setting) -> Result<Request, RangeError> {
+    Ok(match ParameterWrite::of(setting)? {
+        ParameterWrite::Config(config) => Request::SetDriveConfig(config),
+        ParameterWrite::Group1(set) => Request::SetParamGroup1(set),
+        ParameterWrite::Group2(set) => Request::SetParamGroup2(set),
+        ParameterWrite::Group3(set) => Request::SetParamGroup3(set),
     })
+}
+
+fn procedure_of(setting: Setting) -> Result<Procedure, RangeError> {
+    Ok(match ParameterWrite::of(setting)? {
+        ParameterWrite::Config(config) => Procedure::WriteConfig(config),
+        ParameterWrite::Group1(set) => Procedure::WriteGroup1(set),
+        ParameterWrite::Group2(set) => Procedure::WriteGroup2(set),
+        ParameterWrite::Group3(set) => Procedure::WriteGroup3(set),
+    })
+}
+
+/// One parameter in the message that carries it; the others of its group are kept.
+enum ParameterWrite {
+    Config(DriveConfig),
+    Group1(SetParamGroup1),
+    Group2(SetParamGroup2),
+    Group3(SetParamGroup3),
+}
+
+impl ParameterWrite {
+    fn of(setting: Setting) -> Result<Self, RangeError> {
+        let value = setting.value;
+        let (group1, group2, group3) = (
+            SetParamGroup1::default(),
+            SetParamGroup2::default(),
+            SetParamGroup3::default(),
+        );
+        Ok(match setting.parameter {
+            Parameter::Config => {
+                Self::Config(DriveConfig::from_byte(value.try_into().unwrap_or(u8::MAX))?)
+            }
+            Parameter::MainGain => Self::Group1(SetParamGroup1 {
+                main_gain: Some(MainGain::new(value)?),
+                ..group1
+            }),
+            Parameter::SpeedGain => Self::Group1(SetParamGroup1 {
+                speed_gain: Some(SpeedGain::new(value)?),
+                ..group1
+            }),
+            Parameter::IntegrationGain => Self::Group1(SetParamGroup1 {
+                integration_gain: Some(IntegrationGain::new(value)?),
+                ..group1
+            }),
+            Parameter::TorqueFilter => Self::Group1(SetParamGroup1 {
+                torque_filter: Some(TorqueFilter::new(value)?),
+                ..group1
+            }),
+            Parameter::MaxSpeed => Self::Group2(SetParamGroup2 {
+                max_speed: Some(MaxSpeed::new(value)?),
+                ..group2
+            }),
+            Parameter::MaxAcceleration => Self::Group2(SetParamGroup2 {
+                max_acceleration: Some(MaxAcceleration::new(value)?),
+                ..group2
+            }),
+            Parameter::OnPositionRange => Self::Group3(SetParamGroup3 {
+                on_pos_range: Some(OnPosRange::new(value)?),
+                ..group3
+            }),
+            Parameter::GearNumber => Self::Group3(SetParamGroup3 {
+                gear_number: Some(GearNumber::new(value)?),
+                ..group3
+            }),
+            Parameter::LineNumber => Self::Group3(SetParamGroup3 {
+                line_number: Some(LineNumber::new(value)?),
+                ..group3
+            }),
+        })
+    }
 }

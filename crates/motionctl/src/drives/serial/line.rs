@@ -21,6 +21,19 @@ const LONGEST_WAIT: Duration = Duration::from_millis(20);
 /// Portions that are read before anything else is done.
 const MOST_READS: u32 = 64;
 
+/// How many drives answer to one id.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AnswersOnLine {
+    /// No drive.
+    None,
+    /// No drive; the line brings back what is sent.
+    OnlyEchoes,
+    /// One drive.
+    One,
+    /// More than one, whose bytes may fall on each other.
+    SeveralOrDamaged,
+}
+
 /// A port with the drives behind it.
 pub(crate) struct Line {
     port: Box<dyn SerialPort>,
@@ -78,6 +91,61 @@ impl Line {
             // Every drive may be asked for its id, one at a time.
             Err(_) => Ok(false),
         }
+    }
+
+    /// How many drives answer to an id: what comes after the first answer is listened to as well.
+    pub(super) fn count_answers(&mut self, to: Address) -> Result<AnswersOnLine, DrivesError> {
+        let (packets, echoes, damage) = self.heard();
+        let is_answered = self.answers(to)?;
+        if is_answered {
+            self.listen(Duration::from_micros(self.timing.reply_timeout_us.into()))
+                .map_err(DrivesError::Link)?;
+        }
+        let (packets, echoes, damage) = {
+            let (all, echoed, damaged) = self.heard();
+            (all - packets, echoed - echoes, damaged - damage)
+        };
+        Ok(match (is_answered, packets.saturating_sub(echoes)) {
+            (true, 0 | 1) if damage == 0 => AnswersOnLine::One,
+            (false, 0) if damage == 0 && echoes > 0 => AnswersOnLine::OnlyEchoes,
+            (false, 0) if damage == 0 => AnswersOnLine::None,
+            _ => AnswersOnLine::SeveralOrDamaged,
+        })
+    }
+
+    /// Intact packets, those among them that were sent from here, and damaged packets with stray bytes, since the client was made.
+    fn heard(&self) -> (u32, u32, u32) {
+        let line = self.client.line();
+        (
+            line.packets,
+            self.client.traffic().echoes,
+            line.stray_bytes
+                .saturating_add(line.truncated)
+                .saturating_add(line.checksum_errors),
+        )
+    }
+
+    /// Whether anything comes in that was not asked for. What was left from before is thrown away first.
+    pub(super) fn hears_anything(&mut self, wait: Duration) -> Result<bool, DrivesError> {
+        let vanished = |_| DrivesError::Link(LinkFault::Vanished);
+        self.port
+            .clear(serialport::ClearBuffer::Input)
+            .map_err(vanished)?;
+        std::thread::sleep(wait);
+        let bytes = self.port.bytes_to_read().map_err(vanished)?;
+        Ok(bytes > 0)
+    }
+
+    /// Takes in what comes for so long.
+    fn listen(&mut self, wait: Duration) -> Result<(), LinkFault> {
+        let start = Instant::now();
+        while let Some(left) = wait
+            .checked_sub(start.elapsed())
+            .filter(|left| !left.is_zero())
+        {
+            self.hear(left).map_err(|_| LinkFault::Vanished)?;
+        }
+        Ok(())
     }
 
     /// Asks a drive and waits for its reply.

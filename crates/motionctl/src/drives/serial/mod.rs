@@ -1,17 +1,21 @@
 //! Drives on their serial port: DYN232M over RS232, or RS485 through a chain of drives.
 
+mod assign;
 mod jog;
 mod line;
 mod parameters;
 
-use dyn_can::StoredDriveId;
+use dyn_can::{DriveId, StoredDriveId};
 use dyn_serial::{Address, Alarm, ReadSelector, Reply, Request};
 
 use super::{
-    DriveState, Drives, DrivesError, FoundDrive, Jog, JogEnd, Readings, Setting, WriteEnd,
+    AssignEnd, DriveState, Drives, DrivesError, FoundDrive, Jog, JogEnd, ProbeEnd, Readings,
+    ResetEnd, Setting, WriteEnd,
 };
+use crate::interrupt;
 use crate::station::AxisOptions;
 pub(crate) use line::Line;
+pub(crate) use parameters::{read_requests, request_of};
 
 /// The protocol, for people.
 const PROTOCOL: &str = "DYN232M (serial)";
@@ -80,6 +84,9 @@ impl Drives for SerialDrives {
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError> {
         for &setting in settings {
+            if interrupt::requests() > 0 {
+                return Err(DrivesError::Interrupted);
+            }
             on_end(setting, parameters::write(&mut self.line, drive, setting)?);
         }
         Ok(())
@@ -87,6 +94,29 @@ impl Drives for SerialDrives {
 
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
         jog::jog(&mut self.line, self.axes, drive, jog)
+    }
+
+    fn require_one(&mut self, drive: StoredDriveId) -> Result<(), DrivesError> {
+        assign::require_one(&mut self.line, drive)
+    }
+
+    fn assign_id(&mut self, from: StoredDriveId, to: DriveId) -> Result<AssignEnd, DrivesError> {
+        self.line.set_attempts(SCAN_ATTEMPTS);
+        assign::assign(&mut self.line, from, to)
+    }
+
+    fn set_origin(&mut self, drive: StoredDriveId) -> Result<(), DrivesError> {
+        self.line.command(drive, &Request::SetOrigin)
+    }
+
+    fn reset(&mut self, _: StoredDriveId) -> Result<ResetEnd, DrivesError> {
+        Err(DrivesError::NotOnSerial { what: "reset" })
+    }
+
+    fn probe(&mut self, _: StoredDriveId) -> Result<ProbeEnd, DrivesError> {
+        Err(DrivesError::NotOnSerial {
+            what: "doubt of its byte order to probe",
+        })
     }
 }
 

@@ -26,6 +26,11 @@ const PARAMETERS: [(Parameter, Request); 9] = [
     (Parameter::GearNumber, Request::ReadGearNumber),
 ];
 
+/// The requests that read every parameter.
+pub(crate) fn read_requests() -> impl Iterator<Item = Request> {
+    PARAMETERS.iter().map(|(_, request)| *request)
+}
+
 /// Every parameter with its value.
 pub(super) fn read_all(
     line: &mut Line,
@@ -106,7 +111,11 @@ fn value_of(reply: &Reply) -> Option<i32> {
     })
 }
 
-fn request_of(setting: Setting) -> Result<Option<Request>, RangeError> {
+/// The request that writes one parameter; `None` for one that this protocol does not have.
+///
+/// # Errors
+/// When the value is out of range.
+pub(crate) fn request_of(setting: Setting) -> Result<Option<Request>, RangeError> {
     let value = setting.value;
     Ok(Some(match setting.parameter {
         Parameter::Config => Request::SetDriveConfig(ConfigByte::new(value)?),
