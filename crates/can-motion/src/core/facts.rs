@@ -208,3 +208,31 @@ impl Facts {
         self.power.is_unclear() || matches!(self.power, Power::OnSent | Power::OffSent)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn power_that_is_unclear_or_being_switched_is_awaited() {
+        let awaited = |power| {
+            let facts = Facts::start(Brake::Absent);
+            Facts { power, ..facts }.awaits_power()
+        };
+        let yes = [
+            Power::Unclear,
+            Power::OnUnconfirmed,
+            Power::OnSent,
+            Power::OffSent,
+        ];
+        assert_eq!(yes.map(awaited), [true; 4]);
+        let no = [
+            Power::Off,
+            Power::OnWanted,
+            Power::On,
+            Power::FoundOn,
+            Power::OffWanted,
+        ];
+        assert_eq!(no.map(awaited), [false; 5]);
+    }
+}

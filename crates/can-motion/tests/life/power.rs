@@ -1,8 +1,8 @@
 //! Power: enabling, what confirms it, disabling until it is confirmed, and drives found on.
 
-use can_motion::facts::{Brake, Class, Knowledge, Loss, Power};
+use can_motion::facts::{Brake, Class, Knowledge, Loss, Power, Work};
 use can_motion::family::{CommonFault, Meaning, PowerReport};
-use can_motion::{AxisState, CommonEvent, Instant, Reason, Stage};
+use can_motion::{AxisState, CommonEvent, Confirmation, Instant, Reason, Stage};
 
 use crate::drive::Call;
 use crate::family::{Axis, Fault, Frame, Kind, ask, axis};
@@ -111,6 +111,11 @@ fn time_counts_from_the_latest_progress() {
     let off = rig.power(false);
     assert_eq!(since(&mut rig, off), 1_000);
     assert_eq!(since(&mut rig, off), 3_000);
+    // Nor does a procedure beside the cycle.
+    let given = Confirmation::Given;
+    let started = rig.master.start(rig.now, 0, Work::Read, given);
+    started.expect("a ready drive");
+    assert_eq!(since(&mut rig, Meaning::NONE), 5_000);
     rig.master.enable(rig.now, G).expect("a ready drive");
     // A setback does not count.
     let stands = |stands| Meaning {
