@@ -102,3 +102,23 @@ pub const fn may_leave(class: Class, facts: &Facts) -> bool {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// While the brake still closes, a drive that gets a frame in every cycle is told to stop, not to switch off.
+    #[test]
+    fn power_goes_off_behind_the_brake() {
+        for power in [Power::OffWanted, Power::OffSent] {
+            let class = |brake| {
+                let facts = Facts::start(brake);
+                Class::of_cycle(&Facts { power, ..facts })
+            };
+            let held = [Brake::Absent, Brake::Closed].map(class);
+            assert_eq!(held, [Class::SwitchOff; 2], "{power:?}");
+            let loose = [Brake::Open, Brake::Unclear].map(class);
+            assert_eq!(loose, [Class::StopFrame; 2], "{power:?}");
+        }
+    }
+}
