@@ -177,12 +177,21 @@ impl Kind {
         }
     }
 
-    /// How long drives are off the bus by it, if that ends by itself.
+    /// How long drives are off the bus by it; `u64::MAX` until somebody repairs them.
     pub(super) fn absence_us(self) -> Option<u64> {
         match self {
-            Self::Silence { for_us, .. } => for_us,
+            Self::Silence { for_us, .. } => Some(for_us.unwrap_or(u64::MAX)),
             Self::Unplug { for_us } => Some(for_us),
             _ => None,
+        }
+    }
+
+    /// Whether both keep the same drives off the bus: the first that ends does not bring them back.
+    pub(super) fn absents_the_same(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Silence { axis, .. }, Self::Silence { axis: of, .. }) => axis == of,
+            (Self::Unplug { .. }, Self::Unplug { .. }) => true,
+            _ => false,
         }
     }
 

@@ -458,16 +458,20 @@ impl Observer {
         for (index, (axis, seen)) in self.axes.iter().zip(seen).enumerate() {
             let Some(base) = axis.base else { continue };
             // While alarm frames come the polls rest, and nobody looks at the position.
-            let read = seen.snapshot.feedback.position;
-            if read.is_none_or(|read| read.at.as_us() < scenario.calm_from_us + ARRIVAL_US) {
+            let Some(read) = seen.snapshot.feedback.position else {
+                continue;
+            };
+            if read.at.as_us() < scenario.calm_from_us + ARRIVAL_US {
                 continue;
             }
+            // The books keep what was within the tolerance before a fault of the group, where the base begins anew.
+            let shown = read.value.abs_diff(seen.snapshot.sent_counts);
             let handed = axis.handed_counts - base.handed_counts;
             let off = seen.commanded_counts + axis.pending.iter().sum::<i64>()
                 - base.commanded_counts
                 - handed;
             let tolerance = i64::from(scenario.axes[index].config.limits.drift_tolerance_counts);
-            if off.abs() > tolerance {
+            if off.abs() > tolerance && i64::from(shown) > tolerance {
                 let what = format!(
                     "axis {index} is {off} counts off and not flagged, tolerance {tolerance}"
                 );

@@ -150,6 +150,10 @@ impl<'a> Run<'a> {
             .partition(is_over);
         self.absences = others;
         for absence in over {
+            let lasts = |other: &Absence| other.kind.absents_the_same(absence.kind);
+            if self.absences.iter().any(lasts) {
+                continue;
+            }
             self.rig(|rig| absence.kind.end(rig));
         }
     }
@@ -186,7 +190,7 @@ impl<'a> Run<'a> {
                 snapshot.is_some_and(|axis| axis.state == AxisState::Streaming)
             });
             if let Some(us) = injection.kind.absence_us() {
-                let (until_us, kind) = (now_us + us, injection.kind);
+                let (until_us, kind) = (now_us.saturating_add(us), injection.kind);
                 self.absences.push(Absence { until_us, kind });
             }
             match injection.kind {
@@ -227,6 +231,8 @@ impl<'a> Run<'a> {
         );
         for axis in repair {
             self.observer.repaired(axis);
+            let silences = |absence: &Absence| matches!(absence.kind, Kind::Silence { axis: of, .. } if of == axis);
+            self.absences.retain(|absence| !silences(absence));
             let drive = self.bench.device_mut(self.devices[axis]);
             let in_alarm = drive.alarm().is_alarm();
             drive.faults_mut().repeat_alarm_frames(None);
