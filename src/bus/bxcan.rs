@@ -98,7 +98,8 @@ impl Bus {
         ERRORS.swap(0, Ordering::Relaxed)
     }
 
-    /// One step onto the bus, at the start and after a failure, to be called every cycle until it returns true: at once when there is nothing to do. Frames still in the mailboxes are thrown away: nobody knows which of them went out.
+    /// One step onto the bus, at the start and after a failure, to be called every cycle until it returns true: at once when there is
+    /// nothing to do. Frames still in the mailboxes are thrown away: nobody knows which of them went out.
     pub(crate) fn recover(&mut self) -> bool {
         self.recovery.step(&mut self.controller)
     }

@@ -100,7 +100,8 @@ impl Bus {
         core::mem::take(&mut self.errors)
     }
 
-    /// One step onto the bus, at the start and after a failure, to be called every cycle after [`Self::check`] until it returns true: at once when there is nothing to do. Frames that still wait are thrown away: nobody knows which of them went out.
+    /// One step onto the bus, at the start and after a failure, to be called every cycle after [`Self::check`] until it returns true: at
+    /// once when there is nothing to do. Frames that still wait are thrown away: nobody knows which of them went out.
     pub(crate) fn recover(&mut self) -> bool {
         self.recovery.step(&mut self.controller)
     }

@@ -16,6 +16,11 @@ pub(crate) enum Error {
         /// The reason given by the system.
         reason: io::Error,
     },
+    /// What a task found could not be printed.
+    Output {
+        /// The reason given by the system.
+        reason: io::Error,
+    },
     /// A program ended with a failure; it has said why itself.
     Failed {
         /// The program as it was called.
@@ -116,6 +121,7 @@ pub(crate) enum Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Output { reason } => write!(f, "cannot write to standard output: {reason}"),
             Self::Start { program, reason } => write!(f, "cannot run {program}: {reason}"),
             Self::Failed { program, status } => write!(f, "{program} failed ({status})"),
             Self::Answer { program, expected } => write!(f, "{program} did not print {expected}"),

@@ -9,6 +9,7 @@ mod firmware;
 mod images;
 mod module_cycles;
 mod mutants;
+mod output;
 mod peers;
 mod profile;
 mod proofs;

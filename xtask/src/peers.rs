@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use crate::calls::{self, Call};
 use crate::emulator::Emulator;
 use crate::error::Error;
+use crate::output::print;
 use crate::thumb::Builder;
 use crate::toolchain::Preference;
 
@@ -86,8 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     let emulator = Emulator::prepare()?;
     let [nothing, calls @ ..] = calls::measure(&builder, &emulator, PACKAGE, IMAGES)?;
-    print!("{}", table(nothing, &calls));
-    Ok(())
+    print(table(nothing, &calls))
 }
 
 /// The calls in the order of the codecs, encode before decode.

@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::emulator::{Emulator, Load};
 use crate::error::Error;
 use crate::images::{Board, Image};
+use crate::output::print;
 use crate::thumb::Builder;
 use crate::toolchain::Preference;
 
@@ -78,12 +79,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     };
     let answer = emulator.profile(&image, arguments.board, load, arguments.ms)?;
     if arguments.json {
-        println!("{answer}");
-        return Ok(());
+        return print(format_args!("{answer}\n"));
     }
-    println!("{}: {load}", arguments.board.feature());
-    print!("{}", read(&answer)?.table(arguments.rows));
-    Ok(())
+    let table = read(&answer)?.table(arguments.rows);
+    print(format_args!(
+        "{}: {load}\n{table}",
+        arguments.board.feature()
+    ))
 }
 
 /// The table of an image, with its usual number of lines.

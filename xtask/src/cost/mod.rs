@@ -18,6 +18,7 @@ use self::motion::Motion;
 use self::trajectory::TrajectoryCost;
 use crate::emulator::Emulator;
 use crate::error::Error;
+use crate::output::print;
 use crate::thumb::Builder;
 use crate::toolchain::Preference;
 
@@ -74,14 +75,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let tools = Tools::find(arguments.toolchain)?;
     if arguments.check {
         let unchecked = tools.check(arguments.every)?;
-        unchecked.iter().for_each(|reason| println!("{reason}"));
-        return Ok(());
+        return unchecked
+            .iter()
+            .try_for_each(|reason| print(format_args!("{reason}\n")));
     }
     match arguments.only {
-        Some(part) => {
-            print!("{}", lines(&tools.part(part)?));
-            Ok(())
-        }
+        Some(part) => print(lines(&tools.part(part)?)),
         None => tools.write(),
     }
 }
@@ -143,13 +142,13 @@ impl Tools {
         let compiler = self.builder.compiler();
         let mut document = cost.document(&compiler);
         document += &cost.motion.profile(&self.builder, &self.emulator)?;
-        print!("{document}");
         let path = self.builder.root().join(DOCUMENT);
-        fs::write(&path, document).map_err(|reason| Error::Image {
+        fs::write(&path, &document).map_err(|reason| Error::Image {
             path,
             reason: reason.to_string(),
         })?;
-        Baseline::new(compiler, &cost.figures()).write(&self.builder.root().join(BASELINE))
+        Baseline::new(compiler, &cost.figures()).write(&self.builder.root().join(BASELINE))?;
+        print(document)
     }
 
     fn check(&self, every: bool) -> Result<Vec<String>, Error> {
@@ -167,7 +166,7 @@ impl Tools {
             self.few()?
         };
         let changes = baseline.compare(&cost.figures());
-        print!("{changes}");
+        print(&changes)?;
         if changes.risen.is_empty() {
             return Ok(Vec::new());
         }
