@@ -1,21 +1,26 @@
 //! Events of the master in words: users know drives by their ids, and what to do is part of a fault.
 
-use can_motion::{Event, EventKind, Fault};
+use can_motion::{EventKind, Fault};
 use dyn_can::Alarm;
 
 use crate::config::AXIS_CONFIGS;
 
 /// An event as a line of the log.
-pub(crate) struct EventWords<'a>(pub(crate) &'a Event<EventKind>);
+pub(crate) struct EventWords<'a> {
+    /// The axis by its place in the configuration; `None` for the bus.
+    pub(crate) axis: Option<u8>,
+    /// What happened.
+    pub(crate) kind: &'a EventKind,
+}
 
 impl defmt::Format for EventWords<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {
-        let axis = self.0.axis.map(usize::from);
+        let axis = self.axis.map(usize::from);
         match axis.and_then(|axis| AXIS_CONFIGS.get(axis)) {
             Some(axis) => defmt::write!(f, "drive {=u8}: ", axis.drive.get()),
             None => defmt::write!(f, "bus: "),
         }
-        write_kind(f, &self.0.kind);
+        write_kind(f, self.kind);
     }
 }
 

@@ -39,7 +39,7 @@ impl Playback {
     /// Starts the motion at `at`, from where the axes stand, and repeats it.
     pub(crate) fn start(&mut self, master: &ServoMaster<AXES>, at: Instant) {
         let counts = targets(master);
-        telemetry::tell(Message::MotionStarts(counts));
+        telemetry::tell_motion(Message::MotionStarts, counts);
         self.start = Some(Start {
             at,
             counts,
@@ -90,7 +90,7 @@ impl Playback {
 
     fn end(&mut self, master: &ServoMaster<AXES>) {
         self.start = None;
-        telemetry::tell(Message::MotionEnds(targets(master)));
+        telemetry::tell_motion(Message::MotionEnds, targets(master));
     }
 }
 
