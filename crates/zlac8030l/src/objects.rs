@@ -36,6 +36,8 @@ objects! {
     CLEAR_ABSOLUTE_POSITION: u16 = 0x2006, 0;
     /// 1 restores the factory settings, 2 saves everything to the EEPROM.
     STORE: u16 = 0x2009, 0;
+    /// Largest speed of the motor in r/min; the ramps are times to it.
+    MAX_SPEED_RPM: u16 = 0x200A, 0;
     /// Lines of the encoder; four counts each.
     ENCODER_LINES: u16 = 0x200B, 0;
     /// Node number 4 to 127, where the DIP switch leaves it open; the guide does not say when it counts.
