@@ -37,6 +37,7 @@ mod restore;
 mod revision;
 mod run;
 mod scan;
+mod set_points;
 mod settings_file;
 mod side_effect;
 mod sim;
