@@ -1,10 +1,11 @@
 //! How the cycle does, second by second.
 
-use can_motion::{CycleCounters, Instant, ServoMaster};
+use can_motion::{CycleCounters, Instant};
 use cortex_m::peripheral::DWT;
 
 use crate::board::CORE_HZ;
-use crate::config::{AXES, CYCLE_US};
+use crate::config::{AXES, CYCLE_US, Drives};
+use crate::drives::{Board as _, BoardMaster};
 
 /// Cycles of a second.
 const SECOND_CYCLES: u32 = 1_000_000 / CYCLE_US;
@@ -100,7 +101,7 @@ impl Statistics {
         &mut self,
         delay_us: u32,
         stretch: Stretch,
-        master: &ServoMaster<AXES>,
+        master: &BoardMaster,
         now: Instant,
     ) -> Option<Self> {
         let clocks = stretch.clocks();
@@ -116,15 +117,10 @@ impl Statistics {
         Some(core::mem::replace(self, Self::new()))
     }
 
-    fn note_poll_ages(&mut self, master: &ServoMaster<AXES>, now: Instant) {
+    fn note_poll_ages(&mut self, master: &BoardMaster, now: Instant) {
         for snapshot in (0..AXES).filter_map(|axis| master.snapshot(axis)) {
-            let feedback = snapshot.feedback;
-            let status_us = feedback
-                .status
-                .map_or(Age::NEVER_US, |status| now.us_since(status.at));
-            let position_us = feedback
-                .position
-                .map_or(Age::NEVER_US, |position| now.us_since(position.at));
+            let [status_us, position_us] = Drives::read_at(&snapshot)
+                .map(|read| read.map_or(Age::NEVER_US, |at| now.us_since(at)));
             self.oldest_status_us = self.oldest_status_us.max(status_us);
             self.oldest_position_us = self.oldest_position_us.max(position_us);
         }

@@ -2,12 +2,12 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use can_motion::{CommandError, Event, EventKind, Fault};
+use can_motion::CommandError;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
-use crate::config::AXES;
-use crate::event_words::EventWords;
+use crate::config::{AXES, Drives};
+use crate::drives::{Board as _, BoardEvent, BoardFault};
 use crate::last_words::{History, LastWords};
 use crate::recovery::FaultState;
 use crate::start::Cause;
@@ -24,7 +24,7 @@ static CHANNEL: Channel<CriticalSectionRawMutex, Message, MESSAGES> = Channel::n
 /// Something to tell.
 pub(crate) enum Message {
     /// An event of the master.
-    Event(Event<EventKind>),
+    Event(BoardEvent),
     /// The controller takes part in the traffic for the first time.
     OnTheBus,
     /// It has waited for a second to take part.
@@ -34,12 +34,12 @@ pub(crate) enum Message {
     /// The supervisor did something.
     Action(Action),
     /// The master refused what the supervisor wanted.
-    Refused(Action, CommandError<Fault>),
+    Refused(Action, CommandError<BoardFault>),
     /// The supervisor is somewhere else.
     State(State),
-    /// The motion starts from these command counts.
+    /// The motion starts from these targets.
     MotionStarts([i32; AXES]),
-    /// The motion has ended, at these command counts.
+    /// The motion has ended, at these targets.
     MotionEnds([i32; AXES]),
     /// A second has passed.
     Second(Statistics),
@@ -74,7 +74,7 @@ pub(crate) fn run() -> ! {
 
 fn write(message: &Message) {
     match message {
-        Message::Event(event) => write_event(event),
+        Message::Event(event) => Drives::write(event),
         Message::OnTheBus => defmt::info!("on the bus"),
         Message::BusNeverIdle => {
             defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
@@ -95,34 +95,6 @@ fn write(message: &Message) {
         Message::MotionStarts(counts) => defmt::info!("the motion starts from {} counts", counts),
         Message::MotionEnds(counts) => defmt::info!("the motion has ended at {} counts", counts),
         Message::Second(statistics) => statistics.write(),
-    }
-}
-
-fn write_event(event: &Event<EventKind>) {
-    let words = EventWords(event);
-    match event.kind {
-        EventKind::Fault(Fault::Gear {
-            expected,
-            actual: Some(actual),
-        }) => defmt::error!(
-            "{}: its gear number is {=u16}, the configuration says {=u16}: correct one of the two; it is not enabled",
-            words,
-            actual,
-            expected
-        ),
-        EventKind::FoundOn => defmt::warn!(
-            "{}: it is left alone until enable becomes active, or the stop circuit opens",
-            words
-        ),
-        EventKind::DisableUnconfirmed { .. } => defmt::error!(
-            "{}: the drive may still have power; the command is repeated until the drive confirms it",
-            words
-        ),
-        EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", words),
-        EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
-            defmt::info!("{}", words);
-        }
-        _ => defmt::warn!("{}", words),
     }
 }
 
