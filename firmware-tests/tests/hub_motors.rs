@@ -8,8 +8,8 @@ use firmware_tests::{Contact, Rig, rig};
 use zlac8030l::NodeId;
 
 const NODES: [i32; 2] = [1, 2];
-/// Identifier of the PDO with control word and target, without the node (CiA 301).
-const COMMAND: u16 = 0x200;
+/// Identifier of RPDO1, with control word and target, without the node (the guide's PDOs begin at 0).
+const COMMAND: u16 = 0x300;
 /// Milliseconds from the supply until both drives are set up: boot-up after 100 ms, and one SDO request a cycle.
 const READY_MS: u64 = 3_000;
 /// Milliseconds from enable until both are enabled: standstill for 100 ms, three steps of the state machine.
@@ -209,7 +209,7 @@ fn stops_with_it(happens: impl FnOnce(&mut Rig, DeviceId), line: &str) -> Rig {
     // The run input is still active: nothing moves again by itself.
     let targets = commands(&rig, 1, from_ns);
     assert!(
-        targets.iter().all(|&(_, target)| target == 0),
+        !targets.is_empty() && targets.iter().all(|&(_, target)| target == 0),
         "{line}: {targets:?}"
     );
     rig
