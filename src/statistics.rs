@@ -1,10 +1,11 @@
 //! How the cycle does, second by second.
 
-use can_motion::{CycleCounters, Instant, PollKind, ServoMaster};
+use can_motion::{CycleCounters, Instant};
 use cortex_m::peripheral::DWT;
 
 use crate::board::CORE_HZ;
-use crate::config::{AXES, CYCLE_US};
+use crate::config::{AXES, CYCLE_US, Drives};
+use crate::drives::{Board as _, BoardMaster};
 
 /// Cycles of a second.
 const SECOND_CYCLES: u32 = 1_000_000 / CYCLE_US;
@@ -105,7 +106,7 @@ impl Statistics {
         &mut self,
         delay_us: u32,
         stretch: Stretch,
-        master: &ServoMaster<AXES>,
+        master: &BoardMaster,
         now: Instant,
     ) -> Option<Self> {
         let clocks = stretch.clocks();
@@ -121,11 +122,10 @@ impl Statistics {
         Some(core::mem::replace(self, Self::new()))
     }
 
-    fn note_poll_ages(&mut self, master: &ServoMaster<AXES>, now: Instant) {
+    fn note_poll_ages(&mut self, master: &BoardMaster, now: Instant) {
         for snapshot in (0..AXES).filter_map(|axis| master.snapshot(axis)) {
-            let feedback = snapshot.feedback;
-            let status_ms = Age::ms(feedback.polled_at(PollKind::Status), now);
-            let position_ms = Age::ms(feedback.polled_at(PollKind::Position), now);
+            let [status_ms, position_ms] =
+                Drives::read_at(&snapshot).map(|read_at| Age::ms(read_at, now));
             self.oldest_status_ms = self.oldest_status_ms.max(status_ms);
             self.oldest_position_ms = self.oldest_position_ms.max(position_ms);
         }

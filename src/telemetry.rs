@@ -3,13 +3,13 @@
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use can_motion::{CommandError, EventKind, Fault};
+use can_motion::CommandError;
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
-use crate::config::AXES;
-use crate::event_words::EventWords;
+use crate::config::{AXES, Drives};
+use crate::drives::{Board as _, BoardEventKind, BoardFault};
 use crate::last_words::{History, LastWords};
 use crate::recovery::FaultState;
 use crate::start::Cause;
@@ -33,7 +33,7 @@ static SECOND: CriticalSectionMutex<Cell<Statistics>> =
 /// Something to tell.
 pub(crate) enum Message {
     /// An event of the master: of an axis, by its place in the configuration, or of the bus.
-    Event(Option<u8>, EventKind),
+    Event(Option<u8>, BoardEventKind),
     /// The controller takes part in the traffic for the first time.
     OnTheBus,
     /// It has waited for a second to take part.
@@ -43,7 +43,7 @@ pub(crate) enum Message {
     /// The supervisor did something.
     Action(Action),
     /// The master refused what the supervisor wanted.
-    Refused(Action, CommandError<Fault>),
+    Refused(Action, CommandError<BoardFault>),
     /// The supervisor is somewhere else.
     State(State),
     /// The motion starts.
@@ -95,7 +95,7 @@ pub(crate) fn run() -> ! {
 
 fn write(message: &Message) {
     match message {
-        Message::Event(axis, kind) => write_event(*axis, kind),
+        Message::Event(axis, kind) => Drives::write(*axis, kind),
         Message::OnTheBus => defmt::info!("on the bus"),
         Message::BusNeverIdle => {
             defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
@@ -120,34 +120,6 @@ fn write(message: &Message) {
             defmt::info!("the motion has ended at {} counts", COUNTS.lock(Cell::get));
         }
         Message::Second => SECOND.lock(Cell::get).write(),
-    }
-}
-
-fn write_event(axis: Option<u8>, kind: &EventKind) {
-    let words = EventWords { axis, kind };
-    match *kind {
-        EventKind::Fault(Fault::Gear {
-            expected,
-            actual: Some(actual),
-        }) => defmt::error!(
-            "{}: its gear number is {=u16}, the configuration says {=u16}: correct one of the two; it is not enabled",
-            words,
-            actual,
-            expected
-        ),
-        EventKind::FoundOn => defmt::warn!(
-            "{}: it is left alone until enable becomes active, or the stop circuit opens",
-            words
-        ),
-        EventKind::DisableUnconfirmed { .. } => defmt::error!(
-            "{}: the drive may still have power; the command is repeated until the drive confirms it",
-            words
-        ),
-        EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", words),
-        EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
-            defmt::info!("{}", words);
-        }
-        _ => defmt::warn!("{}", words),
     }
 }
 

@@ -187,12 +187,7 @@ where
     /// # Errors
     /// [`PathError`]; the path is then what it was.
     #[inline(never)]
-    pub fn line(
-        &mut self,
-        end: [Position; SPACE],
-        feed: f32,
-        join: Join,
-    ) -> Result<(), PathError> {
+    pub fn line(&mut self, end: [Position; SPACE], feed: f32, join: Join) -> Result<(), PathError> {
         let end = self.check(end, feed, join)?;
         let mut way = end;
         for (way, from) in way.iter_mut().zip(self.end) {
@@ -655,4 +650,3 @@ fn inside<const N: usize>(place: [Position; N]) -> Result<[i64; N], PathError> {
     }
     Ok(place.map(|position| position.units()))
 }
-

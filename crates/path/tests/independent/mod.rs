@@ -65,14 +65,23 @@ impl Ideal {
 const SEARCHED: f64 = 2_000.0;
 
 fn between(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
+    (0..3)
+        .map(|axis| (a[axis] - b[axis]).powi(2))
+        .sum::<f64>()
+        .sqrt()
 }
 
 fn to_segment(point: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let way: Vec<f64> = (0..3).map(|axis| to[axis] - from[axis]).collect();
     let square: f64 = way.iter().map(|part| part * part).sum();
-    let along: f64 = (0..3).map(|axis| (point[axis] - from[axis]) * way[axis]).sum();
-    let share = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+    let along: f64 = (0..3)
+        .map(|axis| (point[axis] - from[axis]) * way[axis])
+        .sum();
+    let share = if square > 0.0 {
+        (along / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     let foot = [0, 1, 2].map(|axis| from[axis] + share * way[axis]);
     between(point, foot)
 }
