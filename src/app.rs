@@ -227,19 +227,28 @@ impl App {
         let now = self.beats.now();
         loop {
             self.parts.bus.begin_service();
-            while self.parts.bus.has_news()
-                && let Some(received) = self.parts.bus.receive()
-            {
-                match received {
-                    Ok(frame) => self.master.on_frame(now, &frame),
-                    Err(kind) => {
-                        self.master.on_receive_error(now, kind);
-                        break;
-                    }
-                }
+            if self.parts.bus.has_news() {
+                self.receive(now);
             }
             let progress = self.master.send(now, &mut self.parts.bus);
             if !self.parts.bus.end_service(progress) {
+                return;
+            }
+        }
+    }
+
+    /// Takes what has come in. Not inlined: most calls of [`Self::service`] find nothing, and would set up for it all the same.
+    #[inline(never)]
+    fn receive(&mut self, now: Instant) {
+        while let Some(received) = self.parts.bus.receive() {
+            match received {
+                Ok(frame) => self.master.on_frame(now, &frame),
+                Err(kind) => {
+                    self.master.on_receive_error(now, kind);
+                    return;
+                }
+            }
+            if !self.parts.bus.has_news() {
                 return;
             }
         }

@@ -2,6 +2,7 @@
 
 use bus_user::Instant;
 
+use crate::core::calendar::Due;
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::facts::{Facts, Knowledge, Motion, Power, Work};
 use crate::core::family::{CommonFault, Context, Drive, Family, View};
@@ -50,8 +51,10 @@ pub(crate) struct Axis<F: Family> {
     pub(crate) switched_at: Stamp,
     /// When the controller accepted the latest frame of a cycle in motion, or motion began.
     pub(crate) sent_at: Stamp,
+    /// When its request is due.
+    pub(crate) asks: Due,
     /// How often the present disable command was repeated.
-    repeated: u32,
+    repeated: u16,
     pub(crate) drive: F::Drive,
 }
 
@@ -66,6 +69,7 @@ impl<F: Family> Axis<F> {
             cause: None,
             switched_at: Stamp::default(),
             sent_at: Stamp::default(),
+            asks: Due::NEW,
             repeated: 0,
             drive,
         }
@@ -88,6 +92,13 @@ impl<F: Family> Axis<F> {
     pub(crate) fn snapshot(&self, now: Instant) -> F::Snapshot {
         self.drive
             .snapshot(now, self.state(), &self.view.facts, self.fault())
+    }
+
+    /// Works out anew when its request is due.
+    pub(crate) fn look_ahead(&mut self, now: Instant, cycle: u32) {
+        let overdue = self.drive.overdue(&self.view, now, cycle);
+        let us = self.drive.overdue_for_us(&self.view, now);
+        self.asks = Due::new(overdue, us, now, cycle);
     }
 
     /// As [`Stamp::keep`], for all that the axis has.
@@ -220,7 +231,7 @@ impl<F: Family> Axis<F> {
                 self.repeated = self.repeated.saturating_add(1);
                 if self.repeated.is_power_of_two() {
                     log.push(CommonEvent::DisableUnconfirmed {
-                        repeated: self.repeated,
+                        repeated: self.repeated.into(),
                     });
                 }
             }

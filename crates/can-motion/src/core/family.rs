@@ -492,6 +492,13 @@ pub trait Drive {
         let wanted = self.wanted(view, now, cycle);
         wanted.map(|wanted| wanted.overdue_cycles)
     }
+    /// For how many microseconds [`Self::overdue`] stays the same but for one cycle more in each, as long as nothing happens to the
+    /// axis: no frame of its drive comes in or back, none of its requests goes out, none of its facts changes, [`Self::tick`] is not
+    /// called. 0, the default: it is asked in every cycle.
+    fn overdue_for_us(&self, view: &View, now: Instant) -> u32 {
+        let _ = (view, now);
+        0
+    }
     /// The request to send next.
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<RequestOf<Self>>>;
     /// The frame of a request.

@@ -4,6 +4,7 @@ use bus_user::Instant;
 use heapless::Vec;
 
 use crate::core::axis::{Axis, Change};
+use crate::core::calendar::Tick;
 use crate::core::command::CommandError;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
@@ -15,6 +16,9 @@ use crate::core::step::{Input, accepts, step};
 
 /// The most axes that a master can have: one bit each.
 pub(crate) const MOST_AXES: usize = 64;
+
+/// So often it is worked out at least when the requests are due.
+const LOOK_AGAIN_US: u32 = 1 << 26;
 
 /// Whether the input ends every motion at once.
 const fn ends_at_once(input: Input) -> bool {
@@ -40,6 +44,10 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     pub(crate) take_back: bool,
     /// How often the facts of an axis have changed.
     pub(crate) changes: u32,
+    /// Something has happened to an axis since it was worked out when its request is due.
+    is_stale: bool,
+    /// The first tick at which that is to be worked out anew for an axis to which nothing happens.
+    look_at: Tick,
 }
 
 impl<const N: usize, F: Family> Axes<N, F> {
@@ -52,6 +60,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
             switching: 0,
             take_back: false,
             changes: 0,
+            is_stale: false,
+            look_at: Tick::of(Instant::from_us(0)),
         }
     }
 
@@ -77,14 +87,35 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
+    /// Works out when the requests are due, of the axes to which something has happened since, or whose time has come.
+    pub(crate) fn look_ahead(&mut self, now: Instant, cycle: u32) {
+        let tick = Tick::of(now);
+        if !self.is_stale && !self.look_at.has_come(tick) {
+            return;
+        }
+        self.is_stale = false;
+        let mut first = Tick::of(now + LOOK_AGAIN_US);
+        for axis in &mut self.list {
+            if axis.asks.until().has_come(tick) {
+                axis.look_ahead(now, cycle);
+            }
+            first = first.earlier(axis.asks.until());
+        }
+        self.look_at = first;
+    }
+
+    /// One bit for each of these axes.
+    fn bits_where(&self, is_one: impl Fn(&Axis<F>) -> bool) -> u64 {
+        let mut bits = 0;
+        for (index, axis) in self.list.iter().enumerate() {
+            bits |= u64::from(is_one(axis)) << index;
+        }
+        bits
+    }
+
     /// Which axes owe the frame of this cycle.
     pub(crate) fn find_due(&mut self) {
-        self.due = 0;
-        for (index, axis) in self.list.iter().enumerate() {
-            if axis.drive.owes_frame(&axis.view) {
-                self.due |= 1 << index;
-            }
-        }
+        self.due = self.bits_where(|axis| axis.drive.owes_frame(&axis.view));
     }
 
     /// Removes the axes, with what is left of them.
@@ -93,6 +124,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         self.events.clear();
         self.axis_of = [0; 128];
         (self.due, self.switching, self.take_back) = (0, 0, false);
+        self.is_stale = true;
     }
 
     /// Adds an axis, made where it stays as far as the compiler can; one without room is left out, so the number of axes is checked before.
@@ -111,6 +143,10 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     pub(crate) fn len(&self) -> usize {
         self.list.len()
+    }
+
+    pub(crate) fn list(&self) -> &[Axis<F>] {
+        &self.list
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &Axis<F>> + Clone {
@@ -138,6 +174,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
         index: usize,
     ) -> Option<(&mut Axis<F>, EventLog<'_, F::EventKind>)> {
         let axis = self.list.get_mut(index)?;
+        self.is_stale = true;
+        axis.asks.expire();
         let log = EventLog {
             events: &mut self.events,
             now,

@@ -126,7 +126,8 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
-        self.schedule.begin_cycle(now, cycle, requests, &self.axes);
+        self.schedule
+            .begin_cycle(now, cycle, requests, &mut self.axes);
     }
 
     /// Lets no stamp of an axis grow so old that it looks young.

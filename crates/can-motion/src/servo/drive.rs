@@ -67,7 +67,7 @@ impl Servo {
         let mut servo = Self {
             config: Settings::of(axis),
             dialect: axis.initial_dialect(),
-            ledger: Ledger::default(),
+            ledger: Ledger::NEW,
             drift: DriftWatch::default(),
             feedback: Latest::NONE,
             counters: Counters::default(),
@@ -151,7 +151,7 @@ impl Drive for Servo {
     fn anchor(&mut self, now: Instant) -> Result<(), Fault> {
         let counts = self.located()?;
         self.ledger.anchor(counts);
-        self.drift.anchor(counts, now);
+        self.drift.anchor(now);
         Ok(())
     }
 
@@ -224,6 +224,10 @@ impl Drive for Servo {
         ask.map(|(_, overdue_cycles)| overdue_cycles)
     }
 
+    fn overdue_for_us(&self, view: &View, now: Instant) -> u32 {
+        self.same_for_us(view, now)
+    }
+
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
         let (ask, overdue_cycles) = self.next_ask(view, now, cycle)?;
         let (class, request) = self.request_for(ask, view)?;
@@ -271,17 +275,11 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        let is_quiet =
-            self.procedures.run().is_none() && !self.is_far_behind() && self.slot.pass(now);
-        if is_quiet {
-            self.drift.begin_cycle(self.ledger.sent_counts());
-        }
-        is_quiet
+        self.procedures.run().is_none() && !self.is_far_behind() && self.slot.pass(now)
     }
 
     fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         self.ledger.begin_cycle();
-        self.drift.begin_cycle(self.ledger.sent_counts());
         let mut meaning = self.expire(context);
         let view = context.view;
         let power_on_us = context.config.timeouts.power_on_us;
