@@ -112,10 +112,7 @@ impl<F: Family> Axis<F> {
     /// Lets a cycle pass in which the axis only streams; false, with nothing done, when there is more to do.
     #[inline]
     pub(crate) fn streams_on(&mut self, now: Instant, stuck_us: u32) -> bool {
-        let facts = &self.view.facts;
-        facts.motion == Motion::Stream
-            && facts.power == Power::On
-            && facts.knowledge == Knowledge::Anchored
+        self.view.facts.streams()
             && !self.sent_at.has_lasted(now, stuck_us)
             && self.drive.streams_on(now)
     }

@@ -27,21 +27,14 @@ pub(crate) struct Due {
 pub(crate) struct Tick(u16);
 
 impl Tick {
-    /// Has always come.
-    const PASSED: Self = Self(u16::MAX);
-
     pub(crate) const fn of(now: Instant) -> Self {
-        match Self((now.as_us() as u32 >> TICK_BITS) as u16) {
-            // A tick too early, for the sake of the other one.
-            Self::PASSED => Self(u16::MAX - 1),
-            tick => tick,
-        }
+        Self((now.as_us() as u32 >> TICK_BITS) as u16)
     }
 
     /// Whether it is now, or was before.
     #[inline]
     pub(crate) const fn has_come(self, now: Self) -> bool {
-        now.0.wrapping_sub(self.0).cast_signed() >= 0 || matches!(self, Self::PASSED)
+        now.0.wrapping_sub(self.0).cast_signed() >= 0
     }
 
     pub(crate) const fn earlier(self, other: Self) -> Self {
@@ -53,14 +46,8 @@ impl Due {
     /// Nothing was worked out yet.
     pub(crate) const NEW: Self = Self {
         cycle: 0,
-        until: Tick::PASSED,
+        until: Tick(0),
     };
-
-    /// Something has happened to the axis: the date is to be worked out anew.
-    #[inline]
-    pub(crate) const fn expire(&mut self) {
-        self.until = Tick::PASSED;
-    }
 
     /// `overdue`: for how many cycles the request has been due; `None` when there is none. Both stay true for `us`, each cycle adding one.
     pub(crate) fn new(overdue: Option<i32>, us: u32, now: Instant, cycle: u32) -> Self {

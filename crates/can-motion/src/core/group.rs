@@ -44,8 +44,8 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     pub(crate) take_back: bool,
     /// How often the facts of an axis have changed.
     pub(crate) changes: u32,
-    /// Something has happened to an axis since it was worked out when its request is due.
-    is_stale: bool,
+    /// One bit an axis, those from 32 on with the first ones: something has happened to it since it was worked out when its request is due.
+    stale: u32,
     /// The first tick at which that is to be worked out anew for an axis to which nothing happens.
     look_at: Tick,
 }
@@ -60,7 +60,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             switching: 0,
             take_back: false,
             changes: 0,
-            is_stale: false,
+            stale: 0,
             look_at: Tick::of(Instant::from_us(0)),
         }
     }
@@ -90,18 +90,42 @@ impl<const N: usize, F: Family> Axes<N, F> {
     /// Works out when the requests are due, of the axes to which something has happened since, or whose time has come.
     pub(crate) fn look_ahead(&mut self, now: Instant, cycle: u32) {
         let tick = Tick::of(now);
-        if !self.is_stale && !self.look_at.has_come(tick) {
-            return;
+        let mut stale = core::mem::take(&mut self.stale);
+        if self.look_at.has_come(tick) {
+            stale |= self.due_for_a_look(now);
         }
-        self.is_stale = false;
-        let mut first = Tick::of(now + LOOK_AGAIN_US);
-        for axis in &mut self.list {
-            if axis.asks.until().has_come(tick) {
+        while stale != 0 {
+            let lower = stale.trailing_zeros() as usize;
+            stale &= stale - 1;
+            for index in [lower, lower + 32] {
+                let Some(axis) = self.list.get_mut(index) else {
+                    break;
+                };
                 axis.look_ahead(now, cycle);
+                let until = axis.asks.until();
+                if until.has_come(tick) {
+                    self.stale |= 1 << lower;
+                } else {
+                    self.look_at = self.look_at.earlier(until);
+                }
             }
-            first = first.earlier(axis.asks.until());
         }
-        self.look_at = first;
+    }
+
+    /// The axes whose time has come, as in [`Self::stale`]; finds the first tick of the others.
+    #[cold]
+    fn due_for_a_look(&mut self, now: Instant) -> u32 {
+        let (tick, mut due) = (Tick::of(now), 0);
+        self.look_at = Tick::of(now + LOOK_AGAIN_US);
+        for (index, axis) in self.list.iter().enumerate() {
+            let until = axis.asks.until();
+            if until.has_come(tick) {
+                due |= 1 << (index % 32);
+            } else {
+                self.look_at = self.look_at.earlier(until);
+            }
+        }
+        due
     }
 
     /// One bit for each of these axes.
@@ -124,7 +148,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         self.events.clear();
         self.axis_of = [0; 128];
         (self.due, self.switching, self.take_back) = (0, 0, false);
-        self.is_stale = true;
+        self.stale = u32::MAX;
     }
 
     /// Adds an axis, made where it stays as far as the compiler can; one without room is left out, so the number of axes is checked before.
@@ -174,8 +198,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         index: usize,
     ) -> Option<(&mut Axis<F>, EventLog<'_, F::EventKind>)> {
         let axis = self.list.get_mut(index)?;
-        self.is_stale = true;
-        axis.asks.expire();
+        self.stale |= 1 << (index % 32);
         let log = EventLog {
             events: &mut self.events,
             now,
@@ -321,12 +344,11 @@ impl<const N: usize, F: Family> Axes<N, F> {
         index: usize,
         meaning: Meaning<F::Fault>,
     ) {
-        let first = [
-            meaning.restarts.then_some(Input::Restarted),
-            meaning.work_ended.then_some(Input::WorkEnded),
-        ];
-        for input in first.into_iter().flatten() {
-            self.apply(now, index, Change::of(input));
+        if meaning.restarts {
+            self.apply(now, index, Change::of(Input::Restarted));
+        }
+        if meaning.work_ended {
+            self.apply(now, index, Change::of(Input::WorkEnded));
         }
         if let Some(fault) = meaning.fault {
             self.raise(now, index, fault);
@@ -345,7 +367,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
             let is_old = is_sent && report.asked_at < axis.switched_at.at(now) + cycle_us;
             // A drive needs a moment; the command is repeated by time.
             let is_early = report.is_on && axis.view.facts.power == Power::OffSent;
-            if !is_old && !is_early {
+            // What nearly every report says: it changes no fact.
+            let is_known = report.is_on && axis.view.facts.power == Power::On;
+            if !is_old && !is_early && !is_known {
                 let input = if report.is_on {
                     Input::SaysOn
                 } else {
@@ -354,13 +378,13 @@ impl<const N: usize, F: Family> Axes<N, F> {
                 self.apply(now, index, Change::of(input));
             }
         }
-        let inputs = [
-            (meaning.brake == Some(Brake::Open)).then_some(Input::BrakeOpened),
-            (meaning.brake == Some(Brake::Closed)).then_some(Input::BrakeClosed),
-            (checks && meaning.is_checked).then_some(Input::Checked),
-        ];
-        for input in inputs.into_iter().flatten() {
-            self.apply(now, index, Change::of(input));
+        match meaning.brake {
+            Some(Brake::Open) => self.apply(now, index, Change::of(Input::BrakeOpened)),
+            Some(Brake::Closed) => self.apply(now, index, Change::of(Input::BrakeClosed)),
+            _ => {}
+        }
+        if checks && meaning.is_checked {
+            self.apply(now, index, Change::of(Input::Checked));
         }
         self.learn_position(now, index, meaning);
     }

@@ -116,8 +116,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             }
             Some(Returned::Request) => {
                 self.schedule.returned();
-                self.schedule
-                .choose(now, self.cycle.cycles, &mut self.axes);
+                self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
             }
             Some(Returned::Foreign) | None => {}
         }
@@ -390,13 +389,15 @@ impl<const N: usize, F: Family> Master<N, F> {
             drive.request_accepted(request, leaves_at, context)
         });
         self.schedule.accepted(index);
-        self.axes
-            .apply(now, index, Change::of(Input::Accepted(class)));
+        // A question changes no fact.
+        if !matches!(class, Class::Reading | Class::Poll) {
+            self.axes
+                .apply(now, index, Change::of(Input::Accepted(class)));
+        }
         if let Some(meaning) = meaning {
             self.axes.take(now, cycle_us, index, meaning);
         }
-        self.schedule
-                .choose(now, self.cycle.cycles, &mut self.axes);
+        self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
     }
 
     fn failed(&mut self, now: Instant, sender: &Sender<F>, kind: BusErrorKind) {

@@ -201,7 +201,11 @@ impl Drive for Servo {
     #[inline]
     fn cycle_frame_bits(&self) -> u8 {
         let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
-        set_point_bits(step.get())
+        let step = step.get();
+        match u8::try_from(step.wrapping_add(128)) {
+            Ok(place) => *BYTE_STEP_BITS.get(usize::from(place)).unwrap_or(&0),
+            Err(_) => set_point_bits(step),
+        }
     }
 
     fn poll_bits(&self) -> u8 {
@@ -333,16 +337,26 @@ impl Drive for Servo {
     }
 }
 
+/// [`set_point_bits`] of the steps of one byte, from -128 on.
+static BYTE_STEP_BITS: [u8; 256] = {
+    let mut table = [0; 256];
+    let (mut rest, mut step) = (table.as_mut_slice(), -128);
+    while let Some((bits, others)) = rest.split_first_mut() {
+        *bits = set_point_bits(step);
+        (rest, step) = (others, step + 1);
+    }
+    table
+};
+
 /// Length of a set-point behind its identifier, with the stuff bits of its data: what changes from one to the next, without the checksum.
-#[inline]
-fn set_point_bits(step: i16) -> u8 {
+const fn set_point_bits(step: i16) -> u8 {
     // Behind the four bits of the length, on the left.
-    let (field, bits): (u32, u8) = if i16::from(step as i8) == step {
-        (0x1000_0000 | u32::from(step as u8) << 20, 12)
+    let (field, bits): (u32, u8) = if (step as i8) as i16 == step {
+        (0x1000_0000 | (step as u8 as u32) << 20, 12)
     } else {
-        (0x2000_0000 | u32::from(step as u16) << 12, 20)
+        (0x2000_0000 | (step as u16 as u32) << 12, 20)
     };
-    let equal = !(field ^ field << 1) & (!0_u32 << (33 - u32::from(bits)));
+    let equal = !(field ^ field << 1) & (!0_u32 << (33 - bits as u32));
     let mut fives = equal & equal << 1 & equal << 2 & equal << 3;
     let mut length = bits;
     while fives != 0 {

@@ -54,7 +54,6 @@ impl CatchUp {
     }
 }
 
-
 impl Ledger {
     /// Nothing is owed, nothing moves, at the origin.
     pub(crate) const NEW: Self = Self::at(0);
@@ -107,14 +106,15 @@ impl Ledger {
     /// The step that the next frame carries.
     #[inline]
     pub(crate) fn offer(&mut self, limits: &Limits) -> PdStep {
-        let Offered { step, catch_up } = if self.due_counts == self.sent_counts && self.catch_up == CatchUp::NONE {
-            Offered {
-                step: PdStep::toward(self.backlog_counts(), limits.max_step),
-                catch_up: CatchUp::NONE,
-            }
-        } else {
-            self.caught_up(limits)
-        };
+        let Offered { step, catch_up } =
+            if self.due_counts == self.sent_counts && self.catch_up == CatchUp::NONE {
+                Offered {
+                    step: PdStep::toward(self.backlog_counts(), limits.max_step),
+                    catch_up: CatchUp::NONE,
+                }
+            } else {
+                self.caught_up(limits)
+            };
         (self.offered_step, self.offered_catch_up) = (step, catch_up);
         step
     }

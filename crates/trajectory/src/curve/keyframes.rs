@@ -201,8 +201,14 @@ fn between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, time_us: u64) -
     let share = Share::of(time_us.saturating_sub(start_us), duration_us).with_minimum_jerk();
     let mut counts = from.positions_counts;
     for (start, end) in counts.iter_mut().zip(to.positions_counts) {
-        let piece = Piece::line(Position::from_counts(*start), Position::from_counts(end));
-        *start = piece.at(share).counts();
+        *start = match end.checked_sub(*start) {
+            Some(way) => start.wrapping_add(share.of_counts(way)),
+            // From one end of 32 bits towards the other.
+            None => {
+                let piece = Piece::line(Position::from_counts(*start), Position::from_counts(end));
+                piece.at(share).counts()
+            }
+        };
     }
     counts
 }

@@ -5,7 +5,7 @@
 
 mod keyframes;
 
-use crate::fixed::part_of;
+use crate::fixed::{fraction, part_of};
 use crate::quantity::Position;
 
 pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion};
@@ -26,10 +26,20 @@ impl Share {
         }
         // Down to 32 bits, so that the dividend fits 64.
         let places = 32_u32.saturating_sub(duration.leading_zeros());
-        match ((elapsed >> places) << 32).checked_div(duration >> places) {
-            Some(share) => Self(share << 32),
-            None => WHOLE,
+        let (elapsed, duration) = ((elapsed >> places) as u32, (duration >> places) as u32);
+        if elapsed >= duration {
+            return WHOLE;
         }
+        Self((fraction(elapsed, duration) as u64) << 32)
+    }
+
+    /// This share of a way, rounded to the nearest count, a half upward.
+    pub(crate) const fn of_counts(self, way: i32) -> i32 {
+        // Digits of 31 bits make every product one signed multiplication of the processor.
+        let high = (self.0 >> 33) as i64 * way as i64;
+        let low = ((self.0 >> 2) & 0x7FFF_FFFF) as i64;
+        let low = (low * way as i64) >> 31;
+        ((high + low + (1 << 30)) >> 31) as i32
     }
 
     /// The share of the way of a [`Piece::minimum_jerk`] that has passed: a [`Piece::line`] there is the same curve, computed once for any
