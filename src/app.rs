@@ -37,7 +37,7 @@ const _: () = {
         "an axis has outgrown its room"
     );
     assert!(
-        size_of::<App>() <= 272 + 4 * AXES,
+        size_of::<App>() <= 288 + 4 * AXES,
         "the application has outgrown its room"
     );
 };
@@ -214,11 +214,14 @@ impl App {
         self.service();
         misbehaviour::act();
         self.report();
+        for part in self.statistics.parts() {
+            telemetry::tell(Message::Second(*part));
+        }
         if let Some(second) = self
             .statistics
             .note_cycle(beat.delay_us, stretch, self.master, now)
         {
-            telemetry::tell_second(second);
+            telemetry::keep_second(second);
         }
     }
 

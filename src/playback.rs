@@ -1,6 +1,7 @@
 //! Plays the built-in motion.
 
 use can_motion::{Instant, ServoMaster};
+use trajectory::curve::Playhead;
 
 use crate::config::{AXES, GROUP, MOTION};
 use crate::telemetry::{self, Message};
@@ -23,6 +24,7 @@ struct Start {
     counts: [i32; AXES],
     /// It ends with the present repetition.
     is_last: bool,
+    head: Playhead,
 }
 
 /// The motion under way.
@@ -44,6 +46,7 @@ impl Playback {
             at,
             counts,
             is_last: false,
+            head: Playhead::START,
         });
     }
 
@@ -74,7 +77,7 @@ impl Playback {
         while at.us_since(start.at) >= u64::from(DURATION_US) {
             start.at = start.at + DURATION_US;
         }
-        let distances = MOTION.position(at.us_since(start.at));
+        let distances = MOTION.position_from(&mut start.head, at.us_since(start.at));
         for (axis, (from, distance)) in start.counts.into_iter().zip(distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
             if let Err(error) = master.set_target(axis, from.saturating_add(distance)) {

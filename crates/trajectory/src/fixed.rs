@@ -65,34 +65,6 @@ pub(crate) const fn part_of(value: i64, share: u64) -> i64 {
     ((high * share_high) << 1) + ((high * share_low + low * share_high) >> 30)
 }
 
-/// `2^32 * numerator / denominator`, rounded down, for a numerator below the denominator.
-///
-/// Two digits of 16 bits by the division of the processor, in place of a division of 64 bits by software.
-pub(crate) const fn fraction(numerator: u32, denominator: u32) -> u32 {
-    let places = denominator.leading_zeros();
-    let divisor = denominator.wrapping_shl(places);
-    let (high, rest) = digit(numerator.wrapping_shl(places), divisor);
-    let (low, _) = digit(rest, divisor);
-    high << 16 | low
-}
-
-/// `2^16 * dividend / divisor` and what is left of it, for a divisor from 2^31 on and a smaller dividend.
-const fn digit(dividend: u32, divisor: u32) -> (u32, u32) {
-    let (upper, lower) = (divisor >> 16, divisor & 0xFFFF);
-    let mut quotient = match dividend.checked_div(upper) {
-        Some(quotient) => quotient,
-        None => 0,
-    };
-    // At most two too large, because the divisor begins with a 1.
-    let mut rest = dividend - quotient * upper;
-    while rest < 1 << 16 && (quotient >= 1 << 16 || quotient * lower > rest << 16) {
-        quotient -= 1;
-        rest += upper;
-    }
-    let rest = (dividend << 16).wrapping_sub(quotient.wrapping_mul(divisor));
-    (quotient, rest)
-}
-
 /// Position units as counts, for computations that need no more than 24 bits.
 pub(crate) fn counts(units: i64) -> f32 {
     units as f32 * POSITION_UNIT
@@ -152,35 +124,6 @@ mod tests {
             (f32::MIN_POSITIVE / 2.0, 100, 0),
         ] {
             assert_eq!(scaled(value, exponent), expected, "{value} * 2^{exponent}");
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn a_fraction_is_that_of_a_division_of_64_bits(
-            one in any::<u32>(),
-            other in any::<u32>(),
-            places in 0..32_u32,
-        ) {
-            let (one, other) = (one >> places, other >> places);
-            prop_assume!(one != other);
-            let (numerator, denominator) = (one.min(other), one.max(other));
-            let expected = (u64::from(numerator) << 32) / u64::from(denominator);
-            prop_assert_eq!(u64::from(fraction(numerator, denominator)), expected);
-        }
-    }
-
-    #[test]
-    fn a_fraction_at_the_ends_of_its_range() {
-        for denominator in [1, 2, 3, 0x8000_0000, 0x8000_FFFF, 0xFFFF_0000, u32::MAX] {
-            for numerator in [0, denominator / 2, denominator - 1] {
-                let expected = (u64::from(numerator) << 32) / u64::from(denominator);
-                assert_eq!(
-                    u64::from(fraction(numerator, denominator)),
-                    expected,
-                    "{numerator} / {denominator}"
-                );
-            }
         }
     }
 

@@ -59,6 +59,7 @@ impl DriftWatch {
     }
 
     /// A set-point went out.
+    #[inline]
     pub(crate) fn stepped(&mut self, step_counts: i16, sent_counts: i32, now: Instant) {
         if step_counts != 0 {
             self.widen(sent_counts);

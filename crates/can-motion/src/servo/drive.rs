@@ -191,6 +191,7 @@ impl Drive for Servo {
         Ok(go_relative_pos_pd(self.config.drive, step, order))
     }
 
+    #[inline]
     fn cycle_frame_accepted(&mut self, now: Instant) {
         let step = self.ledger.accepted();
         self.drift.stepped(step, self.ledger.sent_counts(), now);

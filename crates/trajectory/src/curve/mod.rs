@@ -5,10 +5,10 @@
 
 mod keyframes;
 
-use crate::fixed::{fraction, part_of};
+use crate::fixed::part_of;
 use crate::quantity::Position;
 
-pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion};
+pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion, Playhead};
 
 /// The share of a duration that has passed, 0 to 1, in steps of 2^-32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,11 +26,10 @@ impl Share {
         }
         // Down to 32 bits, so that the dividend fits 64.
         let places = 32_u32.saturating_sub(duration.leading_zeros());
-        let (elapsed, duration) = ((elapsed >> places) as u32, (duration >> places) as u32);
-        if elapsed >= duration {
-            return WHOLE;
+        match ((elapsed >> places) << 32).checked_div(duration >> places) {
+            Some(share) => Self(share << 32),
+            None => WHOLE,
         }
-        Self((fraction(elapsed, duration) as u64) << 32)
     }
 
     /// This share of a way, rounded to the nearest count, a half upward.
