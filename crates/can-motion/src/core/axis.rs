@@ -96,9 +96,8 @@ impl<F: Family> Axis<F> {
 
     /// Works out anew when its request is due.
     pub(crate) fn look_ahead(&mut self, now: Instant, cycle: u32) {
-        let overdue = self.drive.overdue(&self.view, now, cycle);
-        let us = self.drive.overdue_for_us(&self.view, now);
-        self.asks = Due::new(overdue, us, now, cycle);
+        let outlook = self.drive.outlook(&self.view, now, cycle);
+        self.asks = Due::new(outlook, now, cycle);
     }
 
     /// As [`Stamp::keep`], for all that the axis has.

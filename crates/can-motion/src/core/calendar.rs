@@ -2,6 +2,8 @@
 
 use bus_user::Instant;
 
+use crate::core::family::Outlook;
+
 /// Ranks of what is not a poll: the number of cycles for which a poll has been due is far from both.
 pub(crate) const URGENT: i32 = 1 << 30;
 /// The rank of the poll that is furthest from its date.
@@ -49,9 +51,8 @@ impl Due {
         until: Tick(0),
     };
 
-    /// `overdue`: for how many cycles the request has been due; `None` when there is none. Both stay true for `us`, each cycle adding one.
-    pub(crate) fn new(overdue: Option<i32>, us: u32, now: Instant, cycle: u32) -> Self {
-        let rank = match overdue {
+    pub(crate) fn new(outlook: Outlook, now: Instant, cycle: u32) -> Self {
+        let rank = match outlook.overdue_cycles {
             Some(i32::MAX) => URGENT,
             // What has waited longer than any machine runs is as late as can be.
             Some(cycles) => cycles.max(SOONEST).min(URGENT / 2),
@@ -59,7 +60,7 @@ impl Due {
         };
         Self {
             cycle: cycle.wrapping_sub(rank.cast_unsigned()),
-            until: Tick::of(now + us.min(LONGEST_US)),
+            until: Tick::of(now + outlook.for_us.min(LONGEST_US)),
         }
     }
 
@@ -81,7 +82,7 @@ mod tests {
 
     #[test]
     fn each_cycle_adds_one() {
-        let due = |overdue| Due::new(overdue, 0, Instant::default(), u32::MAX - 2);
+        let due = |overdue| Due::new(Outlook::now(overdue), Instant::default(), u32::MAX - 2);
         let after_five = |overdue| due(overdue).overdue(2);
         assert_eq!(after_five(Some(-7)), -2);
         assert_eq!(after_five(Some(3)), 8);

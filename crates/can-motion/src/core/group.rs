@@ -20,6 +20,22 @@ pub(crate) const MOST_AXES: usize = 64;
 /// So often it is worked out at least when the requests are due.
 const LOOK_AGAIN_US: u32 = 1 << 26;
 
+/// A mask of axes, of which a processor of 32 bits needs half where there are no more axes: what is told here need not be computed.
+#[inline]
+pub(crate) const fn mask<const N: usize>(axes: u64) -> u64 {
+    if N <= 32 { axes & 0xFFFF_FFFF } else { axes }
+}
+
+/// The lowest axis of a mask; beyond all of them when it is empty.
+#[inline]
+pub(crate) const fn lowest<const N: usize>(axes: u64) -> usize {
+    if N <= 32 {
+        (axes as u32).trailing_zeros() as usize
+    } else {
+        axes.trailing_zeros() as usize
+    }
+}
+
 /// Whether the input ends every motion at once.
 const fn ends_at_once(input: Input) -> bool {
     matches!(
@@ -37,6 +53,8 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     axis_of: [u8; 128],
     /// One bit an axis: the controller has not accepted its frame of this cycle yet.
     pub(crate) due: u64,
+    /// About the length of these frames, when the cycle began.
+    pub(crate) due_bits: u32,
     /// One bit an axis: it may have a switch to send. An index, because a look at every axis for every frame is a good part of the
     /// cost of a cycle.
     pub(crate) switching: u64,
@@ -57,6 +75,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             events: Events::new(),
             axis_of: [0; 128],
             due: 0,
+            due_bits: 0,
             switching: 0,
             take_back: false,
             changes: 0,
@@ -65,16 +84,21 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
-    /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them.
-    pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32) -> u64 {
-        let mut streaming = 0;
+    /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them. Notes about the length of their frames where
+    /// that `matters`.
+    pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32, matters: bool) -> u64 {
+        let (mut streaming, mut bits) = (0, 0);
         let mut bit: u64 = 1;
         for axis in &mut self.list {
             if axis.streams_on(now, stuck_us) {
-                streaming |= bit;
+                streaming |= mask::<N>(bit);
+                if matters {
+                    bits += u32::from(axis.drive.cycle_frame_bits());
+                }
             }
             bit <<= 1;
         }
+        self.due_bits = bits;
         streaming
     }
 
@@ -140,6 +164,13 @@ impl<const N: usize, F: Family> Axes<N, F> {
     /// Which axes owe the frame of this cycle.
     pub(crate) fn find_due(&mut self) {
         self.due = self.bits_where(|axis| axis.drive.owes_frame(&axis.view));
+        let due = self
+            .list
+            .iter()
+            .filter(|axis| axis.drive.owes_frame(&axis.view));
+        self.due_bits = due
+            .map(|axis| u32::from(axis.drive.cycle_frame_bits()))
+            .sum();
     }
 
     /// Removes the axes, with what is left of them.

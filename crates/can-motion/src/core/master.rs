@@ -119,7 +119,8 @@ impl<const N: usize, F: Family> Master<N, F> {
         if self.full_since.is_some() {
             self.watch_bus(now, stuck_us);
         }
-        let streaming = self.axes.stream_on(now, stuck_us);
+        let matters = self.schedule.needs_requests();
+        let streaming = self.axes.stream_on(now, stuck_us, matters);
         self.axes.due = streaming;
         if streaming.count_ones() as usize != self.axes.len() {
             self.tick_others(now, streaming);

@@ -30,7 +30,7 @@ pub trait RequestPlacement: Debug {
     }
 
     /// Whether a short or a long request fits better beside frames of this length in bits; `None` when it does not matter.
-    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
+    fn preference(&mut self, frames_bits: u32) -> Option<Ordering> {
         let _ = frames_bits;
         None
     }

@@ -8,7 +8,7 @@ use bus_user::Instant;
 use crate::core::axis::Axis;
 use crate::core::calendar::{SOONEST, URGENT};
 use crate::core::family::{Drive, Family};
-use crate::core::group::Axes;
+use crate::core::group::{Axes, mask};
 use crate::core::late::Late;
 use crate::core::placement::RequestPlacement;
 
@@ -27,8 +27,8 @@ pub(crate) struct Schedule<F: Family> {
     turn: u8,
     /// Frames of the cycle that were accepted.
     accepted: u8,
-    /// The axes whose frames go out before the next request, one bit each.
-    before: u64,
+    /// The axes whose frames may go out behind the next request, one bit each.
+    behind: u64,
     quiet_until: Instant,
 }
 
@@ -40,7 +40,7 @@ impl<F: Family> Schedule<F> {
             next: None,
             turn: 0,
             accepted: 0,
-            before: u64::MAX,
+            behind: 0,
             quiet_until: Instant::from_us(0),
         }
     }
@@ -65,8 +65,8 @@ impl<F: Family> Schedule<F> {
 
     /// Whether it is the turn of a request, with the frames of these axes still to come.
     #[inline]
-    pub(crate) const fn is_reached(&self, due: u64) -> bool {
-        due & self.before == 0
+    pub(crate) const fn is_reached<const N: usize>(&self, due: u64) -> bool {
+        mask::<N>(due & !self.behind) == 0
     }
 
     /// The frame of a cycle was accepted.
@@ -103,7 +103,13 @@ impl<F: Family> Schedule<F> {
     fn set_next(&mut self, next: Option<usize>) {
         self.next = next.map(|index| index as u8);
         let before = self.placement.get().map(RequestPlacement::before);
-        self.before = before.filter(|_| next.is_some()).unwrap_or(u64::MAX);
+        self.behind = !before.filter(|_| next.is_some()).unwrap_or(u64::MAX);
+    }
+
+    /// Whether each cycle should have its requests.
+    pub(crate) fn needs_requests(&self) -> bool {
+        let needs = |placement: &F::Placement| placement.needs_requests();
+        self.placement.get().is_some_and(needs)
     }
 
     /// Picks the axis whose request is due longest, or soonest.
@@ -125,8 +131,7 @@ impl<F: Family> Schedule<F> {
 
     fn find<const N: usize>(&mut self, cycle: u32, axes: &Axes<N, F>) -> Option<usize> {
         // Where frames of the cycle come behind the requests, a cycle without a request would move them.
-        let needs_requests = |placement: &F::Placement| placement.needs_requests();
-        let may_be_early = axes.due != 0 && self.placement.get().is_some_and(needs_requests);
+        let may_be_early = axes.due != 0 && self.needs_requests();
         let earliest = if may_be_early { SOONEST } else { 0 };
         let overdue = |axis: &Axis<F>| axis.asks.overdue(cycle);
         let (index, longest) = self.first_best(axes.list(), earliest, overdue)?;
@@ -136,7 +141,7 @@ impl<F: Family> Schedule<F> {
         let preference = self
             .placement
             .get_mut()
-            .and_then(|placement| placement.preference(|| due_bits(axes)));
+            .and_then(|placement| placement.preference(axes.due_bits));
         let Some(preference) = preference else {
             return Some(index);
         };
@@ -175,18 +180,6 @@ impl<F: Family> Schedule<F> {
         }
         best.0.map(|index| (index, best.1))
     }
-}
-
-/// About the length of the frames of this cycle that are still to come.
-fn due_bits<const N: usize, F: Family>(axes: &Axes<N, F>) -> u32 {
-    let (mut bits, mut due) = (0, axes.due);
-    for axis in axes.iter() {
-        if due & 1 != 0 {
-            bits += u32::from(axis.drive.cycle_frame_bits());
-        }
-        due >>= 1;
-    }
-    bits
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use crate::core::event::CommonEvent;
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::Work;
 use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Returned};
+use crate::core::group::{lowest, mask};
 use crate::core::master::Master;
 use crate::core::stamp::Stamp;
 use crate::core::step::Input;
@@ -57,14 +58,15 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
         }
         loop {
             // Nearly every frame is one of the cycle: a short way for these.
-            let is_turn = self.axes.switching == 0 && !self.schedule.is_reached(self.axes.due);
             if !sink.has_room() {
-                if !is_turn && !self.has_more() {
+                if mask::<N>(self.axes.due) == 0 && !self.has_more() {
                     return Progress::Idle;
                 }
                 self.full_since.get_or_insert(now);
                 return Progress::Blocked;
             }
+            let is_turn = mask::<N>(self.axes.switching) == 0
+                && !self.schedule.is_reached::<N>(self.axes.due);
             let attempt = if is_turn {
                 self.send_cycle_frame(now, sink)
             } else {
@@ -188,7 +190,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             return self.offer(now, sink, &frame, &sender);
         }
         if self.axes.due != 0 {
-            if self.schedule.is_reached(self.axes.due)
+            if self.schedule.is_reached::<N>(self.axes.due)
                 && let Some((frame, sender)) = self.request(now)
             {
                 return self.offer(now, sink, &frame, &sender);
@@ -219,8 +221,8 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// [`Attempt::Nothing`] when no axis owes a frame that may leave.
     #[inline]
     fn send_cycle_frame<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) -> Attempt {
-        while self.axes.due != 0 {
-            let index = self.axes.due.trailing_zeros() as usize;
+        while mask::<N>(self.axes.due) != 0 {
+            let index = lowest::<N>(self.axes.due);
             let Some(axis) = self.axes.get_mut(index) else {
                 return Attempt::Nothing;
             };
@@ -363,7 +365,8 @@ impl<const N: usize, F: Family> Master<N, F> {
     #[inline]
     fn cycle_frame_sent(&mut self, now: Instant, index: usize, class: Class) {
         // It is the lowest: frames go out in this order.
-        self.axes.due &= self.axes.due.wrapping_sub(1);
+        let due = mask::<N>(self.axes.due);
+        self.axes.due = due & due.wrapping_sub(1);
         self.full_since = None;
         self.schedule.frame_accepted();
         if matches!(class, Class::SwitchOn | Class::SwitchOff) {

@@ -8,7 +8,7 @@ use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_
 use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
 use crate::core::family::{
-    Context, Drive, GroupId, Meaning, OutOfTravel, Reaction, Returned, View, Wanted,
+    Context, Drive, GroupId, Meaning, OutOfTravel, Outlook, Reaction, Returned, View, Wanted,
 };
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
@@ -19,6 +19,7 @@ use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
+use crate::servo::frames::Ask;
 use crate::servo::latest::Latest;
 use crate::servo::ledger::Ledger;
 use crate::servo::poll_kind::PollKind;
@@ -201,11 +202,11 @@ impl Drive for Servo {
     /// Without the stuff bits of the checksum.
     #[inline]
     fn cycle_frame_bits(&self) -> u8 {
-        let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
-        let step = step.get();
-        match u8::try_from(step.wrapping_add(128)) {
+        let backlog = self.ledger.backlog_counts();
+        match u8::try_from(backlog.wrapping_add(128)) {
+            // One of these beyond the largest step takes as many bits, about.
             Ok(place) => *BYTE_STEP_BITS.get(usize::from(place)).unwrap_or(&0),
-            Err(_) => set_point_bits(step),
+            Err(_) => set_point_bits(PdStep::toward(backlog, self.config.limits.max_step).get()),
         }
     }
 
@@ -224,13 +225,21 @@ impl Drive for Servo {
         self.frame_of(Request::ServoDisable(switch))
     }
 
-    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let ask = self.next_ask(view, now, cycle);
-        ask.map(|(_, overdue_cycles)| overdue_cycles)
-    }
-
-    fn overdue_for_us(&self, view: &View, now: Instant) -> u32 {
-        self.same_for_us(view, now)
+        let overdue_cycles = ask.map(|(_, overdue_cycles)| overdue_cycles);
+        match ask {
+            // Only polls take their time; what else is asked may change at any time.
+            Some((Ask::Poll(_), _)) => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            None if self.slot.is_free() && self.polls.first().is_none() => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            _ => Outlook::now(overdue_cycles),
+        }
     }
 
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {

@@ -73,15 +73,10 @@ impl Servo {
         Some((Ask::Poll(poll.kind.reply_kind()), poll.overdue))
     }
 
-    /// For how long [`Self::next_ask`] says the same as now but for the cycles that pass, when nothing happens: up to the next window of
-    /// the guard. Where time alone changes what is asked, not at all.
-    pub(super) fn same_for_us(&self, view: &View, now: Instant) -> u32 {
-        const EVER: u32 = u32::MAX;
-        if !self.slot.is_free() || view.is_lost || self.procedures.run().is_some() {
-            return 0;
-        }
-        if needed_reading(view).is_some() || !self.is_guarded(view) {
-            return EVER;
+    /// For how long the guard asks nothing.
+    pub(super) fn unguarded_us(&self, view: &View, now: Instant) -> u32 {
+        if !self.is_guarded(view) {
+            return u32::MAX;
         }
         let now_us = now.as_us() as u32;
         let age_us = self.guarded_at.age_us(now);

@@ -93,8 +93,7 @@ impl RequestPlacement for Aligned {
 
     /// Beside set-points of extreme length a request whose length evens them out. Most set-points are of medium length and leave the
     /// choice to the due dates.
-    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
-        let set_points_bits = frames_bits();
+    fn preference(&mut self, set_points_bits: u32) -> Option<Ordering> {
         let mean_bits = self.mean_sixteenths / 16;
         // A sixteenth of the difference, as the mean is in sixteenths.
         self.mean_sixteenths = self
@@ -204,10 +203,10 @@ mod tests {
     fn a_request_evens_out_what_is_far_from_the_mean() {
         let mut placement = Aligned::new(1_000, BURST, true);
         for _ in 0..200 {
-            placement.preference(|| 524);
+            placement.preference(524);
         }
-        assert_eq!(placement.preference(|| 525), None);
-        assert_eq!(placement.preference(|| 514), Some(Ordering::Greater));
-        assert_eq!(placement.preference(|| 534), Some(Ordering::Less));
+        assert_eq!(placement.preference(525), None);
+        assert_eq!(placement.preference(514), Some(Ordering::Greater));
+        assert_eq!(placement.preference(534), Some(Ordering::Less));
     }
 }

@@ -149,9 +149,9 @@ impl RequestPlacement for Place {
     fn needs_requests(&self) -> bool {
         self.needs_requests
     }
-    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
+    fn preference(&mut self, frames_bits: u32) -> Option<Ordering> {
         self.enough_bits
-            .map(|enough_bits| frames_bits().cmp(&enough_bits))
+            .map(|enough_bits| frames_bits.cmp(&enough_bits))
     }
 }
 
