@@ -5,6 +5,7 @@ mod adapters;
 mod bench;
 mod commission;
 mod documents;
+mod home;
 mod hub;
 mod identity;
 mod other_signals;
