@@ -3,6 +3,7 @@
 mod arguments;
 mod error;
 mod follow;
+mod places;
 mod summary;
 
 use std::process::ExitCode;
@@ -27,6 +28,8 @@ struct Axis {
     drive: DriveId,
     gear: GearNumber,
     needs: Needs,
+    /// The first position of the file, in command counts.
+    first_counts: f64,
 }
 
 /// Checks everything, asks, runs the motion, prints the summary.
@@ -47,6 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
                 drive,
                 gear,
                 needs: Needs::of(&positions, gear, arguments.cycle_us),
+                first_counts: plan.first_counts(axis),
             }
         })
         .collect();
@@ -138,6 +142,9 @@ fn station<'link>(
         .collect();
     if differences.iter().any(GearDifference::is_one) {
         return Err(RunError::Gear(differences));
+    }
+    if let Some(path) = &arguments.origins {
+        places::check(arguments, link, axes, path)?;
     }
     let configs = configs(arguments, axes, |drive| {
         of(drive).map_or(0, |seen| seen.position_counts)
