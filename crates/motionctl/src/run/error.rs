@@ -5,8 +5,10 @@ use std::io;
 
 use can_motion::ConfigError;
 use dyn_can::{DriveId, GearNumber, units};
+use trajectory::RangeError;
 
 use crate::confirm::NotConfirmed;
+use crate::endpoint::EndpointError;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
 use crate::station::{LimitError, LookError};
@@ -42,6 +44,10 @@ pub(crate) enum RunError {
     Look(LookError),
     /// Drives have other gear numbers than the motion was made for; every axis in the order of the columns.
     Gear(Vec<GearDifference>),
+    /// Nobody can be listened to.
+    Endpoint(EndpointError),
+    /// Limits that no stream can have.
+    Range(RangeError),
     /// Ctrl-C cannot be listened to.
     Interrupt(io::Error),
     /// Nobody agreed.
@@ -72,7 +78,14 @@ impl fmt::Display for RunError {
             Self::Open(source) => source.fmt(f),
             Self::Look(source) => write!(f, "{source}. Nothing was switched and nothing has moved"),
             Self::Gear(axes) => gear_text(f, axes),
-            Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
+            Self::Endpoint(source) => source.fmt(f),
+            Self::Range(source) => write!(
+                f,
+                "--max-rpm and --max-acceleration make no limits of a stream in this cycle: {source}"
+            ),
+            Self::Interrupt(source) => {
+                write!(f, "cannot listen to signals, keys or senders: {source}")
+            }
             Self::NotConfirmed(source) => source.fmt(f),
             Self::Print(source) => write!(f, "cannot write the summary: {source}"),
         }

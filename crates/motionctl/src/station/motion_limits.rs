@@ -5,10 +5,13 @@
 
 use core::fmt;
 
+use board_link::AxisLimits;
 use can_motion::{Limits, StepChange, Travel};
 use dyn_can::{DriveId, GearNumber, StepLimit, units};
+use trajectory::{Position, RangeError};
 
 use super::pc_master::STUCK_US;
+use crate::set_points::AxisHeadroom;
 
 /// Acceleration is a mean over so long: command counts are too coarse for less.
 const WINDOW_US: u32 = 20_000;
@@ -105,7 +108,65 @@ impl Needs {
     }
 }
 
+impl Needs {
+    /// The same motion, played so many times as fast at most: its axes may take larger steps.
+    pub(crate) fn at_rate(self, rate: f64) -> Self {
+        Self {
+            largest_step: (f64::from(self.largest_step) * rate).ceil() as u32,
+            ..self
+        }
+    }
+}
+
 impl MotionLimits {
+    /// Everything that these limits allow, for a motion that is not known yet.
+    pub(crate) fn as_needs(&self, gear: GearNumber, cycle_us: u32) -> Needs {
+        let (velocity, _) = per_cycle(self.max_rpm, self.max_acceleration, gear, cycle_us);
+        Needs {
+            rpm: self.max_rpm,
+            rpm_per_s: self.max_acceleration,
+            min_turns: -self.max_turns,
+            max_turns: self.max_turns,
+            // What rounding to whole counts may add.
+            largest_step: velocity as u32 + 1,
+        }
+    }
+
+    /// What an axis has left of its limits for another speed of its motion.
+    pub(crate) fn headroom(&self, needs: &Needs, gear: GearNumber, cycle_us: u32) -> AxisHeadroom {
+        let (velocity, acceleration) =
+            per_cycle(self.max_rpm, self.max_acceleration, gear, cycle_us);
+        let (needed_velocity, needed_acceleration) =
+            per_cycle(needs.rpm, needs.rpm_per_s, gear, cycle_us);
+        AxisHeadroom {
+            velocity,
+            acceleration,
+            needed_velocity,
+            needed_acceleration,
+        }
+    }
+
+    /// The limits of an axis that is streamed to, around where it stands.
+    ///
+    /// # Errors
+    /// When they are outside of what a trajectory can have.
+    pub(crate) fn of_stream(
+        &self,
+        gear: GearNumber,
+        cycle_us: u32,
+    ) -> Result<AxisLimits, RangeError> {
+        let (velocity, acceleration) =
+            per_cycle(self.max_rpm, self.max_acceleration, gear, cycle_us);
+        let turn = f64::from(units::command_counts_per_turn(gear));
+        // Behind the largest there is nothing to keep from.
+        let end = Position::from_counts((self.max_turns * turn) as i32);
+        Ok(AxisLimits {
+            motion: trajectory::Limits::without_jerk(velocity as f32, acceleration as f32)?,
+            lowest: Position::ZERO.distance_from(end),
+            highest: end,
+        })
+    }
+
     /// Refuses a motion that needs more than is allowed.
     pub(crate) fn check(&self, drive: DriveId, needs: &Needs) -> Result<(), LimitError> {
         let farthest = needs.max_turns.max(-needs.min_turns);
@@ -197,6 +258,16 @@ impl fmt::Display for MotionLimits {
             STUCK_US / 1_000
         )
     }
+}
+
+/// Speed and acceleration of a motor in counts per cycle, and per cycle and cycle.
+fn per_cycle(rpm: f64, rpm_per_s: f64, gear: GearNumber, cycle_us: u32) -> (f64, f64) {
+    let turn = f64::from(units::command_counts_per_turn(gear));
+    let cycle_s = f64::from(cycle_us) * 1e-6;
+    (
+        rpm / 60.0 * turn * cycle_s,
+        rpm_per_s / 60.0 * turn * cycle_s * cycle_s,
+    )
 }
 
 /// An acceleration in command counts per cycle and cycle.
