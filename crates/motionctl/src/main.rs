@@ -19,6 +19,7 @@ mod dry_run;
 mod enable;
 mod endpoint;
 mod exit;
+mod hub;
 mod interrupt;
 mod jog;
 mod lawicel;
@@ -121,8 +122,20 @@ fn without_alias_dashes(arguments: impl Iterator<Item = OsString>) -> Vec<OsStri
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
-    let result: Result<ExitCode, Failure> = match &arguments.command {
+    let words = without_alias_dashes(std::env::args_os());
+    let result = if hub::is_meant(&words) {
+        hub::run(words)
+    } else {
+        run(&Arguments::parse_from(words))
+    };
+    result.unwrap_or_else(|failure| {
+        tell(format_args!("error: {}", failure.error));
+        failure.code.into()
+    })
+}
+
+fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
         Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
@@ -145,11 +158,7 @@ fn main() -> ExitCode {
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)
         }
-    };
-    result.unwrap_or_else(|failure| {
-        tell(format_args!("error: {}", failure.error));
-        failure.code.into()
-    })
+    }
 }
 
 #[cfg(test)]
