@@ -22,12 +22,14 @@ sent, dealt_with, credit = 0, 1, int(credit)
 
 for point in range(round(arguments.seconds * 50) + 1):
     at = point / 50
-    # The circle begins and ends slowly: its angle is a minimum-jerk curve of a second a turn, at least.
+    # The circle begins and ends slowly: its angle is a minimum-jerk curve of some turns and a quarter.
     share = at / arguments.seconds
-    angle = 2 * math.pi * max(1, round(arguments.seconds / 4)) * (10 - 15 * share + 6 * share * share) * share**3
+    angle = 2 * math.pi * (round(arguments.seconds / 4) + 0.25) * (10 - 15 * share + 6 * share * share) * share**3
     while sent + 1 >= dealt_with + credit:  # nothing is sent without credit; the line of names was the first
-        word, *rest = answers.readline().split() or ["end"]
-        assert word in ("ok", "note"), (word, rest)
+        answer = answers.readline()
+        word, *rest = answer.split() or ["end"]
+        if word in ("error", "end"):
+            raise SystemExit(f"after {sent} set-points: {answer.strip() or 'the connection broke'}")
         if word == "ok":
             dealt_with, credit = int(rest[0]), int(rest[1])
     link.sendall(f"{at:.3f},{90 * (1 - math.cos(angle)):.4f},{90 * math.sin(angle):.4f}\n".encode())

@@ -7,6 +7,7 @@
 mod assign_id;
 mod backup;
 mod bench;
+mod check;
 mod completions;
 mod confirm;
 mod control;
@@ -75,6 +76,8 @@ enum Command {
     Decode(decode::Arguments),
     /// Offer simulated drives behind a CAN adapter, in real time, to this tool or any other.
     Bench(bench::Arguments),
+    /// Show what a motion file would do, against limits and bus, without drives.
+    Check(Box<check::Arguments>),
     /// Work out before anything moves whether a bus carries its axes in time.
     Plan(Box<plan::Arguments>),
     /// Measure on the simulated bus how many axes it carries, and how regularly.
@@ -138,6 +141,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
+        Command::Check(arguments) => check::run(arguments).map_err(Into::into),
         Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
         Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),

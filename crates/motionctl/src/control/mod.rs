@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use crate::set_points::{Order, SetPointSource};
-pub(crate) use keys::Keys;
+pub(crate) use keys::{Keys, wish};
 pub(crate) use options::{ControlOptions, Listening};
 pub(crate) use socket::{ControlSocket, broken};
 pub(crate) use words::{WordError, order};

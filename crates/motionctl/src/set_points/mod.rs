@@ -6,6 +6,8 @@
 //! [`SetPointSource`] itself.
 
 mod headroom;
+#[cfg(test)]
+mod tests;
 mod timed;
 
 pub(crate) use headroom::AxisHeadroom;

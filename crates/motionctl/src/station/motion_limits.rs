@@ -44,32 +44,40 @@ pub(crate) struct Needs {
     largest_step: u32,
 }
 
+/// Something that a motion needs of a motor, and how much of it is allowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LimitedQuantity {
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    /// The option of the limit.
+    pub(crate) option: &'static str,
+    pub(crate) needs: f64,
+    pub(crate) allowed: f64,
+}
+
 /// A motion that needs more than is allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LimitError {
     drive: DriveId,
-    what: &'static str,
-    unit: &'static str,
-    option: &'static str,
-    needs: f64,
-    allowed: f64,
+    quantity: LimitedQuantity,
 }
 
 impl fmt::Display for LimitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            drive,
-            what,
+        let LimitedQuantity {
+            name,
             unit,
             option,
             needs,
             allowed,
-        } = self;
+        } = self.quantity;
+        let drive = self.drive;
+        let article = if name.starts_with('a') { "an" } else { "a" };
         // Rounded up, so that the option that is offered is enough.
         let enough = (needs * 100.0).ceil() / 100.0;
         write!(
             f,
-            "the motion of drive {drive} needs {what} of {enough} {unit}, and {option} allows {allowed}: check the file and its unit, or allow it with {option} {enough}"
+            "the motion of drive {drive} needs {article} {name} of {enough} {unit}, and {option} allows {allowed}: check the file and its unit, or allow it with {option} {enough}"
         )
     }
 }
@@ -167,39 +175,50 @@ impl MotionLimits {
         })
     }
 
-    /// Refuses a motion that needs more than is allowed.
-    pub(crate) fn check(&self, drive: DriveId, needs: &Needs) -> Result<(), LimitError> {
+    /// Speed, acceleration and way of a motion against their limits.
+    pub(crate) fn quantities(&self, needs: &Needs) -> [LimitedQuantity; 3] {
         let farthest = needs.max_turns.max(-needs.min_turns);
-        let checks = [
-            ("a speed", "r/min", "--max-rpm", needs.rpm, self.max_rpm),
-            (
-                "an acceleration",
+        let quantity = |name, unit, option, needs, allowed| LimitedQuantity {
+            name,
+            unit,
+            option,
+            needs,
+            allowed,
+        };
+        [
+            quantity("speed", "r/min", "--max-rpm", needs.rpm, self.max_rpm),
+            quantity(
+                "acceleration",
                 "r/min per second",
                 "--max-acceleration",
                 needs.rpm_per_s,
                 self.max_acceleration,
             ),
-            (
-                "a way",
+            quantity(
+                "way",
                 "turns of its motor",
                 "--max-turns",
                 farthest,
                 self.max_turns,
             ),
-        ];
-        for (what, unit, option, needs, allowed) in checks {
-            if needs > allowed {
-                return Err(LimitError {
-                    drive,
-                    what,
-                    unit,
-                    option,
-                    needs,
-                    allowed,
-                });
-            }
-        }
-        Ok(())
+        ]
+    }
+
+    /// Every limit that a motion exceeds.
+    pub(crate) fn exceeded(
+        &self,
+        drive: DriveId,
+        needs: &Needs,
+    ) -> impl Iterator<Item = LimitError> + use<> {
+        let quantities = self.quantities(needs).into_iter();
+        quantities
+            .filter(|quantity| quantity.needs > quantity.allowed)
+            .map(move |quantity| LimitError { drive, quantity })
+    }
+
+    /// Refuses a motion that needs more than is allowed.
+    pub(crate) fn check(&self, drive: DriveId, needs: &Needs) -> Result<(), LimitError> {
+        self.exceeded(drive, needs).next().map_or(Ok(()), Err)
     }
 
     /// The limits of an axis that stands at this position: an axis that is behind catches up a quarter faster than the motion is.

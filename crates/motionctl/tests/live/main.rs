@@ -16,5 +16,6 @@ mod serial;
 mod serial_echo;
 mod settings;
 mod settings_refusals;
+mod stream;
 mod terminal;
 mod undisturbed;
