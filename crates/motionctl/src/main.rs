@@ -7,8 +7,10 @@
 mod assign_id;
 mod backup;
 mod bench;
+mod check;
 mod completions;
 mod confirm;
+mod control;
 mod counted;
 mod decode;
 mod disable;
@@ -16,6 +18,7 @@ mod drive_ids;
 mod drives;
 mod dry_run;
 mod enable;
+mod endpoint;
 mod exit;
 mod home;
 mod hub;
@@ -44,6 +47,7 @@ mod settings_file;
 mod side_effect;
 mod sim;
 mod station;
+mod stream;
 mod table;
 mod trajectory;
 mod virtual_drives;
@@ -74,6 +78,8 @@ enum Command {
     Decode(decode::Arguments),
     /// Offer simulated drives behind a CAN adapter, in real time, to this tool or any other.
     Bench(bench::Arguments),
+    /// Show what a motion file would do, against limits and bus, without drives.
+    Check(Box<check::Arguments>),
     /// Work out before anything moves whether a bus carries its axes in time.
     Plan(Box<plan::Arguments>),
     /// Measure on the simulated bus how many axes it carries, and how regularly.
@@ -139,6 +145,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
+        Command::Check(arguments) => check::run(arguments).map_err(Into::into),
         Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
         Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),

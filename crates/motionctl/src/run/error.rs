@@ -6,9 +6,11 @@ use std::io;
 use can_motion::ConfigError;
 use dyn_can::{DriveId, GearNumber, units};
 use homing::OutsideTravel;
+use trajectory::RangeError;
 
 use crate::confirm::NotConfirmed;
 use crate::drives::DrivesError;
+use crate::endpoint::EndpointError;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
 use crate::origins::OriginsError;
@@ -60,6 +62,10 @@ pub(crate) enum RunError {
         drive: DriveId,
         error: OutsideTravel,
     },
+    /// Nobody can be listened to.
+    Endpoint(EndpointError),
+    /// Limits that no stream can have.
+    Range(RangeError),
     /// Ctrl-C cannot be listened to.
     Interrupt(io::Error),
     /// Nobody agreed.
@@ -105,7 +111,14 @@ impl fmt::Display for RunError {
                 f,
                 "the motion of drive {drive} leaves the travel of its axis: {error}. Nothing has moved"
             ),
-            Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
+            Self::Endpoint(source) => source.fmt(f),
+            Self::Range(source) => write!(
+                f,
+                "--max-rpm and --max-acceleration make no limits of a stream in this cycle: {source}"
+            ),
+            Self::Interrupt(source) => {
+                write!(f, "cannot listen to signals, keys or senders: {source}")
+            }
             Self::NotConfirmed(source) => source.fmt(f),
             Self::Print(source) => write!(f, "cannot write the summary: {source}"),
         }

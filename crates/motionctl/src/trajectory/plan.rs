@@ -139,6 +139,11 @@ impl Plan {
         self.first_counts.get(axis).copied().unwrap_or_default()
     }
 
+    /// The largest step of each axis from one cycle to the next, in command counts.
+    pub(crate) fn largest_steps(&self) -> Vec<u16> {
+        self.peaks.iter().map(|peaks| peaks.step).collect()
+    }
+
     pub(super) fn peaks(&self) -> &[Peaks] {
         &self.peaks
     }

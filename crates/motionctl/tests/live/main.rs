@@ -18,5 +18,6 @@ mod serial;
 mod serial_echo;
 mod settings;
 mod settings_refusals;
+mod stream;
 mod terminal;
 mod undisturbed;
