@@ -43,6 +43,7 @@ mod sim;
 mod station;
 mod table;
 mod trajectory;
+mod twist;
 mod virtual_drives;
 mod write;
 

@@ -9,6 +9,8 @@ use dyn_can::RangeError;
 
 use super::faults::ScriptError;
 use crate::trajectory::MotionError;
+use crate::twist::TwistError;
+use diff_drive::ValueError;
 
 /// A simulation that cannot be run, or whose result cannot be written.
 #[derive(Debug)]
@@ -54,8 +56,14 @@ pub(crate) enum SimError {
     },
     /// A speed beyond what the drive can be told at this resolution.
     WheelSpeed { most_rpm: u32, actual_rpm: u32 },
+    /// A file of twists cannot be used.
+    Twist { path: PathBuf, source: TwistError },
+    /// A measure of the vehicle is out of range.
+    Vehicle(ValueError),
     /// An option that a simulation of wheels does not have.
     NotForWheels { option: &'static str },
+    /// An option that a simulation of servos does not have.
+    NotForServos { option: &'static str },
 }
 
 impl fmt::Display for SimError {
@@ -95,6 +103,12 @@ impl fmt::Display for SimError {
             } => write!(
                 f,
                 "at this resolution a wheel can be told at most {most_rpm} r/min, the file has {actual_rpm}: lower --speed-resolution"
+            ),
+            Self::Twist { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Vehicle(source) => source.fmt(f),
+            Self::NotForServos { option } => write!(
+                f,
+                "{option} is for hub motors: add --drives zlac, or zlac:LEFT,RIGHT"
             ),
             Self::NotForWheels { option } => write!(
                 f,

@@ -1,5 +1,7 @@
 //! The bench: the master of wheels, a virtual bus, and simulated hub-motor drives, in virtual time.
 
+mod twist;
+
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
@@ -66,7 +68,7 @@ impl Bench {
         let mut bench = drive_sim::Bench::new(bus);
         let node = bench.add_master(ControllerConfig::bxcan(TxOrder::Fifo));
         let connect = |node: &NodeId| {
-            let drive = ZlacDrive::new(drive_of(*node, setup.speed_resolution));
+            let drive = ZlacDrive::new(drive_of(*node, &setup));
             bench.add_device(drive, ControllerConfig::device())
         };
         let devices = setup.nodes.iter().map(connect).collect();
@@ -74,7 +76,7 @@ impl Bench {
         ascending.sort_unstable();
         let wheels: Vec<WheelConfig> = ascending
             .iter()
-            .map(|node| wheel_of(*node, setup.speed_resolution))
+            .map(|node| wheel_of(*node, &setup))
             .collect();
         let master = WheelMaster::new(master_config(&setup), &wheels).map_err(SimError::Wheels)?;
         let place = |node| {
@@ -271,9 +273,10 @@ fn master_config(setup: &Setup) -> WheelMasterConfig {
     }
 }
 
-fn wheel_of(node: NodeId, speed_resolution: u16) -> WheelConfig {
+fn wheel_of(node: NodeId, setup: &Setup) -> WheelConfig {
     WheelConfig {
-        speed_resolution,
+        speed_resolution: setup.speed_resolution,
+        ramp_ms: setup.ramp_ms,
         // The file says how fast speeds change.
         ..WheelConfig::new(
             node,
@@ -284,10 +287,12 @@ fn wheel_of(node: NodeId, speed_resolution: u16) -> WheelConfig {
 }
 
 /// A drive whose speed resolution was stored when it was commissioned.
-fn drive_of(node: NodeId, speed_resolution: u16) -> ZlacDriveConfig {
+fn drive_of(node: NodeId, setup: &Setup) -> ZlacDriveConfig {
     let resolution = objects::SPEED_RESOLUTION.address();
     ZlacDriveConfig {
-        stored: vec![(resolution, speed_resolution.into())],
+        stored: vec![(resolution, setup.speed_resolution.into())],
+        response_delay: setup.response_delay,
+        seed: setup.seed.wrapping_add(u64::from(node.get())),
         ..ZlacDriveConfig::new(node)
     }
 }
