@@ -139,12 +139,7 @@ impl Arguments {
 
     /// An option that was given and that a simulation of wheels does not have.
     pub(super) fn not_for_wheels(&self) -> Option<&'static str> {
-        let given = [
-            (self.report.is_some(), "--report"),
-            (self.csv.is_some(), "--csv"),
-            (self.faults.is_some(), "--faults"),
-            (self.live, "--live"),
-        ];
+        let given = [(self.report.is_some(), "--report"), (self.live, "--live")];
         given
             .into_iter()
             .find(|(is_given, _)| *is_given)
@@ -157,17 +152,22 @@ impl Arguments {
     }
 
     fn script(&self, drives: &[DriveId]) -> Result<Script, SimError> {
-        let Some(path) = &self.faults else {
+        let Some((path, text)) = self.script_text()? else {
             return Ok(Script::default());
         };
-        let text = read_script(path).map_err(|source| SimError::Read {
-            path: path.clone(),
-            source,
-        })?;
-        Script::parse(&text, drives).map_err(|source| SimError::Script {
-            path: path.clone(),
-            source,
-        })
+        Script::parse(&text, drives).map_err(|source| SimError::Script { path, source })
+    }
+
+    /// The fault script, where there is one, and its path.
+    pub(super) fn script_text(&self) -> Result<Option<(PathBuf, String)>, SimError> {
+        let read = |path: &PathBuf| match read_script(path) {
+            Ok(text) => Ok((path.clone(), text)),
+            Err(source) => Err(SimError::Read {
+                path: path.clone(),
+                source,
+            }),
+        };
+        self.faults.as_ref().map(read).transpose()
     }
 }
 

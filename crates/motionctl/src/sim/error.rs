@@ -24,6 +24,8 @@ pub(crate) enum SimError {
     },
     /// The fault script is not usable.
     Script { path: PathBuf, source: ScriptError },
+    /// The fault script for hub motors is not usable.
+    WheelScript { path: PathBuf, what: String },
     /// A picture cannot be drawn.
     Picture(String),
     /// The live view cannot use the terminal.
@@ -72,6 +74,7 @@ impl fmt::Display for SimError {
             Self::Motion(source) => source.fmt(f),
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Script { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::WheelScript { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Picture(reason) => write!(f, "cannot draw the report: {reason}"),
             Self::Terminal(source) => write!(
                 f,
@@ -112,7 +115,7 @@ impl fmt::Display for SimError {
             ),
             Self::NotForWheels { option } => write!(
                 f,
-                "{option} is for servo drives: with --drives zlac use --json or --candump"
+                "{option} is for servo drives: with --drives zlac use --json, --csv or --candump"
             ),
         }
     }

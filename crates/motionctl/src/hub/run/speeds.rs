@@ -176,13 +176,12 @@ fn check(arguments: &Arguments, plan: &Plan, resolution: u16) -> Result<(), HubE
         )));
     }
     let rows: Vec<Vec<i32>> = plan.rows().collect();
-    let steps = rows.windows(2).flat_map(|pair| {
-        let (before, after) = (&pair[0], &pair[1]);
-        before.iter().zip(after).map(|(a, b)| a.abs_diff(*b))
-    });
-    // Rounding makes a step of up to one number more.
-    let most = steps.max().unwrap_or(0).saturating_sub(1);
-    let rpm_per_s = f64::from(most) / per_rpm / (f64::from(CYCLE_US) * 1e-6);
+    let rpm_per_s = SPANS
+        .map(|cycles| f64::from(most_change(&rows, cycles)) / cycles as f64)
+        .into_iter()
+        .fold(0.0, f64::max)
+        / per_rpm
+        / (f64::from(CYCLE_US) * 1e-6);
     if rpm_per_s > arguments.max_acceleration {
         return Err(HubError::Input(format!(
             "the file changes a speed by {rpm_per_s:.0} r/min per second, --max-acceleration allows {}: slow it down, or raise the limit",
@@ -190,4 +189,30 @@ fn check(arguments: &Arguments, plan: &Plan, resolution: u16) -> Result<(), HubE
         )));
     }
     Ok(())
+}
+
+/// Cycles over which a change of speed is measured: one for steps, more for ramps whose steps are smaller than a number of the drive.
+const SPANS: [usize; 3] = [1, 10, 50];
+
+/// The largest change of a speed within so many cycles. Rounding alone makes a change of up to one number.
+fn most_change(rows: &[Vec<i32>], cycles: usize) -> u32 {
+    let later = rows.iter().skip(cycles);
+    let changes = rows.iter().zip(later).flat_map(|(before, after)| {
+        let wheels = before.iter().zip(after);
+        wheels.map(|(before, after)| before.abs_diff(*after))
+    });
+    changes.max().unwrap_or(0).saturating_sub(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ramps_below_a_number_a_cycle_are_measured_over_more_cycles() {
+        // 1.2 numbers a cycle.
+        let rows: Vec<Vec<i32>> = (0..60).map(|cycle| vec![cycle * 12 / 10]).collect();
+        assert_eq!(SPANS.map(|cycles| most_change(&rows, cycles)), [1, 11, 59]);
+        assert_eq!(most_change(&rows, 100), 0);
+    }
 }

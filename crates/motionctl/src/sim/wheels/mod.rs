@@ -1,10 +1,13 @@
 //! `motionctl sim --drives zlac`: hub motors on CANopen follow speeds from a file, such as those of a differential drive.
 
 mod bench;
+mod csv;
+mod faults;
 mod setup;
 mod summary;
 mod vehicle;
 
+use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -18,6 +21,8 @@ use crate::output::{print, print_json};
 use crate::trajectory::{Plan, WithMotion};
 use crate::twist::read_file;
 use bench::Bench;
+use csv::Table;
+use faults::Script;
 use setup::{MOST_SPEED, MOST_WHEELS, Setup};
 
 /// First node of a list that was not given: the factory setting of a drive.
@@ -37,17 +42,18 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         return drive(arguments, nodes, Path::new(file));
     }
     let motion = arguments.motion.read().map_err(SimError::Motion)?;
-    let setup = setup_of(arguments, nodes_of(nodes, motion.axes())?);
+    let setup = setup_of(arguments, nodes_of(nodes, motion.axes())?)?;
     let plan = motion
         .speeds(setup.cycle_us, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
     let candump = arguments.candump.as_deref().map(create).transpose()?;
+    let table = table_of(arguments, &setup)?;
     let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
     if !arguments.json {
         motion.show();
     }
-    let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
+    let summary = Bench::new(setup, candump, table)?.run(&plan, !arguments.json)?;
     if arguments.json {
         print_json(&WithMotion {
             motion: &motion,
@@ -71,7 +77,7 @@ fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCod
         source,
     };
     let lines = read_file(file).map_err(in_file)?;
-    let setup = setup_of(arguments, nodes_of(nodes, WHEELS_OF_VEHICLE)?);
+    let setup = setup_of(arguments, nodes_of(nodes, WHEELS_OF_VEHICLE)?)?;
     let vehicle = arguments
         .twist
         .vehicle(COUNTS_PER_TURN)
@@ -85,7 +91,8 @@ fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCod
         });
     }
     let candump = arguments.candump.as_deref().map(create).transpose()?;
-    let summary = Bench::new(setup, candump)?.drive(&vehicle, &lines, !arguments.json)?;
+    let table = table_of(arguments, &setup)?;
+    let summary = Bench::new(setup, candump, table)?.drive(&vehicle, &lines, !arguments.json)?;
     if arguments.json {
         print_json(&summary).map_err(SimError::Print)?;
     } else {
@@ -98,8 +105,24 @@ fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCod
     })
 }
 
-fn setup_of(arguments: &Arguments, nodes: Vec<NodeId>) -> Setup {
-    Setup {
+fn table_of(arguments: &Arguments, setup: &Setup) -> Result<Option<Table>, SimError> {
+    let Some(path) = &arguments.csv else {
+        return Ok(None);
+    };
+    Table::begin(create(path)?, &setup.nodes, setup.speed_resolution)
+        .map(Some)
+        .map_err(|error| SimError::Log(io::Error::other(error)))
+}
+
+fn setup_of(arguments: &Arguments, nodes: Vec<NodeId>) -> Result<Setup, SimError> {
+    let faults = match arguments.script_text()? {
+        None => Script::default(),
+        Some((path, text)) => {
+            Script::parse(&text, &nodes).map_err(|what| SimError::WheelScript { path, what })?
+        }
+    };
+    Ok(Setup {
+        faults,
         nodes,
         cycle_us: arguments.wheel_cycle_us(),
         bit_rate: arguments.wheel_bit_rate(),
@@ -107,7 +130,7 @@ fn setup_of(arguments: &Arguments, nodes: Vec<NodeId>) -> Setup {
         ramp_ms: arguments.ramp_ms,
         response_delay: arguments.drive_options.response_delay(),
         seed: arguments.drive_options.seed(),
-    }
+    })
 }
 
 /// Refuses speeds that 60FFh cannot hold.

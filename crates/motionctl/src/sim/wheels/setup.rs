@@ -3,6 +3,8 @@
 use drive_sim::{BitRate, ResponseDelay};
 use zlac8030l::NodeId;
 
+use super::faults::Script;
+
 /// Wheels that a simulation can hold.
 pub(super) const MOST_WHEELS: usize = 16;
 
@@ -23,4 +25,5 @@ pub(super) struct Setup {
     pub(super) response_delay: ResponseDelay,
     /// Seed of the response delays.
     pub(super) seed: u64,
+    pub(super) faults: Script,
 }

@@ -72,6 +72,7 @@ impl Bench {
         }
         let mean_bus_load = self.bench.bus().load_since(&mark);
         bar.finish_and_clear();
+        self.close_files()?;
         Ok(self.vehicle_summary(&drive, cycles as usize, mean_bus_load))
     }
 
