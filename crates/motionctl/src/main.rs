@@ -50,6 +50,7 @@ mod station;
 mod stream;
 mod table;
 mod trajectory;
+mod twist;
 mod virtual_drives;
 mod write;
 

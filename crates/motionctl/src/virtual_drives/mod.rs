@@ -55,6 +55,11 @@ impl VirtualDriveOptions {
         DynDriveConfig::new(drive).group3.gear_number
     }
 
+    /// Seed of the response delays.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
     fn config_of(&self, config: DynDriveConfig) -> DynDriveConfig {
         DynDriveConfig {
             response_delay: self.response_delay(),
@@ -81,7 +86,8 @@ impl VirtualDriveOptions {
         }
     }
 
-    fn response_delay(&self) -> ResponseDelay {
+    /// From a request to the moment its reply waits for the bus.
+    pub(crate) fn response_delay(&self) -> ResponseDelay {
         let delay_ns = u64::from(self.response_us) * 1_000;
         let spread_ns = delay_ns * u64::from(self.response_spread) / 100;
         // The spread is at most the whole delay, so the least delay is not above the most.
