@@ -126,10 +126,7 @@ fn of_arc<const S: usize, const A: usize>(
     let (mut radial, mut ahead, mut steady) = ([0.0; S], [0.0; S], start.tangent);
     let curvature = |place: usize| start.curvature.get(place).copied().unwrap_or(0.0);
     // Of the tangent, what turns, and what remains.
-    let turning = [
-        curvature(plane.1) / rate,
-        -curvature(plane.0) / rate,
-    ];
+    let turning = [curvature(plane.1) / rate, -curvature(plane.0) / rate];
     for (place, ahead_of, radial_of) in [
         (plane.0, turning[0], curvature(plane.0)),
         (plane.1, turning[1], curvature(plane.1)),
@@ -185,11 +182,15 @@ fn of_blend<const S: usize, const A: usize>(
     widen(1, &|[c, d, ..]| c + 0.5 * d);
     widen(1, &|[c, d, e, ..]| c + d + 0.5 * e);
     widen(1, &|[c, d, e, f, _]| c + 1.5 * d + 1.5 * e + f);
-    widen(1, &|[c, d, e, f, g]| c + 2.0 * d + 3.0 * e + 4.0 * f + 5.0 * g);
+    widen(1, &|[c, d, e, f, g]| {
+        c + 2.0 * d + 3.0 * e + 4.0 * f + 5.0 * g
+    });
     widen(2, &|[_, d, ..]| 2.0 * d);
     widen(2, &|[_, d, e, ..]| 2.0 * (d + e));
     widen(2, &|[_, d, e, f, _]| 2.0 * d + 4.0 * (e + f));
-    widen(2, &|[_, d, e, f, g]| 2.0 * d + 6.0 * e + 12.0 * f + 20.0 * g);
+    widen(2, &|[_, d, e, f, g]| {
+        2.0 * d + 6.0 * e + 12.0 * f + 20.0 * g
+    });
     widen(3, &|[_, _, e, ..]| 6.0 * e);
     widen(3, &|[_, _, e, f, _]| 6.0 * e + 12.0 * f);
     widen(3, &|[_, _, e, f, g]| 6.0 * e + 24.0 * f + 60.0 * g);

@@ -49,7 +49,10 @@ impl fmt::Display for PathError {
             Self::Full => f.write_str("the queue of the path is full"),
             Self::Stopping => f.write_str("the path is being stopped"),
             Self::NotPositive { actual } => {
-                write!(f, "a feed and a tolerance must be positive numbers, got {actual}")
+                write!(
+                    f,
+                    "a feed and a tolerance must be positive numbers, got {actual}"
+                )
             }
             Self::Far { coordinate, actual } => write!(
                 f,

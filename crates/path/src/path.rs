@@ -187,12 +187,7 @@ where
     /// # Errors
     /// [`PathError`]; the path is then what it was.
     #[inline(never)]
-    pub fn line(
-        &mut self,
-        end: [Position; SPACE],
-        feed: f32,
-        join: Join,
-    ) -> Result<(), PathError> {
+    pub fn line(&mut self, end: [Position; SPACE], feed: f32, join: Join) -> Result<(), PathError> {
         let end = self.check(end, feed, join)?;
         let mut way = end;
         for (way, from) in way.iter_mut().zip(self.end) {
@@ -590,11 +585,9 @@ where
                 self.finish_plan();
                 return;
             };
-            if piece.from_rest {
-                self.finish_plan();
-                return;
+            if !piece.from_rest {
+                piece.entry = piece.entry_before(next.as_ref());
             }
-            piece.entry = piece.entry_before(next.as_ref());
             self.plan = Some(place - 1);
         }
     }
@@ -655,4 +648,3 @@ fn inside<const N: usize>(place: [Position; N]) -> Result<[i64; N], PathError> {
     }
     Ok(place.map(|position| position.units()))
 }
-
