@@ -1,10 +1,11 @@
 //! How the cycle does, second by second.
 
-use can_motion::{CycleCounters, Instant, ServoMaster};
+use can_motion::{CycleCounters, Instant};
 use cortex_m::peripheral::DWT;
 
 use crate::board::CORE_HZ;
-use crate::config::{AXES, CYCLE_US};
+use crate::config::{AXES, CYCLE_US, Drives};
+use crate::drives::{Board as _, BoardMaster};
 
 /// Cycles of a second.
 const SECOND_CYCLES: u32 = 1_000_000 / CYCLE_US;
@@ -22,24 +23,29 @@ pub(crate) struct Statistics {
     /// Core clocks, by the chip's own counter.
     worst_cycle_clocks: u32,
     busy_clocks: u32,
-    oldest_status_us: u64,
-    oldest_position_us: u64,
+    oldest_status_ms: u32,
+    oldest_position_ms: u32,
 }
 
 /// An age as the log shows it.
-struct Age(u64);
+struct Age(u32);
 
 impl Age {
     /// Of what was not read yet.
-    const NEVER_US: u64 = u64::MAX;
+    const NEVER_MS: u32 = u32::MAX;
+
+    /// Of a reading; the master shows none that is older than some minutes.
+    fn ms(read: Option<Instant>, now: Instant) -> u32 {
+        read.map_or(Self::NEVER_MS, |at| now.us_since(at) as u32 / 1_000)
+    }
 }
 
 impl defmt::Format for Age {
     fn format(&self, formatter: defmt::Formatter<'_>) {
-        if self.0 == Self::NEVER_US {
+        if self.0 == Self::NEVER_MS {
             defmt::write!(formatter, "never read");
         } else {
-            defmt::write!(formatter, "{=u64} ms", self.0 / 1_000);
+            defmt::write!(formatter, "{=u32} ms", self.0);
         }
     }
 }
@@ -75,8 +81,8 @@ impl Statistics {
             worst_delay_us: 0,
             worst_cycle_clocks: 0,
             busy_clocks: 0,
-            oldest_status_us: 0,
-            oldest_position_us: 0,
+            oldest_status_ms: 0,
+            oldest_position_ms: 0,
         }
     }
 
@@ -100,7 +106,7 @@ impl Statistics {
         &mut self,
         delay_us: u32,
         stretch: Stretch,
-        master: &ServoMaster<AXES>,
+        master: &BoardMaster,
         now: Instant,
     ) -> Option<Self> {
         let clocks = stretch.clocks();
@@ -116,17 +122,12 @@ impl Statistics {
         Some(core::mem::replace(self, Self::new()))
     }
 
-    fn note_poll_ages(&mut self, master: &ServoMaster<AXES>, now: Instant) {
+    fn note_poll_ages(&mut self, master: &BoardMaster, now: Instant) {
         for snapshot in (0..AXES).filter_map(|axis| master.snapshot(axis)) {
-            let feedback = snapshot.feedback;
-            let status_us = feedback
-                .status
-                .map_or(Age::NEVER_US, |status| now.us_since(status.at));
-            let position_us = feedback
-                .position
-                .map_or(Age::NEVER_US, |position| now.us_since(position.at));
-            self.oldest_status_us = self.oldest_status_us.max(status_us);
-            self.oldest_position_us = self.oldest_position_us.max(position_us);
+            let [status_ms, position_ms] =
+                Drives::read_at(&snapshot).map(|read_at| Age::ms(read_at, now));
+            self.oldest_status_ms = self.oldest_status_ms.max(status_ms);
+            self.oldest_position_ms = self.oldest_position_ms.max(position_ms);
         }
     }
 
@@ -143,8 +144,8 @@ impl Statistics {
             self.worst_delay_us,
             self.worst_cycle_clocks,
             self.busy_clocks / CLOCKS_PER_PERMILLE,
-            Age(self.oldest_status_us),
-            Age(self.oldest_position_us)
+            Age(self.oldest_status_ms),
+            Age(self.oldest_position_ms)
         );
     }
 }

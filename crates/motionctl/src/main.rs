@@ -17,6 +17,7 @@ mod drives;
 mod dry_run;
 mod enable;
 mod exit;
+mod hub;
 mod interrupt;
 mod jog;
 mod lawicel;
@@ -36,6 +37,7 @@ mod restore;
 mod revision;
 mod run;
 mod scan;
+mod set_points;
 mod settings_file;
 mod side_effect;
 mod sim;
@@ -117,8 +119,20 @@ fn without_alias_dashes(arguments: impl Iterator<Item = OsString>) -> Vec<OsStri
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
-    let result: Result<ExitCode, Failure> = match &arguments.command {
+    let words = without_alias_dashes(std::env::args_os());
+    let result = if hub::is_meant(&words) {
+        hub::run(words)
+    } else {
+        run(&Arguments::parse_from(words))
+    };
+    result.unwrap_or_else(|failure| {
+        tell(format_args!("error: {}", failure.error));
+        failure.code.into()
+    })
+}
+
+fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
         Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
@@ -141,11 +155,7 @@ fn main() -> ExitCode {
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)
         }
-    };
-    result.unwrap_or_else(|failure| {
-        tell(format_args!("error: {}", failure.error));
-        failure.code.into()
-    })
+    }
 }
 
 #[cfg(test)]

@@ -68,6 +68,15 @@ impl<const N: usize, F: Family> Axes<N, F> {
         streaming
     }
 
+    /// As [`Stamp::keep`](crate::core::stamp::Stamp::keep), for every axis.
+    #[cold]
+    pub(crate) fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        self.events.keep_stamps(now, is_long_ago);
+        for axis in &mut self.list {
+            axis.keep_stamps(now, is_long_ago);
+        }
+    }
+
     /// Which axes owe the frame of this cycle.
     pub(crate) fn find_due(&mut self) {
         self.due = 0;
@@ -81,7 +90,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
     /// Removes the axes, with what is left of them.
     pub(crate) fn clear(&mut self) {
         self.list.clear();
-        while self.events.pop().is_some() {}
+        self.events.clear();
         self.axis_of = [0; 128];
         (self.due, self.switching, self.take_back) = (0, 0, false);
     }
@@ -295,7 +304,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             axis.set_lost(false);
             let is_sent = matches!(axis.view.facts.power, Power::OnSent | Power::OffSent);
             // The controller may hold a command for a while, and one that sorts its frames may send a later reading before it.
-            let is_old = is_sent && report.asked_at < axis.switched_at + cycle_us;
+            let is_old = is_sent && report.asked_at < axis.switched_at.at(now) + cycle_us;
             // A drive needs a moment; the command is repeated by time.
             let is_early = report.is_on && axis.view.facts.power == Power::OffSent;
             if !is_old && !is_early {

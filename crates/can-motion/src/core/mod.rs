@@ -15,6 +15,7 @@ pub(crate) mod procedure;
 mod schedule;
 pub(crate) mod settings;
 pub(crate) mod snapshot;
+pub(crate) mod stamp;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod targets;

@@ -8,6 +8,7 @@ use crate::core::exit::{Class, may_leave};
 use crate::core::facts::Work;
 use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Returned};
 use crate::core::master::Master;
+use crate::core::stamp::Stamp;
 use crate::core::step::Input;
 
 /// Where a frame comes from.
@@ -79,6 +80,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     }
 
     fn on_displaced(&mut self, now: Instant, frame: &F::Frame) {
+        self.keep_stamps(now);
         let Some(config) = self.config.get() else {
             return;
         };
@@ -119,6 +121,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     }
 
     fn on_frame(&mut self, now: Instant, frame: &F::Frame) {
+        self.keep_stamps(now);
         let Some(index) = self.axes.index_of(frame) else {
             self.foreign(now, F::foreign(frame));
             return;
@@ -336,7 +339,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     fn cycle_frame_accepted(&mut self, now: Instant, index: usize, class: Class) {
         if let Some(axis) = self.axes.get_mut(index) {
             axis.drive.cycle_frame_accepted(now);
-            axis.sent_at = now;
+            axis.sent_at = Stamp::of(now);
         }
         // It is the lowest: frames go out in this order.
         self.axes.due &= self.axes.due.wrapping_sub(1);

@@ -7,12 +7,13 @@
 
 use bus_user::Instant;
 
+use crate::core::stamp::Stamp;
 use crate::servo::config::Limits;
 use crate::servo::fault::{DriftCause, Fault};
 
 /// Cycles of its fastest step by which the lag of a drive may change from one reading to the next: a drive that needs 64 ms at 1 kHz to
 /// follow is slower than any that was tried.
-const LAG_CYCLES: i64 = 64;
+const LAG_CYCLES: u32 = 64;
 
 /// What was sent lately, to compare a position with the time in which it was read.
 #[derive(Debug, Clone, Copy, Default)]
@@ -20,15 +21,19 @@ pub(crate) struct DriftWatch {
     /// Sent position when the present cycle began, in command counts.
     cycle_counts: i32,
     /// Smallest and largest sent position since a position was asked for.
-    window: Option<(i32, i32)>,
+    window: (i32, i32),
     /// Error of the reading before, in command counts.
-    error_before: Option<i64>,
+    error_before: i32,
+    moved_at: Stamp,
     /// Largest step in either direction since the reading before the last.
     peak: [i16; 2],
-    moved_at: Instant,
     /// Largest steps in each direction since the position was last confirmed at standstill.
     forward: i16,
     backward: i16,
+    /// A position was asked for: the window counts.
+    is_asked: bool,
+    /// There was a reading before.
+    has_error: bool,
 }
 
 impl DriftWatch {
@@ -36,7 +41,7 @@ impl DriftWatch {
     pub(crate) fn anchor(&mut self, counts: i32, now: Instant) {
         *self = Self {
             cycle_counts: counts,
-            moved_at: now,
+            moved_at: Stamp::of(now),
             ..Self::default()
         };
     }
@@ -51,21 +56,21 @@ impl DriftWatch {
     /// as well, because its set-point may still be on its way.
     pub(crate) fn asked(&mut self, sent_counts: i32) {
         let before = self.cycle_counts;
-        self.window = Some((sent_counts.min(before), sent_counts.max(before)));
+        self.window = (sent_counts.min(before), sent_counts.max(before));
+        self.is_asked = true;
     }
 
+    #[inline]
     fn widen(&mut self, sent_counts: i32) {
-        if let Some((low, high)) = &mut self.window {
-            *low = sent_counts.min(*low);
-            *high = sent_counts.max(*high);
-        }
+        let (low, high) = self.window;
+        self.window = (sent_counts.min(low), sent_counts.max(high));
     }
 
     /// A set-point went out.
     pub(crate) fn stepped(&mut self, step_counts: i16, sent_counts: i32, now: Instant) {
         self.widen(sent_counts);
         if step_counts != 0 {
-            self.moved_at = now;
+            self.moved_at = Stamp::of(now);
             self.forward = self.forward.max(step_counts);
             self.backward = self.backward.min(step_counts);
             let [_, latest] = &mut self.peak;
@@ -81,18 +86,23 @@ impl DriftWatch {
         limits: &Limits,
         arrival_us: u32,
     ) -> Option<Fault> {
-        let (low, high) = self.window.take()?;
-        let (low, high) = (i64::from(low), i64::from(high));
-        let position = i64::from(position_counts);
-        let error = (position - low).min(0) + (position - high).max(0);
-        let counts = i32::try_from(error).unwrap_or(i32::MAX);
+        if !core::mem::take(&mut self.is_asked) {
+            return None;
+        }
+        let (low, high) = self.window;
+        // One of the two is 0. No travel reaches where this saturates.
+        let (below, above) = (
+            position_counts.saturating_sub(low).min(0),
+            position_counts.saturating_sub(high).max(0),
+        );
+        let counts = below.saturating_add(above);
         if counts.unsigned_abs() > limits.following_error_counts {
             return Some(Fault::FollowingError { counts });
         }
-        if let Some(fault) = self.jump(error, high - low, limits) {
+        if let Some(fault) = self.jump(counts, high.wrapping_sub(low).cast_unsigned(), limits) {
             return Some(fault);
         }
-        if now.us_since(self.moved_at) < u64::from(arrival_us) {
+        if !self.moved_at.has_lasted(now, arrival_us) {
             return None;
         }
         if counts.unsigned_abs() > limits.drift_tolerance_counts {
@@ -106,25 +116,35 @@ impl DriftWatch {
     }
 
     /// Whether the error grew by more than a drive can lag. An error that gets smaller is a drive that catches up.
-    fn jump(&mut self, error: i64, window: i64, limits: &Limits) -> Option<Fault> {
-        let before = self.error_before.replace(error)?;
-        let change = error - before;
-        if error.signum() != -before.signum() && error.abs() <= before.abs() {
+    fn jump(&mut self, error: i32, window: u32, limits: &Limits) -> Option<Fault> {
+        let before = core::mem::replace(&mut self.error_before, error);
+        if !core::mem::replace(&mut self.has_error, true) {
+            return None;
+        }
+        let counts = error.saturating_sub(before);
+        if error.signum() != -before.signum() && error.unsigned_abs() <= before.unsigned_abs() {
             return None;
         }
         let [earlier, latest] = self.peak;
         self.peak = [latest, 0];
-        let lag = LAG_CYCLES * i64::from(earlier.max(latest));
-        let allowed = lag + window + i64::from(limits.drift_tolerance_counts);
-        let counts = i32::try_from(change).unwrap_or(i32::MAX);
-        (change.abs() > allowed).then_some(Fault::PositionJump { counts })
+        let lag = LAG_CYCLES * u32::from(earlier.max(latest).unsigned_abs());
+        let allowed = window
+            .saturating_add(lag)
+            .saturating_add(limits.drift_tolerance_counts);
+        (counts.unsigned_abs() > allowed).then_some(Fault::PositionJump { counts })
+    }
+
+    /// As [`Stamp::keep`].
+    pub(crate) const fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        self.moved_at.keep(now, is_long_ago);
     }
 
     /// Whether one of the steps sent since the last good position explains the error.
     fn cause(&self, counts: i32, tolerance: u32) -> DriftCause {
         let magnitude = counts.unsigned_abs();
-        let reaches =
-            |step: i16| step != 0 && magnitude <= u32::from(step.unsigned_abs()) + tolerance;
+        let reaches = |step: i16| {
+            step != 0 && magnitude <= tolerance.saturating_add(step.unsigned_abs().into())
+        };
         let (ahead, behind) = if counts > 0 {
             (reaches(self.forward), reaches(self.backward))
         } else {
@@ -252,7 +272,7 @@ mod tests {
     #[test]
     fn a_position_that_nobody_asked_for_is_not_judged() {
         let mut watch = after_motion(1);
-        watch.window = None;
+        watch.is_asked = false;
         assert_eq!(judge(&mut watch, 9_999_999, 200_000), None);
     }
 }

@@ -12,19 +12,22 @@ use crate::core::family::{
 };
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
+use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Stage};
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
-use crate::servo::feedback::Feedback;
+use crate::servo::latest::Latest;
 use crate::servo::ledger::Ledger;
 use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
-use crate::servo::procedure::{Procedure, ProcedureError, Run};
+use crate::servo::procedure::{Procedure, ProcedureError};
+use crate::servo::procedures::Procedures;
 use crate::servo::request_slot::RequestSlot;
 use crate::servo::response_watch::ResponseWatch;
+use crate::servo::settings::Settings;
 use crate::servo::snapshot::AxisSnapshot;
 
 /// Where a servo writes its events.
@@ -33,11 +36,11 @@ pub(super) type Log<'a> = EventLog<'a, EventKind>;
 /// A DYN drive.
 #[derive(Debug)]
 pub struct Servo {
-    pub(super) config: AxisConfig,
+    pub(super) config: Settings,
     pub(super) dialect: Dialect,
     pub(super) ledger: Ledger,
     pub(super) drift: DriftWatch,
-    pub(super) feedback: Feedback,
+    pub(super) feedback: Latest,
     pub(super) counters: Counters,
     pub(super) slot: RequestSlot,
     pub(super) polls: PollClock,
@@ -45,49 +48,40 @@ pub struct Servo {
     poll_bits: [u8; PollKind::ALL.len()],
     pub(super) responses: ResponseWatch,
     pub(super) timeouts_in_row: u8,
-    /// When the drive was last asked anything.
-    pub(super) asked_at: Instant,
-    /// Since when the speed readings are zero without a break.
-    pub(super) still_since: Option<Instant>,
+    /// When a drive that does not answer is asked again.
+    pub(super) retry_at: Stamp,
+    /// Since when the speed readings are zero without a break, if the latest is.
+    pub(super) still_since: Stamp,
+    pub(super) is_still: bool,
     /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
     pub(super) echo_token: u8,
-    pub(super) run: Option<Run>,
-    pub(super) wrote_at: Option<Instant>,
-    /// The drive was told to start anew, and until when it does.
-    pub(super) starts_until: Option<Instant>,
-    /// How long a drive needs to start.
-    pub(super) power_on_us: u32,
-    /// How often a drive that does not answer is still asked.
-    pub(super) retry_us: u32,
+    pub(super) procedures: Procedures,
     /// When the configuration was read last.
-    pub(super) guarded_at: Instant,
+    pub(super) guarded_at: Stamp,
     /// An alarm was reported since the checks began.
     pub(super) has_alarmed: bool,
 }
 
 impl Servo {
-    pub(super) fn new(config: AxisConfig, master: &MasterConfig, rank: u32) -> Self {
+    pub(super) fn new(axis: &AxisConfig, master: &MasterConfig, rank: u32) -> Self {
         let mut servo = Self {
-            config,
-            dialect: config.initial_dialect(),
+            config: Settings::of(axis),
+            dialect: axis.initial_dialect(),
             ledger: Ledger::default(),
             drift: DriftWatch::default(),
-            feedback: Feedback::default(),
+            feedback: Latest::NONE,
             counters: Counters::default(),
             slot: RequestSlot::default(),
-            polls: PollClock::new(&config.polls, master.cycle_us, rank),
+            polls: PollClock::new(&axis.polls, master.cycle_us, rank),
             poll_bits: [0; PollKind::ALL.len()],
-            responses: ResponseWatch::default(),
+            responses: ResponseWatch::NEW,
             timeouts_in_row: 0,
-            asked_at: Instant::default(),
-            still_since: None,
+            retry_at: Stamp::ZERO,
+            still_since: Stamp::ZERO,
+            is_still: false,
             echo_token: 0,
-            run: None,
-            wrote_at: None,
-            starts_until: None,
-            power_on_us: master.timeouts.power_on_us,
-            retry_us: master.timeouts.confirm_us,
-            guarded_at: Instant::default(),
+            procedures: Procedures::new(axis.wear),
+            guarded_at: Stamp::ZERO,
             has_alarmed: false,
         };
         servo.poll_bits = PollKind::ALL.map(|kind| servo.request_bits(kind));
@@ -119,10 +113,16 @@ impl Drive for Servo {
     }
 
     fn reaction_to(&self, fault: Fault) -> Reaction {
-        self.config.reactions.to(fault)
+        self.config.reactions().to(fault)
     }
 
-    fn snapshot(&self, state: AxisState, facts: &Facts, fault: Option<Fault>) -> AxisSnapshot {
+    fn snapshot(
+        &self,
+        now: Instant,
+        state: AxisState,
+        facts: &Facts,
+        fault: Option<Fault>,
+    ) -> AxisSnapshot {
         AxisSnapshot {
             drive: self.config.drive,
             group: self.config.group,
@@ -132,7 +132,7 @@ impl Drive for Servo {
             target_counts: self.ledger.target_counts(),
             sent_counts: self.ledger.sent_counts(),
             backlog_counts: self.ledger.backlog_counts(),
-            feedback: self.feedback,
+            feedback: self.feedback.feedback(now),
             response: self.responses.window(),
             counters: self.counters,
         }
@@ -252,10 +252,10 @@ impl Drive for Servo {
     }
 
     fn start_over(&mut self, now: Instant, _: bool) -> Stage {
-        self.feedback = Feedback::default();
+        self.feedback = Latest::NONE;
         self.timeouts_in_row = 0;
         self.has_alarmed = false;
-        match self.starts_until.take() {
+        match self.procedures.take_start() {
             Some(until) if now < until => Stage::PowerOn,
             _ => Stage::Probing,
         }
@@ -271,7 +271,8 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        let is_quiet = self.run.is_none() && !self.is_far_behind() && self.slot.pass(now);
+        let is_quiet =
+            self.procedures.run().is_none() && !self.is_far_behind() && self.slot.pass(now);
         if is_quiet {
             self.drift.begin_cycle(self.ledger.sent_counts());
         }
@@ -283,8 +284,8 @@ impl Drive for Servo {
         self.drift.begin_cycle(self.ledger.sent_counts());
         let mut meaning = self.expire(context);
         let view = context.view;
-        let started = context.log.now.us_since(view.since) >= u64::from(self.power_on_us);
-        if view.stage == Stage::PowerOn && started {
+        let power_on_us = context.config.timeouts.power_on_us;
+        if view.stage == Stage::PowerOn && view.has_lasted(context.log.now, power_on_us) {
             meaning.stage = Some(Stage::Probing);
         }
         if view.facts.moves() {
@@ -294,6 +295,20 @@ impl Drive for Servo {
             meaning.work_ended = true;
         }
         meaning
+    }
+
+    fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        for stamp in [
+            &mut self.retry_at,
+            &mut self.still_since,
+            &mut self.guarded_at,
+        ] {
+            stamp.keep(now, is_long_ago);
+        }
+        self.slot.keep_stamps(now, is_long_ago);
+        self.drift.keep_stamps(now, is_long_ago);
+        self.responses.keep_stamps(now, is_long_ago);
+        self.feedback.keep_stamps(now, is_long_ago);
     }
 
     fn abandon_request(&mut self, context: &mut Context<'_, Dyn>) {
@@ -312,7 +327,7 @@ impl Drive for Servo {
     }
 
     fn begin_work(&mut self, procedure: Procedure) {
-        self.run = Some(Run::new(procedure));
+        self.procedures.begin(procedure);
     }
 
     fn abort_work(&mut self, log: &mut Log<'_>) {

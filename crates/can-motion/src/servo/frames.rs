@@ -6,12 +6,14 @@ use dyn_can::{Address, DataFrame, ReadSelector, ReplyKind, Request, ServoSwitch}
 use crate::core::exit::Class;
 use crate::core::facts::{Power, Work};
 use crate::core::family::{Context, Meaning, Returned, View, Wanted};
+use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
 use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::poll_kind::PollKind;
+use crate::servo::procedure::Run;
 
 /// The configuration of a drive with power is read again once in [`GUARD_WINDOWS`] windows, each drive in the window of its id: the
 /// readings of all drives at once would make polls late.
@@ -45,7 +47,7 @@ impl Servo {
             return None;
         }
         if view.is_lost {
-            let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us);
+            let is_time = self.retry_at.has_come(now);
             return is_time.then_some((Ask::Reading(ReplyKind::DriveStatus), URGENT));
         }
         if let Some(kind) = needed_reading(view) {
@@ -54,7 +56,7 @@ impl Servo {
         if view.facts.is_checking() && view.stage == Stage::PowerOn {
             return None;
         }
-        if let Some(run) = &self.run {
+        if let Some(run) = self.procedures.run() {
             if run.wanted_command().is_some() {
                 return Some((Ask::Command, URGENT));
             }
@@ -81,7 +83,7 @@ impl Servo {
                     Work::Repair => Class::Repair,
                     _ => Class::Write,
                 };
-                (class, self.run.as_ref()?.wanted_command()?)
+                (class, self.procedures.run()?.wanted_command()?)
             }
         })
     }
@@ -93,10 +95,9 @@ impl Servo {
         if !is_on {
             return None;
         }
-        // The lower half of the time is enough: windows and their places are powers of two, and a reading that is more than an hour old
-        // waits for its window at most.
+        // The lower half of the time is enough: windows and their places are powers of two.
         let now_us = now.as_us() as u32;
-        let age_us = now_us.wrapping_sub(self.guarded_at.as_us() as u32);
+        let age_us = self.guarded_at.age_us(now);
         if age_us >= GUARD_URGENT_US {
             return Some(Wanted::<Request>::URGENT);
         }
@@ -151,20 +152,20 @@ impl Servo {
         leaves_at: Instant,
         context: &mut Context<'_, Dyn>,
     ) -> Meaning<Fault> {
-        let (now, reply_us) = (context.log.now, context.config.timeouts.reply_us);
+        let (now, timeouts) = (context.log.now, &context.config.timeouts);
         self.counters.requests = self.counters.requests.wrapping_add(1);
-        self.asked_at = now;
+        self.retry_at = Stamp::of(now).after(timeouts.confirm_us);
         self.responses.asked(leaves_at);
         let is_command = self
-            .run
-            .as_ref()
-            .and_then(|run| run.wanted_command())
+            .procedures
+            .run()
+            .and_then(Run::wanted_command)
             .is_some_and(|command| command == request);
         if is_command {
-            return self.note_command(request, reply_us, now);
+            return self.note_command(request, timeouts, now);
         }
         if let Some(kind) = request.reply_kind() {
-            self.slot.ask(kind, now, reply_us);
+            self.slot.ask(kind, now, timeouts.reply_us);
             if kind == ReplyKind::Position {
                 self.drift.asked(self.ledger.sent_counts());
             }

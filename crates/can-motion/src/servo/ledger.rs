@@ -21,8 +21,7 @@ pub(crate) struct Ledger {
     due_counts: i32,
     /// The step of the latest frame, which is the velocity in counts per cycle.
     last_step: i16,
-    /// Velocity while something is caught up, in 1/256 counts per cycle.
-    catch_up_velocity: Option<i32>,
+    catch_up: CatchUp,
     ramp: Option<RampDown>,
     /// What the frame that is being offered carries.
     offered: Offered,
@@ -32,15 +31,37 @@ pub(crate) struct Ledger {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Offered {
     step: PdStep,
-    catch_up_velocity: Option<i32>,
+    catch_up: CatchUp,
 }
 
 impl Default for Offered {
     fn default() -> Self {
         Self {
             step: PdStep::ZERO,
-            catch_up_velocity: None,
+            catch_up: CatchUp::NONE,
         }
+    }
+}
+
+/// Velocity while something is caught up, in 1/256 counts per cycle: at most 2^22. In half the room of an `Option`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct CatchUp(i32);
+
+impl CatchUp {
+    /// Nothing is caught up.
+    const NONE: Self = Self(i32::MIN);
+
+    const fn velocity(self) -> Option<i32> {
+        match self {
+            Self::NONE => None,
+            Self(velocity) => Some(velocity),
+        }
+    }
+}
+
+impl Default for CatchUp {
+    fn default() -> Self {
+        Self::NONE
     }
 }
 
@@ -79,25 +100,26 @@ impl Ledger {
     /// The step that the next frame carries.
     #[inline]
     pub(crate) fn offer(&mut self, limits: &Limits) -> PdStep {
-        self.offered = if self.due_counts == self.sent_counts && self.catch_up_velocity.is_none() {
+        self.offered = if self.due_counts == self.sent_counts && self.catch_up == CatchUp::NONE {
             Offered {
                 step: PdStep::toward(self.backlog_counts(), limits.max_step),
-                catch_up_velocity: None,
+                catch_up: CatchUp::NONE,
             }
         } else {
-            self.catch_up(limits)
+            self.caught_up(limits)
         };
         self.offered.step
     }
 
     /// Towards the moving target as fast as the limits allow, so that it is met without going past it.
     #[inline(never)]
-    fn catch_up(&self, limits: &Limits) -> Offered {
+    fn caught_up(&self, limits: &Limits) -> Offered {
         let lag = Lag {
             owed_counts: self.backlog_counts(),
             left_over_counts: self.due_counts.wrapping_sub(self.sent_counts),
             velocity_256ths: self
-                .catch_up_velocity
+                .catch_up
+                .velocity()
                 .unwrap_or(i32::from(self.last_step) * FRACTION),
         };
         let step = lag.step(&StepLimits {
@@ -106,21 +128,22 @@ impl Ledger {
         });
         Offered {
             step: PdStep::toward(step.counts, limits.max_step),
-            catch_up_velocity: (!step.is_met).then_some(step.velocity_256ths),
+            catch_up: if step.is_met {
+                CatchUp::NONE
+            } else {
+                CatchUp(step.velocity_256ths)
+            },
         }
     }
 
     /// The controller accepted the frame that was offered; returns its step.
     pub(crate) fn accepted(&mut self) -> i16 {
-        let Offered {
-            step,
-            catch_up_velocity,
-        } = self.offered;
+        let Offered { step, catch_up } = self.offered;
         let step = step.get();
         self.sent_counts = self.sent_counts.wrapping_add(i32::from(step));
         self.last_step = step;
         self.due_counts = self.target_counts;
-        self.catch_up_velocity = catch_up_velocity;
+        self.catch_up = catch_up;
         step
     }
 
@@ -128,7 +151,11 @@ impl Ledger {
     pub(crate) fn missed(&mut self) {
         self.last_step = 0;
         self.due_counts = self.target_counts;
-        self.catch_up_velocity = (self.backlog_counts() != 0).then_some(0);
+        self.catch_up = if self.backlog_counts() == 0 {
+            CatchUp::NONE
+        } else {
+            CatchUp(0)
+        };
     }
 
     /// The controller returned a frame with this step unsent.

@@ -105,12 +105,11 @@ fn a_drive_that_says_nothing_of_its_own_has_no_brake_no_rearming_and_no_length()
     assert!(!drive.must_rearm() && !drive.streams_on(Instant::default()));
     assert_eq!((drive.cycle_frame_bits(), drive.poll_bits()), (0, 0));
     assert_eq!(drive.response_window(), None);
-    let view = View {
-        facts: Facts::start(Brake::Absent),
-        stage: Stage::Probing,
-        since: Instant::default(),
-        is_lost: false,
-    };
+    let view = View::new(
+        Facts::start(Brake::Absent),
+        Stage::Probing,
+        Instant::default(),
+    );
     assert!(!drive.owes_frame(&view));
     assert_eq!(
         drive.overdue(&view, Instant::default(), 0),

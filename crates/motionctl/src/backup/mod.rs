@@ -1,6 +1,6 @@
 //! `motionctl backup`: every setting of drives into a file.
 
-mod file;
+pub(crate) mod file;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

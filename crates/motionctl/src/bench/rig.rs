@@ -187,7 +187,7 @@ impl<'a> Rig<'a> {
 }
 
 /// From now on SIGUSR1 asks for a power cycle.
-fn power_cycles() -> io::Result<Arc<AtomicBool>> {
+pub(crate) fn power_cycles() -> io::Result<Arc<AtomicBool>> {
     let is_asked = Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(SIGUSR1, Arc::clone(&is_asked))?;
     Ok(is_asked)

@@ -7,6 +7,7 @@ use super::curve::Curve;
 use super::error::{Place, TrajectoryError};
 use super::unit::AxisScale;
 use super::{Interpolation, Table};
+use crate::set_points::MotionInTime;
 
 /// A motion that has been checked: counts from the start of the motion, cycle by cycle.
 #[derive(Debug)]
@@ -131,6 +132,23 @@ impl Plan {
 
     pub(super) fn peaks(&self) -> &[Peaks] {
         &self.peaks
+    }
+}
+
+impl MotionInTime for Plan {
+    fn axes(&self) -> usize {
+        self.curves.len()
+    }
+
+    fn duration_cycles(&self) -> f64 {
+        self.last_cycle as f64
+    }
+
+    fn at(&self, cycles: f64, counts: &mut [f64]) {
+        let time_s = cycles.clamp(0.0, self.last_cycle as f64) * self.cycle_s;
+        for (counts, curve) in counts.iter_mut().zip(&self.curves) {
+            *counts = curve.at(time_s).1;
+        }
     }
 }
 

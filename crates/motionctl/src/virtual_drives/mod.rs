@@ -91,7 +91,8 @@ pub(crate) fn bit_rate(text: &str) -> Result<BitRate, String> {
     BitRate::from_kbit_per_s(kbit_per_s).map_err(|error| error.to_string())
 }
 
-fn percent(text: &str) -> Result<u8, String> {
+/// A share in percent.
+pub(crate) fn percent(text: &str) -> Result<u8, String> {
     match text.parse() {
         Ok(percent @ 0..=100) => Ok(percent),
         _ => Err(format!("must be 0..=100 percent, got {text}")),

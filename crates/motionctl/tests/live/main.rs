@@ -5,6 +5,7 @@ mod adapters;
 mod bench;
 mod commission;
 mod documents;
+mod hub;
 mod identity;
 mod other_signals;
 mod power;

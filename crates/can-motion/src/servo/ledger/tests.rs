@@ -155,6 +155,6 @@ proptest! {
             before = counts;
         }
         prop_assert_eq!(ledger.backlog_counts(), 0);
-        prop_assert_eq!(ledger.catch_up_velocity, None);
+        prop_assert_eq!(ledger.catch_up, CatchUp::NONE);
     }
 }
