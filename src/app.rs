@@ -38,7 +38,7 @@ const _: () = {
         "an axis has outgrown its room"
     );
     assert!(
-        size_of::<App>() <= 272 + 4 * AXES,
+        size_of::<App>() <= 288 + 4 * AXES,
         "the application has outgrown its room"
     );
 };
@@ -213,11 +213,14 @@ impl App {
         self.service();
         misbehaviour::act();
         self.report();
+        for part in self.statistics.parts() {
+            telemetry::tell(Message::Second(*part));
+        }
         if let Some(second) = self
             .statistics
             .note_cycle(beat.delay_us, stretch, self.master, now)
         {
-            telemetry::tell_second(second);
+            telemetry::keep_second(second);
         }
     }
 
@@ -226,19 +229,28 @@ impl App {
         let now = self.beats.now();
         loop {
             self.parts.bus.begin_service();
-            while self.parts.bus.has_news()
-                && let Some(received) = self.parts.bus.receive()
-            {
-                match received {
-                    Ok(frame) => self.master.on_frame(now, &frame),
-                    Err(kind) => {
-                        self.master.on_receive_error(now, kind);
-                        break;
-                    }
-                }
+            if self.parts.bus.has_news() {
+                self.receive(now);
             }
             let progress = self.master.send(now, &mut self.parts.bus);
             if !self.parts.bus.end_service(progress) {
+                return;
+            }
+        }
+    }
+
+    /// Takes what has come in. Not inlined: most calls of [`Self::service`] find nothing, and would set up for it all the same.
+    #[inline(never)]
+    fn receive(&mut self, now: Instant) {
+        while let Some(received) = self.parts.bus.receive() {
+            match received {
+                Ok(frame) => self.master.on_frame(now, &frame),
+                Err(kind) => {
+                    self.master.on_receive_error(now, kind);
+                    return;
+                }
+            }
+            if !self.parts.bus.has_news() {
                 return;
             }
         }

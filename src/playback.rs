@@ -1,6 +1,7 @@
 //! Plays the built-in motion.
 
 use can_motion::Instant;
+use trajectory::curve::Playhead;
 
 use crate::config::{AXES, Drives, GROUP, MOTION};
 use crate::drives::{Board as _, BoardMaster};
@@ -24,6 +25,7 @@ struct Start {
     targets: [i32; AXES],
     /// It ends with the present repetition.
     is_last: bool,
+    head: Playhead,
 }
 
 /// The motion under way.
@@ -45,6 +47,7 @@ impl Playback {
             at,
             targets,
             is_last: false,
+            head: Playhead::START,
         });
     }
 
@@ -75,7 +78,7 @@ impl Playback {
         while at.us_since(start.at) >= u64::from(DURATION_US) {
             start.at = start.at + DURATION_US;
         }
-        let distances = MOTION.position(at.us_since(start.at));
+        let distances = MOTION.position_from(&mut start.head, at.us_since(start.at));
         for (axis, (from, distance)) in start.targets.into_iter().zip(distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
             if let Err(error) = master.set_target(axis, from.saturating_add(distance)) {

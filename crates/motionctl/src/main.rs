@@ -20,6 +20,7 @@ mod dry_run;
 mod enable;
 mod endpoint;
 mod exit;
+mod home;
 mod hub;
 mod interrupt;
 mod jog;
@@ -28,6 +29,7 @@ mod limits;
 mod link;
 mod monitor;
 mod origin;
+mod origins;
 mod output;
 #[cfg(test)]
 mod plain_words;
@@ -48,6 +50,7 @@ mod station;
 mod stream;
 mod table;
 mod trajectory;
+mod twist;
 mod virtual_drives;
 mod write;
 
@@ -98,6 +101,8 @@ enum Command {
     AssignId(assign_id::Arguments),
     /// Show where the zero of a drive is, or make it stand at its zero.
     Origin(origin::Arguments),
+    /// Find where an axis is: at a hard stop, at a switch, or where it stands.
+    Home(Box<home::Arguments>),
     /// Clear the alarm and the position of a drive.
     Reset(reset::Arguments),
     /// Find out the byte order of a drive, without moving it.
@@ -153,6 +158,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Restore(arguments) => restore::run(arguments).map_err(Failure::coded),
         Command::AssignId(arguments) => assign_id::run(arguments).map_err(Failure::coded),
         Command::Origin(arguments) => origin::run(arguments).map_err(Failure::coded),
+        Command::Home(arguments) => home::run(arguments).map_err(Failure::coded),
         Command::Reset(arguments) => reset::run(arguments).map_err(Failure::coded),
         Command::Probe(arguments) => probe::run(arguments).map_err(Failure::coded),
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),

@@ -51,7 +51,8 @@ pub(crate) fn corner<const S: usize>(
         .min(room)
         .min(LONGEST)
         .min(MOST_TURN / tightest);
-    if bend > TURNS_BACK || !(reach >= SHORTEST) {
+    // Not for what is no number either.
+    if bend > TURNS_BACK || reach.is_nan() || reach < SHORTEST {
         return Corner::Rest;
     }
     let reach = length::from_units(reach).min(before.1 / 2).min(after.1 / 2);

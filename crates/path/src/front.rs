@@ -1,7 +1,10 @@
 //! The front of the motion: the place and the velocity of a profile with a limit of the acceleration.
 
 use crate::length;
-use crate::queue::{Ahead, Piece, Ring};
+use crate::queue::{Piece, Ring, Room};
+
+/// Times that the velocity of a cycle is corrected: the way to a slower piece may be one over several others.
+const CORRECTIONS: usize = 4;
 
 /// A way to the end that is gone in one cycle, in 2^-20 units.
 const DUST: i64 = 32;
@@ -75,7 +78,7 @@ impl Front {
         &mut self,
         ring: &Ring<S, Q>,
         rate: f32,
-        guard: Option<Ahead>,
+        guard: Option<Room>,
     ) {
         let Some(piece) = ring.get(self.piece) else {
             return;
@@ -84,15 +87,17 @@ impl Front {
         if self.place >= self.in_force.until {
             self.look_back(ring);
         }
-        let ahead = piece.ahead(self.place, next);
+        let change = length::velocity(self.in_force.acceleration.min(length::FASTEST));
+        let raised = length::velocity_units(self.velocity.saturating_add(change));
         let mut most = (self.in_force.feed * rate)
             .min(self.in_force.velocity)
-            .min(ahead.velocity());
-        if let Some(guard) = guard {
-            most = most.min(guard.velocity());
+            .min(raised);
+        if let Some(guard) = guard
+            && most * most + 2.0 * guard.acceleration * most > guard.square
+        {
+            most = guard.velocity(0.0);
         }
-        let change = length::velocity(self.in_force.acceleration.min(length::FASTEST));
-        let velocity = length::velocity(most)
+        let velocity = length::velocity(self.kept(ring, most))
             .min(self.velocity.saturating_add(change))
             .max(self.velocity.saturating_sub(change));
         let end = match next {
@@ -108,6 +113,32 @@ impl Front {
         };
         self.place += i64::from(self.velocity);
         self.enter(ring);
+    }
+
+    /// The highest velocity of this cycle, at most `most`, with which everything ahead can still be kept behind it.
+    fn kept<const S: usize, const Q: usize>(&self, ring: &Ring<S, Q>, most: f32) -> f32 {
+        let mut velocity = most;
+        for _ in 0..CORRECTIONS {
+            let place = self.place + i64::from(length::velocity(velocity));
+            let mut index = self.piece;
+            let mut slowest = f32::MAX;
+            while let Some(next) = ring.get(index + 1)
+                && !next.from_rest
+                && next.enter <= place
+            {
+                index += 1;
+                slowest = slowest.min(next.velocity);
+            }
+            let Some(piece) = ring.get(index) else {
+                return velocity;
+            };
+            let room = piece.room(place, ring.get(index + 1));
+            if velocity <= slowest && velocity * velocity <= room.square {
+                return velocity;
+            }
+            velocity = room.velocity(velocity).min(slowest).min(velocity);
+        }
+        velocity
     }
 
     /// With front and tool at the same place at rest, pieces that were passed are not in force.

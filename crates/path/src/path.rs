@@ -10,13 +10,16 @@ use crate::filter::{Average, LONGEST};
 use crate::front::Front;
 use crate::length;
 use crate::machine::Machine;
-use crate::queue::{Ahead, Piece, Ring};
+use crate::queue::{Piece, Ring, Room};
 use crate::shape::{self, Point, Shape};
 
 /// Pieces that are planned anew in a cycle; more where the queue has more than 8 times as many.
 const PLANNED_IN_A_CYCLE: usize = 8;
 /// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.
 const EDGE_CYCLES: f32 = 3.0;
+
+/// Cycles of the front that it may be behind a border when it learns of it.
+const BEHIND: f32 = 1.5;
 
 /// How a piece follows the one before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -411,7 +414,8 @@ where
         let way = piece.velocity.min(before.velocity) * (0.5 * cycles + EDGE_CYCLES);
         let enter = before.enter.max(before.end() - length::from_units(way));
         // What is in force until the one before it leaves.
-        let alone = before.alone.max(left(before, cycles));
+        let alone = left(before, cycles) + length::from_units(BEHIND * before.velocity);
+        let alone = before.alone.max(alone);
         let shared = if before.alone > enter {
             before.shared.min(before.acceleration)
         } else {
@@ -493,7 +497,7 @@ where
         } else {
             self.rate
         };
-        let guard = self.guard.map(|guard| guard.ahead(self.front.place));
+        let guard = self.guard.map(|guard| guard.room(self.front.place));
         self.front.advance(&self.ring, rate, guard);
         let way = self.average.add(self.front.velocity);
         if way != 0 {
@@ -585,11 +589,9 @@ where
                 self.finish_plan();
                 return;
             };
-            if piece.from_rest {
-                self.finish_plan();
-                return;
+            if !piece.from_rest {
+                piece.entry = piece.entry_before(next.as_ref());
             }
-            piece.entry = piece.entry_before(next.as_ref());
             self.plan = Some(place - 1);
         }
     }
@@ -620,8 +622,8 @@ impl Guard {
         })
     }
 
-    fn ahead(&self, front: i64) -> Ahead {
-        Ahead::rest(self.place - front, self.acceleration)
+    fn room(&self, front: i64) -> Room {
+        Room::before_rest(self.place - front, self.acceleration)
     }
 }
 

@@ -5,6 +5,7 @@
 //! the limits of a piece are in force for the front from `enter`, which is as far before its start as the front goes in the `n` cycles
 //! before the tool arrives, to `leave`, which the front has reached when the tool is out of it.
 
+use crate::length;
 use crate::roots::square_root;
 use crate::shape::Shape;
 
@@ -36,35 +37,32 @@ pub(crate) struct Piece<const S: usize> {
     pub(crate) from_rest: bool,
 }
 
-/// A velocity that must not be exceeded at a place ahead, and the acceleration to reduce it with.
+/// The square of the highest velocity at a place from which everything ahead can be kept, and the acceleration by which it has to fall
+/// there. Beyond the end of a path it is negative.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Ahead {
-    pub(crate) distance: f32,
-    /// Its square.
+pub(crate) struct Room {
     pub(crate) square: f32,
     pub(crate) acceleration: f32,
 }
 
-impl Ahead {
-    /// Rest within a length.
-    pub(crate) fn rest(length: i64, acceleration: f32) -> Self {
+impl Room {
+    /// To rest within a length.
+    pub(crate) fn before_rest(length: i64, acceleration: f32) -> Self {
+        let acceleration = PLANNED * acceleration;
         Self {
-            distance: crate::length::units(length.max(0)),
-            square: 0.0,
-            acceleration: PLANNED * acceleration,
+            square: 2.0 * acceleration * length::units(length),
+            acceleration,
         }
     }
 
-    /// The highest velocity now, for a front that moves for a whole cycle before it can change it.
-    pub(crate) fn velocity(&self) -> f32 {
+    /// The highest velocity of a cycle that ends with this room when it is `ahead` units further.
+    pub(crate) fn velocity(&self, ahead: f32) -> f32 {
         let a = self.acceleration;
-        let room = self.square + 2.0 * a * self.distance;
-        let braking = room / (square_root(a * a + room) + a);
-        if braking * braking >= self.square {
-            braking
-        } else {
-            square_root(self.square)
+        let room = self.square + 2.0 * a * ahead;
+        if room <= 0.0 {
+            return 0.0;
         }
+        room / (square_root(a * a + room) + a)
     }
 }
 
@@ -89,33 +87,30 @@ impl<const S: usize> Piece<S> {
         self.start + self.length
     }
 
-    /// What a front in this piece must keep, before the next one or before the end.
-    pub(crate) fn ahead(&self, place: i64, next: Option<&Self>) -> Ahead {
+    /// What a front at a place in this piece must keep, before the next one or before the end.
+    pub(crate) fn room(&self, place: i64, next: Option<&Self>) -> Room {
         let (goal, square) = match next {
             Some(next) if !next.from_rest => (next.enter, next.entry),
             _ => (self.end(), 0.0),
         };
-        let distance = |to: i64, from: i64| crate::length::units((to - from).max(0));
+        let alone = PLANNED * self.acceleration;
         if place >= self.alone {
-            return Ahead {
-                distance: distance(goal, place),
-                square,
-                acceleration: PLANNED * self.acceleration,
+            return Room {
+                square: square + 2.0 * alone * length::units(goal - place),
+                acceleration: alone,
             };
         }
-        let turn = self.alone.min(goal);
-        let later = 2.0 * PLANNED * self.acceleration * distance(goal, turn);
-        Ahead {
-            distance: distance(turn, place),
-            square: square + later,
-            acceleration: PLANNED * self.shared,
+        let (turn, shared) = (self.alone.min(goal), PLANNED * self.shared);
+        let later = alone * length::units(goal - turn);
+        Room {
+            square: square + 2.0 * (later + shared * length::units(turn - place)),
+            acceleration: shared,
         }
     }
 
     /// [`Self::entry`], so that the next one can be entered.
     pub(crate) fn entry_before(&self, next: Option<&Self>) -> f32 {
-        let ahead = self.ahead(self.enter, next);
-        let square = ahead.square + 2.0 * ahead.acceleration * ahead.distance;
+        let square = self.room(self.enter, next).square;
         square.min(self.velocity * self.velocity)
     }
 }

@@ -1,5 +1,7 @@
 //! Options of `motionctl run`.
 
+use std::path::PathBuf;
+
 use can_motion::PollPeriods;
 
 use crate::control::ControlOptions;
@@ -51,6 +53,10 @@ pub(crate) struct Arguments {
     pub(super) cycle_us: u32,
     #[command(flatten)]
     pub(super) limits: MotionLimits,
+    /// File of software origins that `motionctl home` wrote: the positions of the motion are those of the axes, each of which must stand at
+    /// the first one and stays within its travel. Without it a motion is relative to where the axes stand.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "stream")]
+    pub(super) origins: Option<PathBuf>,
     /// Status polls of each axis in Hz, 0 for none: then nobody notices a drive that left the bus.
     #[arg(long, value_name = "HZ", default_value_t = 50)]
     status_hz: u32,

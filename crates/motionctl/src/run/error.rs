@@ -5,12 +5,15 @@ use std::io;
 
 use can_motion::ConfigError;
 use dyn_can::{DriveId, GearNumber, units};
+use homing::OutsideTravel;
 use trajectory::RangeError;
 
 use crate::confirm::NotConfirmed;
+use crate::drives::DrivesError;
 use crate::endpoint::EndpointError;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
+use crate::origins::OriginsError;
 use crate::station::{LimitError, LookError};
 use crate::trajectory::MotionError;
 
@@ -44,6 +47,21 @@ pub(crate) enum RunError {
     Look(LookError),
     /// Drives have other gear numbers than the motion was made for; every axis in the order of the columns.
     Gear(Vec<GearDifference>),
+    /// A file of origins cannot be used.
+    Origins(OriginsError),
+    /// A drive does not tell whether its origin holds.
+    Life(DrivesError),
+    /// An axis stands somewhere else than its motion begins.
+    Start {
+        drive: DriveId,
+        expected_turns: f64,
+        actual_turns: f64,
+    },
+    /// The motion leaves the travel of an axis.
+    OutsideTravel {
+        drive: DriveId,
+        error: OutsideTravel,
+    },
     /// Nobody can be listened to.
     Endpoint(EndpointError),
     /// Limits that no stream can have.
@@ -64,6 +82,7 @@ impl Coded for RunError {
             Self::Look(LookError::Fault { .. } | LookError::Incomplete { .. }) | Self::Print(_) => {
                 exit::BROKEN_PROMISE
             }
+            Self::Life(error) => error.exit_code(),
             _ => exit::BAD_INPUT,
         }
     }
@@ -78,6 +97,20 @@ impl fmt::Display for RunError {
             Self::Open(source) => source.fmt(f),
             Self::Look(source) => write!(f, "{source}. Nothing was switched and nothing has moved"),
             Self::Gear(axes) => gear_text(f, axes),
+            Self::Origins(source) => source.fmt(f),
+            Self::Life(source) => write!(f, "{source}. Nothing was switched and nothing has moved"),
+            Self::Start {
+                drive,
+                expected_turns,
+                actual_turns,
+            } => write!(
+                f,
+                "the motion of drive {drive} begins at {expected_turns:.4} turns of its motor, and the axis stands at {actual_turns:.4}: bring it there with `motionctl jog --drive {drive} --to {expected_turns:.4} --origins`. Nothing has moved"
+            ),
+            Self::OutsideTravel { drive, error } => write!(
+                f,
+                "the motion of drive {drive} leaves the travel of its axis: {error}. Nothing has moved"
+            ),
             Self::Endpoint(source) => source.fmt(f),
             Self::Range(source) => write!(
                 f,

@@ -58,6 +58,7 @@ fn axes(
             drive,
             gear,
             needs: Needs::of(&positions, gear, arguments.cycle_us),
+            first_counts: plan.first_counts(axis),
         }
     };
     Ok(drives

@@ -5,6 +5,7 @@ mod buses;
 mod error;
 mod file;
 mod follow;
+mod places;
 mod streamed;
 mod summary;
 mod together;
@@ -31,6 +32,8 @@ struct Axis {
     drive: DriveId,
     gear: GearNumber,
     needs: Needs,
+    /// The first position of the file, in command counts.
+    first_counts: f64,
 }
 
 /// Checks everything, asks, runs the motion, prints the summary.
@@ -142,6 +145,9 @@ fn station<'link>(
         .collect();
     if differences.iter().any(GearDifference::is_one) {
         return Err(RunError::Gear(differences));
+    }
+    if let Some(path) = &arguments.origins {
+        places::check(arguments, link, axes, path)?;
     }
     let configs = configs(arguments, axes, |drive| {
         of(drive).map_or(0, |seen| seen.position_counts)

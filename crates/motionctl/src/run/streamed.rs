@@ -29,6 +29,8 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
         drive,
         gear,
         needs: arguments.limits.as_needs(gear, arguments.cycle_us),
+        // A stream begins where the axes stand.
+        first_counts: 0.0,
     };
     let axes: Vec<Axis> = drives.iter().copied().zip(gears).map(axis).collect();
     let limits = |axis: &Axis| arguments.limits.of_stream(axis.gear, arguments.cycle_us);

@@ -16,6 +16,8 @@ pub(crate) struct Plan {
     cycle_s: f64,
     last_cycle: usize,
     peaks: Vec<Peaks>,
+    /// The first position of the table, in command counts.
+    first_counts: Vec<f64>,
 }
 
 /// The largest values of one axis, in command counts and seconds.
@@ -47,6 +49,7 @@ impl Plan {
             // The duration is limited by whoever read the table.
             last_cycle: (duration_s / cycle_s).ceil() as usize,
             peaks: Vec::with_capacity(scales.len()),
+            first_counts: Vec::with_capacity(scales.len()),
         };
         for (axis, scale) in scales.iter().enumerate() {
             let start = table.row(0)[axis];
@@ -61,6 +64,7 @@ impl Plan {
                 interpolation,
             );
             let peaks = plan.check(&curve, table, axis, limits[axis], cycle_us)?;
+            plan.first_counts.push(start * scale.counts_per_unit());
             plan.curves.push(curve);
             plan.peaks.push(peaks);
         }
@@ -128,6 +132,11 @@ impl Plan {
     /// Positions relative to the first at the end.
     pub(crate) fn last(&self) -> Vec<i32> {
         self.row(self.last_cycle).collect()
+    }
+
+    /// The first position of an axis as the file has it, in command counts.
+    pub(crate) fn first_counts(&self, axis: usize) -> f64 {
+        self.first_counts.get(axis).copied().unwrap_or_default()
     }
 
     /// The largest step of each axis from one cycle to the next, in command counts.

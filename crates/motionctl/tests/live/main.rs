@@ -5,6 +5,8 @@ mod adapters;
 mod bench;
 mod commission;
 mod documents;
+mod first_hour;
+mod home;
 mod hub;
 mod identity;
 mod other_signals;

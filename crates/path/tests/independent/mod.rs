@@ -2,67 +2,96 @@
 //! to the ideal geometry.
 #![allow(dead_code)]
 
-/// The ideal path: straight lines and arcs, as points close to each other.
-pub(crate) struct Ideal {
-    pub(crate) points: Vec<[f64; 3]>,
+pub(crate) mod rig;
+
+/// A piece of the ideal path.
+enum Piece {
+    Line([f64; 3], [f64; 3]),
+    /// In the plane of the first two coordinates: start, end, centre, radius, first angle, and sweep in radians.
+    Arc([f64; 3], [f64; 3], [f64; 2], f64, f64, f64),
 }
+
+/// The ideal path.
+pub(crate) struct Ideal {
+    pieces: Vec<Piece>,
+    pub(crate) end: [f64; 3],
+}
+
+/// Pieces before and behind the best one that a point may belong to.
+const BAND: usize = 40;
 
 impl Ideal {
     pub(crate) fn at(start: [f64; 3]) -> Self {
         Self {
-            points: vec![start],
+            pieces: Vec::new(),
+            end: start,
         }
     }
 
     pub(crate) fn line(&mut self, end: [f64; 3]) {
-        self.points.push(end);
+        self.pieces.push(Piece::Line(self.end, end));
+        self.end = end;
     }
 
-    /// An arc in the plane of the first two coordinates, `sweep` in turns, in 20,000 chords a turn and at least 100.
+    /// An arc in the plane of the first two coordinates, `sweep` in turns.
     pub(crate) fn arc(&mut self, centre: [f64; 2], sweep: f64, end: [f64; 3]) {
-        let start = *self.points.last().unwrap();
-        let (x, y) = (start[0] - centre[0], start[1] - centre[1]);
-        let (radius, from) = (x.hypot(y), y.atan2(x));
-        let steps = (sweep.abs() * 20_000.0).ceil().max(100.0) as usize;
-        for step in 1..=steps {
-            let share = step as f64 / steps as f64;
-            let angle = from + share * sweep * core::f64::consts::TAU;
-            self.points.push([
-                centre[0] + radius * angle.cos(),
-                centre[1] + radius * angle.sin(),
-                start[2] + share * (end[2] - start[2]),
-            ]);
-        }
+        let (x, y) = (self.end[0] - centre[0], self.end[1] - centre[1]);
+        let sweep = sweep * core::f64::consts::TAU;
+        self.pieces.push(Piece::Arc(
+            self.end,
+            end,
+            centre,
+            x.hypot(y),
+            y.atan2(x),
+            sweep,
+        ));
+        self.end = end;
     }
 
-    /// The largest distance of points in order from this path, which is searched from where the point before was nearest.
+    /// The largest distance of points from this path when they are matched with its pieces in order, in the best way to do that.
     pub(crate) fn deviation(&self, points: &[[f64; 3]]) -> f64 {
-        let mut nearest = 0;
-        let mut largest = 0.0_f64;
+        // For each piece: the largest distance so far, when this point belongs to it.
+        let mut matched = vec![f64::MAX; self.pieces.len()];
+        matched[0] = 0.0;
+        let mut nearest = 0_usize;
         for point in points {
-            let mut best = f64::MAX;
-            let mut ahead = 0.0;
-            let mut place = nearest;
-            for (index, pair) in self.points.windows(2).enumerate().skip(nearest) {
-                let distance = to_segment(*point, pair[0], pair[1]);
-                if distance < best {
-                    best = distance;
-                    place = index;
-                }
-                ahead += between(pair[0], pair[1]);
-                if ahead > SEARCHED && index > nearest + 2 {
-                    break;
+            let first = nearest.saturating_sub(BAND);
+            let last = (nearest + BAND).min(self.pieces.len() - 1);
+            let mut before = f64::MAX;
+            for index in first..=last {
+                before = before.min(matched[index]);
+                matched[index] = before.max(self.pieces[index].distance(*point));
+                if matched[index] < matched[nearest] || index == first {
+                    nearest = index;
                 }
             }
-            nearest = place;
-            largest = largest.max(best);
         }
-        largest
+        matched.into_iter().fold(f64::MAX, f64::min)
     }
 }
 
-/// How far ahead the nearest point is searched, in units: less than a turn of a tiny spiral has room for is not needed by any speed.
-const SEARCHED: f64 = 2_000.0;
+impl Piece {
+    fn distance(&self, point: [f64; 3]) -> f64 {
+        match self {
+            Self::Line(from, to) => to_segment(point, *from, *to),
+            Self::Arc(from, to, centre, radius, first, sweep) => {
+                let (x, y) = (point[0] - centre[0], point[1] - centre[1]);
+                let ends = between(point, *from).min(between(point, *to));
+                let whole = core::f64::consts::TAU;
+                let turned = (y.atan2(x) - first) * sweep.signum();
+                let mut best = ends;
+                let mut angle = turned.rem_euclid(whole);
+                while angle <= sweep.abs() {
+                    let z = from[2] + (to[2] - from[2]) * angle / sweep.abs();
+                    let across = (x.hypot(y) - radius).hypot(point[2] - z);
+                    best = best.min(across);
+                    angle += whole;
+                }
+                best
+            }
+        }
+    }
+}
 
 fn between(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3)
