@@ -55,7 +55,7 @@ pub(crate) struct Arguments {
     pub(super) limits: MotionLimits,
     /// File of software origins that `motionctl home` wrote: the positions of the motion are those of the axes, each of which must stand at
     /// the first one and stays within its travel. Without it a motion is relative to where the axes stand.
-    #[arg(long, value_name = "FILE.toml", conflicts_with = "stream")]
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["stream", "bus"])]
     pub(super) origins: Option<PathBuf>,
     /// Status polls of each axis in Hz, 0 for none: then nobody notices a drive that left the bus.
     #[arg(long, value_name = "HZ", default_value_t = 50)]
