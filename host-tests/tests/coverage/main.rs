@@ -34,6 +34,7 @@ const CRATES: [(&str, &str); 13] = [
     ("drive_sim", "crates/drive-sim/src/lib.rs"),
     ("dyn_can", "crates/dyn-can/src/lib.rs"),
     ("dyn_commission", "crates/dyn-commission/src/lib.rs"),
+    ("homing", "crates/homing/src/lib.rs"),
     ("dyn_serial", "crates/dyn-serial/src/lib.rs"),
     ("dyn_values", "crates/dyn-values/src/lib.rs"),
     ("motion_board", "src/main.rs"),

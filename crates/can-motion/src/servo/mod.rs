@@ -13,6 +13,7 @@ mod family;
 mod fault;
 mod feedback;
 mod frames;
+mod latest;
 mod ledger;
 mod placement;
 pub(crate) mod plan;
@@ -23,6 +24,7 @@ mod procedures;
 mod readings;
 mod request_slot;
 mod response_watch;
+mod settings;
 mod snapshot;
 
 pub use config::{

@@ -7,8 +7,8 @@ use dyn_can::{
 };
 
 use crate::core::family::{Context, Meaning, PowerReport, View};
+use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
-use crate::servo::config::DialectChoice;
 use crate::servo::drive::{Log, Servo};
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
@@ -31,7 +31,11 @@ impl Servo {
             return self.read_error(frame, context);
         }
         match self.slot.awaited(function) {
-            Ok((kind, asked_at)) => self.read_reply(frame, kind, asked_at, context),
+            Ok((kind, deadline)) => {
+                let waits_us = context.config.timeouts.reply_us;
+                let asked_at = deadline.before(waits_us).at(context.log.now);
+                self.read_reply(frame, kind, asked_at, context)
+            }
             Err(Unawaited::Late) => {
                 self.counters.late_replies = self.counters.late_replies.wrapping_add(1);
                 context.log.push(EventKind::LateReply(function));
@@ -153,7 +157,7 @@ impl Servo {
     }
 
     fn recognise_revision(&mut self, frame: &DataFrame, log: &mut Log<'_>) {
-        if self.config.dialect == DialectChoice::Detect {
+        if self.config.detects_dialect {
             let Some(revision) = Revision::from_group3_reply_len(usize::from(frame.len())) else {
                 return;
             };
@@ -167,7 +171,7 @@ impl Servo {
     fn suspect(&mut self, reply: Reply, context: &Context<'_, Dyn>) -> Option<Fault> {
         match reply {
             Reply::DiagnosticCounter(actual) => {
-                let expected = self.feedback.counter?.value.wrapping_add(1);
+                let expected = self.feedback.counter()?.wrapping_add(1);
                 let restarted = actual.wrapping_sub(expected) >= COUNTER_SLACK;
                 restarted.then_some(Fault::Reboot { expected, actual })
             }
@@ -201,7 +205,7 @@ impl Servo {
                 _ => to(Stage::CheckingConfig),
             },
             Reply::DriveConfig(byte) => {
-                self.guarded_at = context.log.now;
+                self.guarded_at = Stamp::of(context.log.now);
                 match judge_config(byte) {
                     Some(fault) => Meaning::fault(fault),
                     None => to(Stage::CheckingStatus),
@@ -247,13 +251,17 @@ impl Servo {
     fn stands(&mut self, speed_rpm: i16, context: &Context<'_, Dyn>) -> Option<bool> {
         let now = context.log.now;
         if speed_rpm != 0 {
-            self.still_since = None;
+            self.is_still = false;
             return Some(false);
         }
-        let since = *self.still_since.get_or_insert(now);
+        if !core::mem::replace(&mut self.is_still, true) {
+            self.still_since = Stamp::of(now);
+        }
         // What was read before the application asked for power does not count (D59).
-        let counted = now.us_since(since.max(context.view.since));
-        (counted >= u64::from(context.config.timeouts.standstill_us)).then_some(true)
+        let standstill_us = context.config.timeouts.standstill_us;
+        let counts = self.still_since.has_lasted(now, standstill_us)
+            && context.view.has_lasted(now, standstill_us);
+        counts.then_some(true)
     }
 
     fn judge_group3(&self, group: ParamGroup3) -> Option<Fault> {
@@ -274,7 +282,7 @@ impl Servo {
 
     /// The position that was read last, in command counts.
     pub(super) fn located(&self) -> Result<i32, Fault> {
-        let read_back = self.feedback.position.map_or(0, |position| position.value);
+        let read_back = self.feedback.position().unwrap_or(0);
         let travel = &self.config.limits.travel;
         self.config
             .read_back

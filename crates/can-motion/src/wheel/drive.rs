@@ -218,6 +218,7 @@ impl Drive for Wheel {
 
     fn snapshot(
         &self,
+        _: Instant,
         state: AxisState,
         facts: &Facts,
         fault: Option<WheelFault>,

@@ -106,9 +106,8 @@ impl Wheel {
 
     /// A holding brake is not made to stop a wheel that turns. Where nobody reports the speed, it waits as long as a standstill may take.
     fn may_close_brake(&self, view: &View, now: Instant) -> bool {
-        let waited_us = now.us_since(view.since);
-        self.still_since.is_some()
-            || waited_us >= u64::from(self.master.timeouts.standstill_limit_us)
+        let limit_us = self.master.timeouts.standstill_limit_us;
+        self.still_since.is_some() || view.has_lasted(now, limit_us)
     }
 
     fn check_transfer(&self, stage: Stage) -> Option<SdoRequest> {

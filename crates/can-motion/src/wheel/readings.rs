@@ -98,7 +98,7 @@ impl Wheel {
         }
         let is_on = view.facts.power == Power::On;
         // The release of a quick stop takes a moment.
-        let is_settled = now.us_since(view.since) >= u64::from(config.timeouts.confirm_us);
+        let is_settled = view.has_lasted(now, config.timeouts.confirm_us);
         let is_stopped = status.emergency_stop() && !self.quick_stop && is_settled;
         let is_unknown = status.state() == State::Undocumented;
         (is_on && (is_stopped || is_unknown)).then_some(WheelFault::NotEnabled)
@@ -110,7 +110,7 @@ impl Wheel {
             return Some(false);
         }
         // What was read before the application asked for power does not count.
-        let since = self.still_since?.max(context.view.since);
+        let since = self.still_since?.max(context.view.since(context.log.now));
         let counted_us = context.log.now.us_since(since);
         (counted_us >= u64::from(context.config.timeouts.standstill_us)).then_some(true)
     }
@@ -402,8 +402,7 @@ impl Wheel {
         };
         let timeouts = &context.config.timeouts;
         let view = context.view;
-        let elapsed_us = now.us_since(view.since);
-        if view.stage == Stage::PowerOn && elapsed_us >= u64::from(timeouts.power_on_us) {
+        if view.stage == Stage::PowerOn && view.has_lasted(now, timeouts.power_on_us) {
             meaning.stage = Some(Stage::Probing);
         }
         let waits_for_feedback = view.facts.is_checking()
@@ -412,7 +411,7 @@ impl Wheel {
                 Stage::Locating => true,
                 _ => false,
             };
-        let is_late = waits_for_feedback && elapsed_us >= u64::from(timeouts.confirm_us);
+        let is_late = waits_for_feedback && view.has_lasted(now, timeouts.confirm_us);
         meaning.fault = meaning
             .fault
             .or_else(|| self.silence(context.config, view, now))

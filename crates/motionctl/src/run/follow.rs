@@ -5,11 +5,12 @@ use dyn_can::DriveId;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::summary::{AxisSummary, Outcome, Summary};
+use crate::control::Wishes;
 use crate::interrupt;
 use crate::link::LinkFault;
 use crate::output::tell;
+use crate::set_points::{SetPointSource, Step};
 use crate::station::{BringUpError, Station, fault_text, found_on, unconfirmed_warning};
-use crate::trajectory::Plan;
 
 /// Time after the motion for the drives to arrive and to be read once more.
 const SETTLE_US: u64 = 500_000;
@@ -25,6 +26,8 @@ enum Stop {
     /// A target that the master does not take although nothing is wrong with the axis.
     Target(DriveId, TargetError),
     Interrupted,
+    Ordered,
+    RanOut,
     Link(LinkFault),
 }
 
@@ -41,6 +44,8 @@ impl Stop {
                 Outcome::LinkFailed(fault)
             }
             Self::Interrupted | Self::BringUp(BringUpError::Interrupted) => Outcome::Interrupted,
+            Self::Ordered => Outcome::Ordered,
+            Self::RanOut => Outcome::RanOut,
             Self::Fault(drive, fault) | Self::BringUp(BringUpError::Fault { drive, fault }) => {
                 let text = fault_text(drive, fault);
                 if fault == Fault::Bus {
@@ -84,10 +89,21 @@ impl<'link> Follow<'link> {
     }
 
     /// Enables, moves, disables.
-    pub(super) fn run(mut self, plan: &Plan, show_progress: bool) -> Summary {
+    pub(super) fn run(
+        mut self,
+        source: &mut dyn SetPointSource,
+        wishes: &Wishes,
+        show_progress: bool,
+    ) -> Summary {
+        let mut row = vec![0; source.axes()];
         let moved = self.start_up(show_progress).and_then(|()| {
-            self.follow(plan, show_progress)?;
-            self.settle()
+            let end = self.follow(source, wishes, &mut row, show_progress)?;
+            self.settle()?;
+            match end {
+                Step::Goes | Step::Completed => Ok(()),
+                Step::Stopped => Err(Stop::Ordered),
+                Step::RanOut => Err(Stop::RanOut),
+            }
         });
         let before_end = self.snapshots();
         let moved = moved.map_err(Stop::outcome);
@@ -119,7 +135,7 @@ impl<'link> Follow<'link> {
             .iter()
             .zip(&at_end)
             .zip(&self.anchors)
-            .zip(plan.last())
+            .zip(row)
             .zip(&self.read_back)
             .enumerate()
             .map(
@@ -156,35 +172,48 @@ impl<'link> Follow<'link> {
         Ok(())
     }
 
-    /// The row of the plan follows the clock: rows of cycles that were missed are passed over, and the axes owe the rest.
-    fn follow(&mut self, plan: &Plan, show_progress: bool) -> Result<(), Stop> {
-        let last = plan.cycles() as u64 - 1;
-        let bar = progress_bar(last, show_progress);
-        let mut first = None;
-        let mut row = 0;
-        while row < last {
+    /// The motion follows the clock: rows of cycles that were missed are passed over, and the axes owe the rest.
+    fn follow(
+        &mut self,
+        source: &mut dyn SetPointSource,
+        wishes: &Wishes,
+        row: &mut [i32],
+        show_progress: bool,
+    ) -> Result<Step, Stop> {
+        let bar = progress_bar(source.progress().1, show_progress);
+        let mut before = None;
+        loop {
+            wishes.hand_on(source);
             let (places, anchors) = (&self.places, &self.anchors);
-            let mut refused = None;
+            let (mut refused, mut step) = (None, Step::Goes);
             self.station.cycle(|master, number| {
-                row = (number - *first.get_or_insert(number)).min(last);
-                let offsets = plan.row(row as usize);
-                let axes = places.iter().zip(anchors).zip(offsets).enumerate();
-                for (axis, ((&place, &anchor), offset)) in axes {
+                for _ in before.unwrap_or(number.saturating_sub(1))..number {
+                    step = source.next(row);
+                }
+                before = Some(number);
+                for (axis, ((&place, &anchor), &offset)) in
+                    places.iter().zip(anchors).zip(row.iter()).enumerate()
+                {
                     let target = master.set_target(place, anchor.wrapping_add(offset));
                     refused = refused.or(target.err().map(|error| (axis, error)));
                 }
             })?;
-            if row % PROGRESS_STEP == 0 {
-                bar.set_position(row);
+            while let Some(notice) = source.next_notice() {
+                bar.suspend(|| tell(notice));
+            }
+            if before.is_some_and(|number: u64| number.is_multiple_of(PROGRESS_STEP)) {
+                bar.set_position(source.progress().0);
             }
             // A fault is the cause of a refusal, and tells more.
             self.check()?;
             if let Some((axis, error)) = refused {
                 return Err(Stop::Target(self.drives[axis], error));
             }
+            if step != Step::Goes {
+                bar.finish_and_clear();
+                return Ok(step);
+            }
         }
-        bar.finish_and_clear();
-        Ok(())
     }
 
     /// Until nothing is owed, and then until the drives have arrived.
@@ -217,10 +246,10 @@ impl<'link> Follow<'link> {
     }
 }
 
-fn progress_bar(cycles: u64, show: bool) -> ProgressBar {
-    if !show {
+fn progress_bar(cycles: Option<u64>, show: bool) -> ProgressBar {
+    let (Some(cycles), true) = (cycles, show) else {
         return ProgressBar::hidden();
-    }
+    };
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} cycles, {eta} left");
     let bar = ProgressBar::new(cycles);
     match style {

@@ -13,6 +13,7 @@ use crate::counted::counted;
 use crate::exit;
 use crate::link::LinkFault;
 use crate::station::{End, PaceCounts, left_on};
+use crate::stream::StreamReport;
 use crate::table::align_numbers;
 
 /// An older position says nothing of the end of a motion.
@@ -27,6 +28,10 @@ pub(super) enum Outcome {
     /// Why it is not known that set-points got out, which was told already.
     StoodStill(String),
     Interrupted,
+    /// Somebody gave the order.
+    Ordered,
+    /// A stream had no more set-points, which was told already.
+    RanOut,
     LinkFailed(LinkFault),
 }
 
@@ -34,7 +39,7 @@ impl Outcome {
     /// Why it is not complete.
     pub(super) fn reason(&self) -> Option<String> {
         match self {
-            Self::Completed | Self::Interrupted => None,
+            Self::Completed | Self::Interrupted | Self::Ordered | Self::RanOut => None,
             Self::Stopped(reason) | Self::StoodStill(reason) => Some(reason.clone()),
             Self::LinkFailed(fault) => Some(fault.to_string()),
         }
@@ -50,6 +55,8 @@ impl fmt::Display for Outcome {
                 f.write_str("stopped, because it is not known that its set-points got out")
             }
             Self::Interrupted => f.write_str("stopped by the user"),
+            Self::Ordered => f.write_str("stopped by an order"),
+            Self::RanOut => f.write_str("the set-points ran out"),
             Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
         }
     }
@@ -125,6 +132,9 @@ pub(super) struct Summary {
     reason: Option<String>,
     axes: Vec<AxisSummary>,
     pace: PaceCounts,
+    /// What came in from a stream.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) stream: Option<StreamReport>,
     /// Cycles whose set-points the link did not all accept in time.
     late_hand_overs: u32,
     /// Drives that this motion had enabled, and that say that they are disabled.
@@ -158,7 +168,7 @@ impl Summary {
         let completed = outcome == Outcome::Completed && sums_are_equal && is_off;
         let exit_code = match outcome {
             Outcome::LinkFailed(_) | Outcome::StoodStill(_) => exit::LINK_FAILED,
-            Outcome::Interrupted if is_off => exit::INTERRUPTED,
+            Outcome::Interrupted | Outcome::Ordered if is_off => exit::INTERRUPTED,
             _ if completed => 0,
             _ => exit::BROKEN_PROMISE,
         };
@@ -171,6 +181,7 @@ impl Summary {
             outcome: outcome.to_string(),
             axes,
             pace,
+            stream: None,
             late_hand_overs,
             disabled: ids(&end.disabled),
             unconfirmed: ids(&end.unconfirmed),
@@ -179,6 +190,11 @@ impl Summary {
             left_on,
             exit_code,
         }
+    }
+
+    /// How the motion ended, in words.
+    pub(super) fn outcome(&self) -> &str {
+        &self.outcome
     }
 
     pub(super) fn exit_code(&self) -> ExitCode {
@@ -227,6 +243,9 @@ impl fmt::Display for Summary {
             pace.merged,
             self.late_hand_overs
         )?;
+        if let Some(stream) = &self.stream {
+            writeln!(f, "{stream}")?;
+        }
         if let Some(text) = &self.left_on {
             writeln!(f, "{text}")?;
         }

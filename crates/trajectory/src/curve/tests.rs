@@ -178,6 +178,14 @@ proptest! {
     }
 
     #[test]
+    fn a_share_of_counts_is_the_nearest(share in any::<u64>(), way in any::<i32>()) {
+        let counts = i128::from(Share(share).of_counts(way)) << 64;
+        let exact = i128::from(share) * i128::from(way);
+        // Half a count, and 2^-30 of one.
+        prop_assert!((counts - exact).abs() <= (1 << 63) + (1 << 34), "{counts} {exact}");
+    }
+
+    #[test]
     fn set_points_of_a_move_go_one_way(way in -3_000_000..3_000_000_i32, duration_ms in 1..5_000_u32) {
         let frames = [keyframe(0, 0), keyframe(duration_ms, way)];
         let motion = KeyframeMotion::new(&frames).unwrap();

@@ -2,6 +2,7 @@
 
 mod assign;
 mod jog;
+mod life;
 mod probe;
 mod procedure;
 mod read;
@@ -20,6 +21,7 @@ use super::{
 use crate::interrupt;
 use crate::link::Link;
 use crate::station::AxisOptions;
+pub(crate) use life::{Life, life as life_of};
 use procedure::{answering_station, perform};
 pub(crate) use read::state_of;
 use script::LISTEN_US;
@@ -27,13 +29,13 @@ pub(crate) use write::request_of;
 use write::write;
 
 /// Drives behind a link to a CAN bus.
-pub(super) struct CanDrives {
+pub(crate) struct CanDrives {
     link: Link,
     axes: AxisOptions,
 }
 
 impl CanDrives {
-    pub(super) fn new(link: Link, axes: AxisOptions) -> Self {
+    pub(crate) fn new(link: Link, axes: AxisOptions) -> Self {
         Self { link, axes }
     }
 }
@@ -110,6 +112,10 @@ impl Drives for CanDrives {
 
     fn reset(&mut self, drive: StoredDriveId) -> Result<ResetEnd, DrivesError> {
         reset::reset(&mut self.link, self.axes, on_can(drive)?)
+    }
+
+    fn life(&mut self, drive: StoredDriveId) -> Result<Life, DrivesError> {
+        life::life(&mut self.link, self.axes, on_can(drive)?)
     }
 
     fn probe(&mut self, drive: StoredDriveId) -> Result<ProbeEnd, DrivesError> {
