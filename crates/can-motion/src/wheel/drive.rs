@@ -22,7 +22,7 @@ use crate::wheel::event::WheelEventKind;
 use crate::wheel::fault::WheelFault;
 use crate::wheel::feedback::{WheelFeedback, WheelSnapshot};
 use crate::wheel::process_data;
-use crate::wheel::request::{Purpose, WheelRequest};
+use crate::wheel::request::{HealthReading, Purpose, WheelRequest};
 use crate::wheel::set_up;
 use crate::wheel::transfer::{TransferError, is_owned};
 use crate::wheel::zlac_family::Zlac;
@@ -68,6 +68,9 @@ pub struct Wheel {
     pub(super) timeouts_in_row: u8,
     /// When the latest transfer started.
     pub(super) asked_at: Instant,
+    /// When the latest reading of health was asked, and which comes next.
+    pub(super) health_asked_at: Option<Instant>,
+    pub(super) health_next: HealthReading,
     pub(super) still_since: Option<Instant>,
     /// Since when the wheel turns at another speed than it was told.
     pub(super) off_since: Option<Instant>,
@@ -93,7 +96,8 @@ impl Wheel {
             config,
             master: *master,
             ledger: AbsoluteLedger::new(match config.mode {
-                WheelMode::Velocity => ValueKind::Speed,
+                // Both end at 0.
+                WheelMode::Velocity | WheelMode::Torque { .. } => ValueKind::Speed,
                 WheelMode::Position { .. } => ValueKind::Position,
             }),
             feedback: WheelFeedback::default(),
@@ -113,6 +117,8 @@ impl Wheel {
             edge: false,
             timeouts_in_row: 0,
             asked_at: Instant::default(),
+            health_asked_at: None,
+            health_next: HealthReading::default(),
             still_since: None,
             off_since: None,
         }
@@ -120,6 +126,10 @@ impl Wheel {
 
     pub(super) const fn is_position(&self) -> bool {
         matches!(self.config.mode, WheelMode::Position { .. })
+    }
+
+    pub(super) const fn is_torque(&self) -> bool {
+        matches!(self.config.mode, WheelMode::Torque { .. })
     }
 
     /// The drive takes the frame of a cycle.
@@ -251,10 +261,11 @@ impl Drive for Wheel {
         self.off_since = None;
     }
 
-    /// A move of the drive itself ends by quick stop, and the ramp with its standstill.
+    /// A move of the drive itself ends by quick stop, and so does torque, because a wheel without torque goes on turning; the ramp ends with
+    /// their standstill.
     fn begin_ramp(&mut self, cycles: u32) {
         self.ledger.begin_ramp(cycles);
-        if self.makes_own_move() {
+        if self.makes_own_move() || self.is_torque() {
             self.quick_stop = true;
             self.braking_cycles =
                 self.master.timeouts.standstill_limit_us / self.master.cycle_us.max(1);
