@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use can_motion::PollPeriods;
 
 use crate::control::ControlOptions;
-use crate::link::LinkOptions;
+use crate::link::BusesOptions;
 use crate::station::{AxisOptions, MotionLimits};
 use crate::stream::StreamOptions;
 use crate::trajectory::MotionOptions;
@@ -17,6 +17,7 @@ Examples:
   motionctl run --slcan /dev/ttyACM0 --trajectory plan.csv --drives 5,7 --axes 2
   motionctl run --can can0 --trajectory plan.csv --cycle-us 2000 --yes --json
   motionctl run --can can0 --drives 1,2 --stream tcp:7001     set-points from another program, see docs/stream.md
+  motionctl run --bus can:can0=1,2 --bus can:can1=1,2 --trajectory plan.csv   four columns on two buses
   motionctl run --can can0 --trajectory plan.csv --control unix:/tmp/motion   orders from another program
 
 Drives that are disabled are enabled, follow the motion from where they stand, and are disabled: at the end, after
@@ -38,7 +39,7 @@ stood still, 130 stopped by Ctrl-C or an order to stop.";
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    pub(super) link: LinkOptions,
+    pub(super) link: BusesOptions,
     #[command(flatten)]
     pub(super) motion: MotionOptions,
     #[command(flatten)]
@@ -54,7 +55,7 @@ pub(crate) struct Arguments {
     pub(super) limits: MotionLimits,
     /// File of software origins that `motionctl home` wrote: the positions of the motion are those of the axes, each of which must stand at
     /// the first one and stays within its travel. Without it a motion is relative to where the axes stand.
-    #[arg(long, value_name = "FILE.toml", conflicts_with = "stream")]
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["stream", "bus"])]
     pub(super) origins: Option<PathBuf>,
     /// Status polls of each axis in Hz, 0 for none: then nobody notices a drive that left the bus.
     #[arg(long, value_name = "HZ", default_value_t = 50)]

@@ -5,14 +5,13 @@ use std::process::ExitCode;
 use dyn_can::StepLimit;
 
 use super::arguments::Arguments;
+use super::buses::{self, Bus, admit_all};
 use super::error::RunError;
-use super::{Axis, admit, ask, follow, listen, open_control};
+use super::{Axis, ask, listen, open_control};
 use crate::control::Wishes;
-use crate::link::Link;
-use crate::output::{print, print_json};
 use crate::set_points::TimedMotion;
 use crate::station::Needs;
-use crate::trajectory::{MotionFile, Plan, WithMotion};
+use crate::trajectory::{MotionFile, Plan};
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let motion = arguments.motion.read().map_err(RunError::Motion)?;
@@ -31,24 +30,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     }
     let wishes = Wishes::new();
     let control = open_control(arguments, &wishes)?;
-    let mut link = arguments.link.open().map_err(RunError::Open)?;
-    let (mut source, axes) = source(arguments, &mut link, &plan, axes)?;
+    let mut buses = buses::open(arguments, axes)?;
+    let mut source = source(arguments, &mut buses, &plan)?;
     let seconds = plan.cycles() as f64 * f64::from(arguments.cycle_us) * 1e-6;
-    ask(arguments, &axes, &format!("for {seconds:.1} s"))?;
-    let follow = follow(arguments, &mut link, &axes)?;
+    ask(arguments, &drives, &format!("for {seconds:.1} s"))?;
+    let follows = buses::ready(arguments, &mut buses)?;
     let listening = listen(arguments, control, &wishes)?;
-    let summary = follow.run(&mut source, &wishes, !arguments.json);
+    let summaries = buses::follow_all(follows, &mut source, &wishes, !arguments.json);
     drop(listening);
-    if arguments.json {
-        print_json(&WithMotion {
-            motion: &report,
-            result: &summary,
-        })
-        .map_err(RunError::Print)?;
-    } else {
-        print(&summary).map_err(RunError::Print)?;
-    }
-    Ok(summary.exit_code())
+    buses::show(arguments, &summaries, Some(&report), None)
 }
 
 fn axes(
@@ -56,7 +46,11 @@ fn axes(
     motion: &MotionFile<'_>,
     plan: &Plan,
 ) -> Result<Vec<Axis>, RunError> {
-    let drives = motion.drives().map_err(RunError::Motion)?;
+    let drives = match arguments.link.drives() {
+        Some(drives) => motion.takes_drives(drives),
+        None => motion.drives(),
+    };
+    let drives = drives.map_err(RunError::Motion)?;
     let gears = motion.gear_numbers().map_err(RunError::Motion)?;
     let axis = |(axis, (drive, gear))| {
         let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
@@ -75,30 +69,30 @@ fn axes(
         .collect())
 }
 
-/// The motion with the speeds that its axes have room for. A bus that cannot carry the larger steps of a higher speed carries the
-/// motion as it is.
+/// The motion with the speeds that its axes have room for. Buses that cannot carry the larger steps of a higher speed carry the motion as
+/// it is.
 fn source<'plan>(
     arguments: &Arguments,
-    link: &mut Link,
+    buses: &mut [Bus],
     plan: &'plan Plan,
-    axes: Vec<Axis>,
-) -> Result<(TimedMotion<&'plan Plan>, Vec<Axis>), RunError> {
-    admit(arguments, link, &axes)?;
+) -> Result<TimedMotion<&'plan Plan>, RunError> {
+    admit_all(arguments, buses)?;
     let headroom = |axis: &Axis| {
         arguments
             .limits
             .headroom(&axis.needs, axis.gear, arguments.cycle_us)
     };
-    let headroom = axes.iter().map(headroom).collect();
-    let mut source = TimedMotion::new(plan, headroom, arguments.cycle_us);
-    let at_rate = |axis: &Axis| Axis {
-        needs: axis.needs.at_rate(source.highest_rate()),
-        ..axis.clone()
-    };
-    let faster: Vec<Axis> = axes.iter().map(at_rate).collect();
-    if admit(arguments, link, &faster).is_ok() {
-        return Ok((source, faster));
+    let axes = buses.iter().flat_map(|bus| &bus.axes);
+    let mut source = TimedMotion::new(plan, axes.map(headroom).collect(), arguments.cycle_us);
+    let needs: Vec<Vec<Axis>> = buses.iter().map(|bus| bus.axes.clone()).collect();
+    for axis in buses.iter_mut().flat_map(|bus| &mut bus.axes) {
+        axis.needs = axis.needs.at_rate(source.highest_rate());
     }
-    source.hold_to(1.0);
-    Ok((source, axes))
+    if admit_all(arguments, buses).is_err() {
+        for (bus, axes) in buses.iter_mut().zip(needs) {
+            bus.axes = axes;
+        }
+        source.hold_to(1.0);
+    }
+    Ok(source)
 }

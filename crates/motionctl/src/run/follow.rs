@@ -4,7 +4,10 @@ use can_motion::{Fault, ReadBackScale, TargetError};
 use dyn_can::DriveId;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use std::sync::Arc;
+
 use super::summary::{AxisSummary, Outcome, Summary};
+use super::together::Together;
 use crate::control::Wishes;
 use crate::interrupt;
 use crate::link::LinkFault;
@@ -28,6 +31,8 @@ enum Stop {
     Interrupted,
     Ordered,
     RanOut,
+    /// Another bus stopped.
+    Together(String),
     Link(LinkFault),
 }
 
@@ -44,6 +49,9 @@ impl Stop {
                 Outcome::LinkFailed(fault)
             }
             Self::Interrupted | Self::BringUp(BringUpError::Interrupted) => Outcome::Interrupted,
+            Self::Together(reason) => {
+                Outcome::Stopped(format!("stopped with the other bus: {reason}"))
+            }
             Self::Ordered => Outcome::Ordered,
             Self::RanOut => Outcome::RanOut,
             Self::Fault(drive, fault) | Self::BringUp(BringUpError::Fault { drive, fault }) => {
@@ -70,21 +78,57 @@ pub(super) struct Follow<'link> {
     places: Vec<usize>,
     /// Where each axis stood at the start.
     anchors: Vec<i32>,
+    /// The name of the bus, where there are several.
+    bus: String,
+    together: Option<Arc<Together>>,
+}
+
+impl Drop for Follow<'_> {
+    /// Whatever the reason, a bus that ends ends all: a panic, too.
+    fn drop(&mut self) {
+        if std::thread::panicking()
+            && let Some(together) = &self.together
+        {
+            together.fail(format!("{}: a failure of this program", self.bus));
+        }
+    }
 }
 
 impl<'link> Follow<'link> {
     pub(super) fn new(
         station: Station<'link>,
-        drives: &[DriveId],
-        read_back: Vec<ReadBackScale>,
+        axes: Vec<(DriveId, ReadBackScale)>,
+        bus: String,
+        together: Option<Arc<Together>>,
     ) -> Self {
+        let (drives, read_back): (Vec<DriveId>, Vec<ReadBackScale>) = axes.into_iter().unzip();
         let place = |drive| drives.iter().filter(|&other| other < drive).count();
         Self {
             station,
-            drives: drives.to_vec(),
-            read_back,
             places: drives.iter().map(place).collect(),
             anchors: vec![0; drives.len()],
+            drives,
+            read_back,
+            bus,
+            together,
+        }
+    }
+
+    pub(super) fn axes(&self) -> usize {
+        self.drives.len()
+    }
+
+    /// What it shares with other buses.
+    pub(super) fn together(&self) -> Option<Arc<Together>> {
+        self.together.clone()
+    }
+
+    /// To the user, with the bus where there are several.
+    fn tell(&self, text: &str) {
+        if self.bus.is_empty() {
+            tell(text);
+        } else {
+            tell(format_args!("{}: {text}", self.bus));
         }
     }
 
@@ -107,9 +151,13 @@ impl<'link> Follow<'link> {
         });
         let before_end = self.snapshots();
         let moved = moved.map_err(Stop::outcome);
+        if let (Err(outcome), Some(together)) = (&moved, &self.together) {
+            let reason = outcome.reason().unwrap_or_else(|| outcome.to_string());
+            together.fail(format!("{}: {reason}", self.bus));
+        }
         if let Err(Outcome::Stopped(text) | Outcome::StoodStill(text)) = &moved {
             // At once: slowing down and confirming take their time.
-            tell(text);
+            self.tell(text);
         }
         let end = self.station.shut_down();
         let warning = match &end {
@@ -122,7 +170,7 @@ impl<'link> Follow<'link> {
         };
         if let Some(warning) = &warning {
             // Where it is seen whatever becomes of the summary.
-            tell(warning);
+            self.tell(warning);
         }
         let outcome = match (moved, &end) {
             (Err(outcome), _) => outcome,
@@ -146,7 +194,16 @@ impl<'link> Follow<'link> {
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;
-        Summary::new(outcome, end.unwrap_or_default(), warning, axes, pace, late)
+        let bus = self.bus.clone();
+        Summary::new(
+            bus,
+            outcome,
+            end.unwrap_or_default(),
+            warning,
+            axes,
+            pace,
+            late,
+        )
     }
 
     fn snapshots(&mut self) -> Vec<can_motion::AxisSnapshot> {
@@ -162,6 +219,7 @@ impl<'link> Follow<'link> {
 
     fn start_up(&mut self, show_progress: bool) -> Result<(), Stop> {
         self.station.bring_up().map_err(Stop::BringUp)?;
+        self.await_others()?;
         self.anchors = self.targets();
         if show_progress {
             if let Some(text) = found_on(self.station.found_on()) {
@@ -235,6 +293,19 @@ impl<'link> Follow<'link> {
         }
     }
 
+    /// Holds until every bus is ready.
+    fn await_others(&mut self) -> Result<(), Stop> {
+        let Some(together) = self.together() else {
+            return Ok(());
+        };
+        together.is_ready();
+        while !together.may_start() {
+            self.station.cycle(|_, _| {})?;
+            self.check()?;
+        }
+        Ok(())
+    }
+
     fn check(&mut self) -> Result<(), Stop> {
         if let Some((drive, fault)) = self.station.first_fault() {
             return Err(Stop::Fault(drive, fault));
@@ -242,7 +313,11 @@ impl<'link> Follow<'link> {
         if interrupt::requests() > 0 {
             return Err(Stop::Interrupted);
         }
-        Ok(())
+        let failure = self
+            .together
+            .as_ref()
+            .and_then(|together| together.failure());
+        failure.map_or(Ok(()), |reason| Err(Stop::Together(reason)))
     }
 }
 

@@ -1,12 +1,14 @@
 //! `motionctl run`: a motion on the drives of a real bus, in real time: from a file, or from set-points that arrive meanwhile.
 
 mod arguments;
+mod buses;
 mod error;
 mod file;
 mod follow;
 mod places;
 mod streamed;
 mod summary;
+mod together;
 
 use std::process::ExitCode;
 
@@ -23,7 +25,6 @@ use crate::output::tell;
 use crate::station::{Needs, Station, look};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
-use follow::Follow;
 
 /// One axis of the motion, in the order of the columns.
 #[derive(Debug, Clone)]
@@ -74,12 +75,11 @@ fn admit(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<(), Ru
 }
 
 /// Asks whether the motors may move, and listens to signals from then on.
-fn ask(arguments: &Arguments, axes: &[Axis], what: &str) -> Result<(), RunError> {
-    let drives: Vec<DriveId> = axes.iter().map(|axis| axis.drive).collect();
+fn ask(arguments: &Arguments, drives: &[DriveId], what: &str) -> Result<(), RunError> {
     let question = format!(
         "{} {what}, {}. Is everybody clear of the machine?",
         about(
-            &drives,
+            drives,
             "will be enabled and its motor will MOVE",
             "will be enabled and their motors will MOVE"
         ),
@@ -153,16 +153,4 @@ fn station<'link>(
         of(drive).map_or(0, |seen| seen.position_counts)
     });
     Station::new(link, &configs, arguments.cycle_us).map_err(RunError::Config)
-}
-
-/// The axes of a station, ready to follow.
-fn follow<'link>(
-    arguments: &Arguments,
-    link: &'link mut Link,
-    axes: &[Axis],
-) -> Result<Follow<'link>, RunError> {
-    let station = station(arguments, link, axes)?;
-    let drives: Vec<DriveId> = axes.iter().map(|axis| axis.drive).collect();
-    let scales = axes.iter().map(|axis| arguments.axes.scale(axis.gear));
-    Ok(Follow::new(station, &drives, scales.collect()))
 }

@@ -13,7 +13,6 @@ use crate::counted::counted;
 use crate::exit;
 use crate::link::LinkFault;
 use crate::station::{End, PaceCounts, left_on};
-use crate::stream::StreamReport;
 use crate::table::align_numbers;
 
 /// An older position says nothing of the end of a motion.
@@ -127,14 +126,14 @@ impl AxisSummary {
 /// A whole motion.
 #[derive(Debug, Serialize)]
 pub(super) struct Summary {
+    /// The bus, where there are several.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    bus: String,
     completed: bool,
     outcome: String,
     reason: Option<String>,
     axes: Vec<AxisSummary>,
     pace: PaceCounts,
-    /// What came in from a stream.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) stream: Option<StreamReport>,
     /// Cycles whose set-points the link did not all accept in time.
     late_hand_overs: u32,
     /// Drives that this motion had enabled, and that say that they are disabled.
@@ -154,6 +153,7 @@ pub(super) struct Summary {
 
 impl Summary {
     pub(super) fn new(
+        bus: String,
         outcome: Outcome,
         end: End,
         told_warning: Option<String>,
@@ -176,12 +176,12 @@ impl Summary {
         let warnings = [left_on.clone(), told_warning];
         let ids = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         Self {
+            bus,
             completed,
             reason: outcome.reason(),
             outcome: outcome.to_string(),
             axes,
             pace,
-            stream: None,
             late_hand_overs,
             disabled: ids(&end.disabled),
             unconfirmed: ids(&end.unconfirmed),
@@ -195,6 +195,16 @@ impl Summary {
     /// How the motion ended, in words.
     pub(super) fn outcome(&self) -> &str {
         &self.outcome
+    }
+
+    /// The larger, the worse: nobody knows, then not as promised, then ended before.
+    pub(super) fn severity(&self) -> u8 {
+        match self.exit_code {
+            exit::LINK_FAILED => 3,
+            0 => 0,
+            exit::INTERRUPTED => 1,
+            _ => 2,
+        }
     }
 
     pub(super) fn exit_code(&self) -> ExitCode {
@@ -232,6 +242,9 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.bus.is_empty() {
+            writeln!(f, "bus {}", self.bus)?;
+        }
         writeln!(f, "{}", self.table())?;
         let pace = &self.pace;
         writeln!(
@@ -243,9 +256,6 @@ impl fmt::Display for Summary {
             pace.merged,
             self.late_hand_overs
         )?;
-        if let Some(stream) = &self.stream {
-            writeln!(f, "{stream}")?;
-        }
         if let Some(text) = &self.left_on {
             writeln!(f, "{text}")?;
         }

@@ -11,12 +11,7 @@ use crate::endpoint::Endpoint;
 pub(crate) struct StreamOptions {
     /// Take set-points while the motion runs, one a line: - for standard input, tcp:PORT or unix:PATH for one program of this machine. The
     /// first line names the columns as in files; positions count from where the axes stand. See docs/stream.md.
-    #[arg(
-        long,
-        value_name = "ENDPOINT",
-        conflicts_with = "trajectory",
-        requires = "drives"
-    )]
+    #[arg(long, value_name = "ENDPOINT", conflicts_with = "trajectory")]
     pub(crate) stream: Option<Endpoint>,
     /// Stream: milliseconds of complete path that are buffered before the motion starts.
     #[arg(long, value_name = "MS", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=10_000))]

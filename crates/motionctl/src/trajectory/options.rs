@@ -286,6 +286,17 @@ impl MotionFile<'_> {
         self.table.columns.positions.len()
     }
 
+    /// The same drives as were named elsewhere, when there is one for each axis.
+    pub(crate) fn takes_drives(&self, drives: Vec<DriveId>) -> Result<Vec<DriveId>, MotionError> {
+        if drives.len() == self.axes() {
+            return Ok(drives);
+        }
+        Err(MotionError::DriveCount {
+            expected: self.axes(),
+            actual: drives.len(),
+        })
+    }
+
     /// The drive of each axis.
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
         let axes = self.axes();
@@ -294,13 +305,7 @@ impl MotionFile<'_> {
             Some(DriveSet::Zlac(_)) => return Err(MotionError::HubMotors),
             None => DriveId::all().take(axes).collect(),
         };
-        if drives.len() != axes {
-            return Err(MotionError::DriveCount {
-                expected: axes,
-                actual: drives.len(),
-            });
-        }
-        Ok(drives)
+        self.takes_drives(drives)
     }
 
     /// The gear number of the drive of each axis: a quarter of the counts of a turn.

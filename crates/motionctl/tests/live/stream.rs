@@ -314,21 +314,11 @@ fn orders_at_a_socket_pause_and_stop_on_the_path() {
         let mut other = Sender::new(stream.try_clone().expect("a handle"), stream);
         assert_eq!(other.ask("override 50"), "ok 1");
         assert!(other.ask("faster").starts_with("error 2 108 "));
-        let mut number = 2;
-        let mut until = |other: &mut Sender<UnixStream>, what: &str| {
-            wait_until(what, || {
-                number += 1;
-                let status = other.ask("status");
-                assert!(
-                    status.starts_with(&format!("status {number} cycle=")),
-                    "{status}"
-                );
-                status.contains(what)
-            });
+        let until = |other: &mut Sender<UnixStream>, what: &str| {
+            wait_until(what, || other.ask("status").contains(what));
         };
         until(&mut other, "speed=50 asked=50 paused=false");
         other.ask("pause");
-        number += 1;
         until(&mut other, "speed=0 asked=50 paused=true");
         other.ask("stop");
         let output = child.wait_with_output().expect("its output");
@@ -340,6 +330,106 @@ fn orders_at_a_socket_pause_and_stop_on_the_path() {
         let [x, y] = [0, 1].map(|drive: usize| report["drives"][drive]["received_counts"].as_i64());
         let (x, y) = (x.expect("counts"), y.expect("counts"));
         assert!(x > 0 && (x + 2 * y).abs() <= 2, "on the path: {x} {y}");
+    });
+}
+
+#[test]
+fn two_buses_start_and_arrive_together() {
+    undisturbed(|| {
+        let (left, right) = (
+            BenchProcess::start("left", "1,2"),
+            BenchProcess::start("right", "1"),
+        );
+        left.disable("1,2");
+        let file = Scratch::new("two-buses.csv", "time_s,a,b,c\n0,0,0,0\n1,90,-90,180\n");
+        let run = |options: &[&str]| {
+            let buses = [
+                format!("slcan:{}=2,1", left.path()),
+                format!("slcan:{}=1", right.path()),
+            ];
+            let arguments = [
+                "run",
+                "--bus",
+                &buses[0],
+                "--bus",
+                &buses[1],
+                "--trajectory",
+                file.path(),
+                "--yes",
+                "--json",
+            ];
+            let output = motionctl(&[&arguments, options].concat()).output();
+            let output = output.expect("motionctl runs");
+            let summary: Value = serde_json::from_slice(&output.stdout).unwrap_or(Value::Null);
+            (
+                output.status.code(),
+                summary,
+                String::from_utf8_lossy(&output.stderr).into_owned(),
+            )
+        };
+        let (status, summary, errors) = run(&[]);
+        assert_eq!(status, Some(0), "{summary} {errors}");
+        let sent =
+            |bus: usize, axis: usize| summary["buses"][bus]["axes"][axis]["sent_counts"].as_i64();
+        assert_eq!(
+            [sent(0, 0), sent(0, 1), sent(1, 0)],
+            [Some(4_096), Some(-4_096), Some(8_192)]
+        );
+        assert_eq!(
+            summary["buses"][0]["disabled"],
+            serde_json::json!([1, 2]),
+            "{summary}"
+        );
+        assert_eq!(
+            summary["buses"][1]["left_enabled"],
+            serde_json::json!([1]),
+            "{summary}"
+        );
+        let (left, right) = (left.stop(), right.stop());
+        let received =
+            |report: &Value, drive: usize| report["drives"][drive]["received_counts"].as_i64();
+        let all = [received(&left, 0), received(&left, 1), received(&right, 0)];
+        assert_eq!(all, [Some(-4_096), Some(4_096), Some(8_192)]);
+    });
+}
+
+#[test]
+fn a_bus_that_vanishes_stops_the_other_one() {
+    undisturbed(|| {
+        let (left, mut right) = (
+            BenchProcess::start("stays", "1"),
+            BenchProcess::start("goes", "1"),
+        );
+        left.disable("1");
+        let file = Scratch::new("vanishing.csv", "time_s,a,b\n0,0,0\n60,3000,3000\n");
+        let buses = [
+            format!("slcan:{}=1", left.path()),
+            format!("slcan:{}=1", right.path()),
+        ];
+        let arguments = [
+            "run",
+            "--bus",
+            &buses[0],
+            "--bus",
+            &buses[1],
+            "--trajectory",
+            file.path(),
+            "--yes",
+        ];
+        let child = start_and_wait_for(motionctl(&arguments), "the motion starts");
+        std::thread::sleep(Duration::from_secs(1));
+        right.kill();
+        let output = child.wait_with_output().expect("its output");
+        assert_eq!(output.status.code(), Some(3), "{output:?}");
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(errors.contains("stopped with the other bus"), "{errors}");
+        assert!(
+            errors.contains("the link failed: the adapter is gone"),
+            "{errors}"
+        );
+        let report = left.stop();
+        assert_eq!(report["drives"][0]["enabled"], false, "{report}");
+        assert_ne!(report["drives"][0]["received_counts"], 0, "it had moved");
     });
 }
 
