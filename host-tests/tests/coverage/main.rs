@@ -25,7 +25,7 @@ use sources::Items;
 /// The page, from the top of the workspace.
 const PAGE: &str = "docs/coverage.md";
 
-const CRATES: [(&str, &str); 13] = [
+const CRATES: [(&str, &str); 14] = [
     ("bus_plan", "crates/bus-plan/src/lib.rs"),
     ("bus_user", "crates/bus-user/src/lib.rs"),
     ("can_frame", "crates/can-frame/src/lib.rs"),

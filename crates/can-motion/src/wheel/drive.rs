@@ -17,6 +17,7 @@ use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::targets::{AbsoluteLedger, ValueKind};
+use crate::wheel::arrival::Way;
 use crate::wheel::config::{WheelConfig, WheelMasterConfig, WheelMode};
 use crate::wheel::event::WheelEventKind;
 use crate::wheel::fault::WheelFault;
@@ -72,6 +73,8 @@ pub struct Wheel {
     pub(super) health_asked_at: Option<Instant>,
     pub(super) health_next: HealthReading,
     pub(super) still_since: Option<Instant>,
+    /// The way to the latest target of a position.
+    pub(super) way: Way,
     /// Since when the wheel turns at another speed than it was told.
     pub(super) off_since: Option<Instant>,
 }
@@ -121,6 +124,7 @@ impl Wheel {
             health_next: HealthReading::default(),
             still_since: None,
             off_since: None,
+            way: Way::default(),
         }
     }
 
@@ -239,7 +243,9 @@ impl Drive for Wheel {
     fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel> {
         let values = self.config.limits.values;
         let (min, max) = (values.min, values.max);
+        let before = self.ledger.target();
         let is_inside = self.ledger.accept_target(target, &values);
+        self.begin_way(before);
         is_inside.then_some(()).ok_or(OutOfTravel { min, max })
     }
 
@@ -287,6 +293,7 @@ impl Drive for Wheel {
     /// At once is by quick stop: the drive brakes as 605Ah says and stays energised.
     fn end_motion(&mut self, by_ramp: bool) {
         self.braking_cycles = 0;
+        self.way = Way::Over;
         self.quick_stop |= !by_ramp;
         if self.is_position() {
             self.ledger.end_motion();
@@ -317,8 +324,9 @@ impl Drive for Wheel {
         Ok(process_data::command(node, mode, word, value))
     }
 
-    fn cycle_frame_accepted(&mut self, _: Instant) {
+    fn cycle_frame_accepted(&mut self, now: Instant) {
         self.ledger.accepted();
+        self.note_way(now);
         self.edge = !self.edge;
         self.counters.set_points = self.counters.set_points.wrapping_add(1);
     }
@@ -382,6 +390,7 @@ impl Drive for Wheel {
             Some(_) => 0,
             None => self.braking_cycles.saturating_sub(1),
         };
+        self.watch_way(&mut context.log);
         self.pass_time(context)
     }
 

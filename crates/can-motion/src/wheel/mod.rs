@@ -14,6 +14,7 @@
 //!
 //! What the states of [`AxisState`](crate::AxisState) mean for a wheel is in `docs/wheels.md`.
 
+mod arrival;
 pub(crate) mod config;
 mod drive;
 mod event;
@@ -30,8 +31,8 @@ mod transfer;
 mod zlac_family;
 
 pub use config::{
-    FeedbackTiming, WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig, WheelMode,
-    WheelPolls, WheelStops, WheelTimeouts,
+    FeedbackTiming, WheelArrival, WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig,
+    WheelMode, WheelPolls, WheelStops, WheelTimeouts,
 };
 pub use drive::Wheel;
 pub use event::WheelEventKind;

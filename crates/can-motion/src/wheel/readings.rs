@@ -27,7 +27,11 @@ impl Wheel {
     ) -> Meaning<WheelFault> {
         let meaning = match Message::decode(frame) {
             Ok(Message::Tpdo(_, process_data::STATUS, _)) => self.read_status(frame, context),
-            Ok(Message::Tpdo(_, process_data::POSITION, _)) => self.read_position(frame, context),
+            Ok(Message::Tpdo(_, process_data::POSITION, _)) => {
+                let meaning = self.read_position(frame, context);
+                self.judge_arrival(&mut context.log);
+                meaning
+            }
             Ok(Message::SdoReply(..)) => return self.read_reply(frame, context),
             Ok(Message::Heartbeat(beat)) => return self.read_heartbeat(beat.state, context),
             Ok(Message::Emcy(_, emergency)) => return read_emergency(emergency, &mut context.log),

@@ -211,6 +211,31 @@ impl WheelLimits {
     }
 }
 
+/// When a wheel in position mode has arrived.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelArrival {
+    /// How far from its target it may stand, in counts.
+    pub within_counts: u32,
+    /// How long it may take after the frame with its target, in microseconds; then
+    /// [`WheelEventKind::NotArrived`](crate::wheel::WheelEventKind::NotArrived) says how far it is. `None`: as long as it takes.
+    pub limit_us: Option<u32>,
+}
+
+impl WheelArrival {
+    /// A hundredth of a turn with 1024 encoder lines, and no limit.
+    pub const DEFAULT: Self = Self {
+        within_counts: 41,
+        limit_us: None,
+    };
+}
+
+impl Default for WheelArrival {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// How often values are read that no PDO brings, in microseconds; `None` for never. They go out when nothing else waits for its transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -276,6 +301,8 @@ pub struct WheelConfig {
     pub load_can_fall: bool,
     /// Readings besides the feedback.
     pub polls: WheelPolls,
+    /// Position mode: when it has arrived.
+    pub arrival: WheelArrival,
     /// The software version that was tried with these settings.
     pub firmware: Firmware,
     /// Wrong replies that are tolerated.
@@ -299,6 +326,7 @@ impl WheelConfig {
             stops: WheelStops::DEFAULT,
             load_can_fall: false,
             polls: WheelPolls::OFF,
+            arrival: WheelArrival::DEFAULT,
             firmware: Firmware::Any,
             quirks: SdoQuirks {
                 profile_speed_confirmed_as_sub_1: false,
