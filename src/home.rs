@@ -118,6 +118,10 @@ impl<P: Plan> Homing for Sequence<P> {
             *self = Self::NEW;
             return Step::Wait;
         }
+        if self.is_cancelled && self.search.is_none() && self.axis < AXES {
+            // Between two axes.
+            *self = Self::NEW;
+        }
         while self.axis < AXES {
             match P::AXES.get(self.axis).and_then(Option::as_ref) {
                 None => self.axis += 1,

@@ -196,7 +196,7 @@ fn releasing_run_stops_a_homing_and_pressing_it_begins_anew() {
     let mut rig = machine(Some(STOP), SWITCH);
     rig.close(Contact::Run);
     assert!(run_until(&mut rig, "axis 0: homing from", 1_000));
-    rig.run_ms(500);
+    rig.run_ms(100);
     rig.open(Contact::Run);
     assert!(
         run_until(&mut rig, "its homing was stopped", 1_000),
