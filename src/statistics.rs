@@ -155,7 +155,7 @@ impl Statistics {
     /// What is to be told in this cycle of the second before.
     pub(crate) fn parts(&self) -> &'static [Part] {
         let part = self.cycles as usize;
-        if !self.is_later {
+        if part >= Part::ALL.len() || !self.is_later {
             return &[];
         }
         match Part::ALL.get(part..part + 1) {

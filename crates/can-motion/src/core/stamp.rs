@@ -31,10 +31,11 @@ impl Stamp {
         if age < 0 { 0 } else { age as u32 }
     }
 
-    /// Whether it was so many microseconds ago; more than [`MOST_AGE_US`] count as that.
+    /// Whether it was so many microseconds ago, or more; more than [`MOST_AGE_US`] count as that.
     #[inline]
     pub(crate) const fn has_lasted(self, now: Instant, us: u32) -> bool {
-        self.age_us(now) >= if us < MOST_AGE_US { us } else { MOST_AGE_US }
+        let us = if us < MOST_AGE_US { us } else { MOST_AGE_US };
+        Self::of(now).0.wrapping_sub(self.0).cast_signed() >= us.cast_signed()
     }
 
     /// Whether the point has come.
@@ -63,6 +64,7 @@ impl Stamp {
     }
 
     /// Lets the point look as old as [`MOST_AGE_US`] when it is older. `is_long_ago`: nobody kept it for so long that it is.
+    #[inline(never)]
     pub(crate) const fn keep(&mut self, now: Instant, is_long_ago: bool) {
         if is_long_ago || self.age_us(now) > MOST_AGE_US {
             self.0 = Self::of(now).0.wrapping_sub(MOST_AGE_US);
