@@ -356,6 +356,13 @@ fn mappings_are_restored_closed_and_opened_in_pre_operational() {
         assert_eq!(restored["drives"][0]["pre_operational"], true);
         assert_eq!(value(&bench, "zlac", "1A00h:01"), 0x606C_0020);
         assert_eq!(value(&bench, "zlac", "1A00h:00"), 1);
+        // One that is in force is closed for its entries, and is in force again with the count that it had.
+        file.edit(&[("0x606C0020", "0x60640020")]);
+        let words = ["restore", file.path(), "--drives", "zlac", "--yes"];
+        let restored = json(&bench, &words);
+        assert_eq!(restored["complete"], true, "{restored}");
+        assert_eq!(value(&bench, "zlac", "1A00h:01"), 0x6064_0020);
+        assert_eq!(value(&bench, "zlac", "1A00h:00"), 1);
     });
 }
 
