@@ -73,7 +73,42 @@ fn line(bytes: Vec<u8>, length: usize) -> Line {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    /// Hands out a few bytes at a time, as a connection does.
+    struct Portions<'a>(&'a [u8], usize);
+
+    impl Read for Portions<'_> {
+        fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+            let length = self.1.min(bytes.len());
+            self.0.read(&mut bytes[..length])
+        }
+    }
+
+    proptest! {
+        /// Whatever the bytes and however they come: as many lines as line feeds, and each is the one that was sent.
+        #[test]
+        fn any_bytes_are_the_lines_that_they_are(
+            bytes in proptest::collection::vec(prop_oneof![Just(b'\n'), any::<u8>(), 32..126_u8], 0..12_000),
+            portion in 1..5_000_usize,
+        ) {
+            let mut reader = LineReader::new(Portions(&bytes, portion));
+            let mut sent: Vec<&[u8]> = bytes.split(|&byte| byte == b'\n').collect();
+            let rest = sent.pop().unwrap_or_default();
+            for line in sent {
+                let expected = match std::str::from_utf8(line) {
+                    _ if line.len() >= LONGEST_LINE => Line::TooLong { actual: line.len() + 1 },
+                    Ok(text) => Line::Text(text.trim_end_matches('\r').to_owned()),
+                    Err(error) => Line::NotText { at: error.valid_up_to() },
+                };
+                prop_assert_eq!(reader.next().unwrap(), Some(expected));
+            }
+            let unfinished = (!rest.is_empty()).then_some(Line::Unfinished { actual: rest.len() });
+            prop_assert_eq!(reader.next().unwrap(), unfinished);
+        }
+    }
 
     fn lines(bytes: &[u8]) -> Vec<Line> {
         let mut reader = LineReader::new(bytes);

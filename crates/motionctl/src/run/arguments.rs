@@ -27,7 +27,7 @@ paused or killed leaves its drives enabled. A motion that needs more speed, acce
 --max-rpm, --max-acceleration and --max-turns allow is refused. A PC keeps time as well as it can: cycles that began
 late or never are counted and reported, and the axes catch up a quarter faster than the motion is.
 
-In a terminal, keys pause (space), change the speed between 0 and 200 % (+ - 1) and stop (s); the axes stay on their path,
+In a terminal, keys pause with space, change the speed between 0 and 200 % with + - 1 and stop with s; the axes stay on their path,
 and an override that would exceed a limit is held to it.
 
 Exit status: 0 the motion is complete and every set-point was sent, 1 it is not, or a drive did not confirm that it

@@ -433,6 +433,69 @@ fn a_bus_that_vanishes_stops_the_other_one() {
     });
 }
 
+/// Gives a program a terminal of its own and presses keys; prints its exit status, and whether the terminal gives lines before, while and
+/// after it runs.
+const KEYS: &str = r#"
+import os, pty, sys, termios, time
+child, terminal = pty.fork()
+if child == 0:
+    os.execv(sys.argv[1], sys.argv[1:])
+lines = lambda: int(bool(termios.tcgetattr(terminal)[3] & termios.ICANON))
+states, shown = [lines()], b""
+while b"the motion starts" not in shown:
+    shown += os.read(terminal, 4096)
+states.append(lines())
+for key in [b"-", b"-", b"-", b" ", b"x", b" ", b"s"]:
+    os.write(terminal, key)
+    time.sleep(0.25)
+try:
+    while chunk := os.read(terminal, 4096):
+        shown += chunk
+except OSError:
+    pass
+states.append(lines())
+status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+print(status, *states, int(b"keys: space pause" in shown), int(b"stopped by an order" in shown))
+"#;
+
+#[test]
+fn keys_of_the_terminal_pause_and_stop_and_the_terminal_is_itself_again() {
+    undisturbed(|| {
+        let bench = BenchProcess::start("keys", "1,2");
+        let file = Scratch::new(
+            "keys.csv",
+            "time_s,a,b\n0,0,0\n10,3000,-1500\n20,6000,-3000\n",
+        );
+        let output = Command::new("python3")
+            .args([
+                "-c",
+                KEYS,
+                env!("CARGO_BIN_EXE_motionctl"),
+                "run",
+                "--slcan",
+                bench.path(),
+            ])
+            .args(["--trajectory", file.path(), "--max-turns", "20", "--yes"])
+            .output()
+            .expect("Python is there");
+        assert_eq!(
+            String::from_utf8_lossy(&output.stdout),
+            "130 1 0 1 1 1\n",
+            "{output:?}"
+        );
+        let report = bench.stop();
+        let counts = |drive: usize| {
+            report["drives"][drive]["received_counts"]
+                .as_i64()
+                .expect("counts")
+        };
+        assert!(
+            counts(0) > 0 && (counts(0) + 2 * counts(1)).abs() <= 2,
+            "{report}"
+        );
+    });
+}
+
 #[test]
 fn an_endpoint_that_cannot_be_used_is_refused_before_anything() {
     let file = Scratch::new("not-a-socket", "mine");
