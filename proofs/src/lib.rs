@@ -10,6 +10,7 @@
 pub mod board_link;
 pub mod codec;
 pub mod commissioning;
+pub mod diff_drive;
 mod fake_can;
 pub mod family;
 pub mod hub_motors;

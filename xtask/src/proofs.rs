@@ -36,6 +36,7 @@ const IMAGES: [&str; 15] = [
     "hub-motors",
     FOUR_HUB_MOTORS,
     "wheels",
+    "diff-drive",
     "trajectory",
     "board-link",
     ONE_AXIS,

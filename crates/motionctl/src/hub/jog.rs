@@ -2,30 +2,20 @@
 
 use std::process::ExitCode;
 
-use serde::Serialize;
-
 use super::bus::Bus;
 use super::error::HubError;
 use super::look::Look;
 use super::nodes::OneNode;
-use super::station::WheelStation;
+use super::own_move::{self, OwnMove, Target};
 use crate::confirm::confirm;
 use crate::counted::counted;
-use crate::exit;
 use crate::interrupt;
 use crate::link::LinkOptions;
-use crate::output::{print, print_json, tell};
+use crate::output::tell;
 
-const CYCLE_US: u32 = 20_000;
 /// A jog is for looking whether a wheel turns and which way round. More is for `speed` and `run`.
 const MOST_TURNS: f64 = 10.0;
 const MOST_RPM: u16 = 200;
-/// How far from its target a wheel may stand, in turns.
-const ARRIVAL_TURNS: f64 = 0.005;
-/// How long it must stand there.
-const ARRIVAL_US: u64 = 200_000;
-/// Time beyond that of the profile.
-const PATIENCE_US: f64 = 5e6;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -63,19 +53,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// Where a jog has led.
-#[derive(Debug, Serialize)]
-struct JogEnd {
-    node: u8,
-    /// The distance asked for, in counts.
-    asked_counts: i32,
-    /// The distance that the drive reports.
-    read_counts: Option<i32>,
-    arrived: bool,
-    /// It was stopped by Ctrl-C.
-    interrupted: bool,
-}
-
 /// Asks, moves, prints where the jog has led.
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     let node = arguments.node.get()?;
@@ -94,100 +71,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
             "node {node} is being enabled and moved; Ctrl-C stops it"
         ));
     }
-    let asked = (arguments.turns * look.counts_per_turn).round() as i32;
-    let wheel = look.makes_a_move(asked, arguments.rpm, arguments.max_acceleration);
-    let mut station = WheelStation::new(bus.link(), &[wheel], CYCLE_US)?;
-    let moved = make_move(&mut station, arguments, &look, asked);
-    let (end, _) = station.end(moved)?;
-    show(&end, arguments.json)?;
-    Ok(match end {
-        JogEnd {
-            interrupted: true, ..
-        } => exit::INTERRUPTED.into(),
-        JogEnd { arrived: true, .. } => ExitCode::SUCCESS,
-        _ => exit::BROKEN_PROMISE.into(),
-    })
-}
-
-fn position(station: &WheelStation<'_>) -> Option<i32> {
-    let wheel = station.snapshots().next()?;
-    wheel.feedback.position_counts.map(|read| read.value)
-}
-
-fn make_move(
-    station: &mut WheelStation<'_>,
-    arguments: &Arguments,
-    look: &Look,
-    asked: i32,
-) -> Result<JogEnd, HubError> {
-    station.bring_up()?;
-    let from = station.snapshots().next().map_or(0, |wheel| wheel.sent);
-    let target = from.wrapping_add(asked);
-    let limit_us = longest_us(arguments);
-    let tolerance = (ARRIVAL_TURNS * look.counts_per_turn).round() as u32;
-    let start = station.now();
-    let mut there_since = None;
-    let mut end = JogEnd {
-        node: look.node.get(),
-        asked_counts: asked,
-        read_counts: None,
-        arrived: false,
-        interrupted: false,
+    let wanted = OwnMove {
+        to: Target::By((arguments.turns * look.counts_per_turn).round() as i32),
+        rpm: arguments.rpm,
+        rpm_per_s: arguments.max_acceleration,
     };
-    while !end.arrived && (station.now().us_since(start) as f64) < limit_us {
-        station.cycle(|master, _| {
-            // Refused after a fault, which is looked for below.
-            let _ = master.set_target(0, target);
-        })?;
-        if let Some((node, fault)) = station.first_fault() {
-            return Err(HubError::WheelFault { node, fault });
-        }
-        if interrupt::requests() > 0 {
-            end.interrupted = true;
-            station.come_to_rest()?;
-            break;
-        }
-        let now = station.now();
-        let is_there = position(station).is_some_and(|read| read.abs_diff(target) <= tolerance);
-        there_since = if is_there {
-            there_since.or(Some(now))
-        } else {
-            None
-        };
-        end.arrived = there_since.is_some_and(|since| now.us_since(since) >= ARRIVAL_US);
-    }
-    end.read_counts = position(station).map(|read| read.wrapping_sub(from));
-    Ok(end)
-}
-
-/// The time of the profile, and more.
-fn longest_us(arguments: &Arguments) -> f64 {
-    let rpm = f64::from(arguments.rpm);
-    let at_speed_s = arguments.turns.abs() / rpm * 60.0;
-    let ramps_s = 2.0 * rpm / arguments.max_acceleration;
-    (at_speed_s + ramps_s) * 1e6 + PATIENCE_US
-}
-
-fn show(end: &JogEnd, json: bool) -> Result<(), HubError> {
-    if json {
-        print_json(end).map_err(HubError::Print)?;
-        return Ok(());
-    }
-    let read = end
-        .read_counts
-        .map_or_else(|| "no position".to_owned(), |counts| counts.to_string());
-    let how = match (end.interrupted, end.arrived) {
-        (true, _) => ", stopped by the user",
-        (false, true) => "",
-        (false, false) => ", which is not where it should be: it is blocked, or too slow",
-    };
-    print(format_args!(
-        "asked for {}, node {} reports {read}{how}; its power is off",
-        counted(end.asked_counts, "count", "counts"),
-        end.node
-    ))
-    .map_err(HubError::Print)?;
-    Ok(())
+    own_move::run(&mut bus, &look, wanted, arguments.json)
 }
 
 fn turns(text: &str) -> Result<f64, String> {

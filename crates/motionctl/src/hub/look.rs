@@ -75,8 +75,7 @@ impl Look {
     }
 
     /// A wheel that makes one move with the profile of the drive.
-    pub(super) fn makes_a_move(&self, counts: i32, rpm: u16, rpm_per_s: f64) -> WheelConfig {
-        let way = counts.unsigned_abs();
+    pub(super) fn makes_a_move(&self, way: u32, rpm: u16, rpm_per_s: f64) -> WheelConfig {
         let ramp_ms = f64::from(self.max_speed_rpm) / rpm_per_s * 1_000.0;
         let limits = WheelLimits {
             // It is as far from its target as the move is long, and half a turn farther when it overshoots.

@@ -16,9 +16,11 @@ mod identity;
 mod jog;
 mod look;
 mod monitor;
+mod move_to;
 mod nodes;
 mod object;
 mod origin;
+mod own_move;
 mod plan;
 mod read;
 mod reset;
@@ -73,6 +75,8 @@ enum Command {
     Enable(enable::Arguments),
     /// Turn one wheel a little, slowly.
     Jog(jog::Arguments),
+    /// Move one wheel to a position, or by a way.
+    Move(move_to::Arguments),
     /// Turn wheels at a speed, for a time.
     Speed(speed::Arguments),
     /// Run speeds from a file, or twists of a vehicle, on the drives of a real bus.
@@ -107,6 +111,7 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
         Command::Reset(arguments) => reset::run(arguments).map_err(Failure::coded),
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
+        Command::Move(arguments) => move_to::run(arguments).map_err(Failure::coded),
         Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
         Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
         Command::Plan(arguments) => plan::run(arguments).map_err(Failure::coded),

@@ -183,6 +183,34 @@ fn wheels_turn_at_their_speeds_and_are_switched_off() {
 }
 
 #[test]
+fn a_wheel_moves_to_a_position_and_by_a_way_and_arrives() {
+    undisturbed(|| {
+        let bench = start("hub-move", "zlac");
+        let by = [
+            "move", "--drives", "zlac", "--by", "-3000", "--rpm", "120", "--yes",
+        ];
+        let end = json(&bench, &by);
+        assert_eq!(
+            (&end["arrived"], &end["asked_counts"]),
+            (&true.into(), &(-3000).into())
+        );
+        let to = [
+            "move", "--drives", "zlac", "--to", "1096", "--rpm", "120", "--yes",
+        ];
+        let end = json(&bench, &to);
+        let position = end["position_counts"].as_i64().expect("a position");
+        assert!((position - 1_096).abs() <= 20, "{end}");
+        let far = ["move", "--drives", "zlac", "--to", "1073741824", "--yes"];
+        let errors = fails(&bench, 2, &far);
+        assert!(errors.contains("-1073741823..=1073741823"), "{errors}");
+        let report = bench.stop();
+        let travel = drive(&report, 0)["travel_counts"].as_i64().expect("counts");
+        assert!((travel - 1_096).abs() <= 20, "{report}");
+        assert_eq!(drive(&report, 0)["enabled"], false);
+    });
+}
+
+#[test]
 fn enabled_drives_are_held_until_ctrl_c_and_refused_meanwhile() {
     undisturbed(|| {
         let bench = start("hub-enable", "zlac");
@@ -327,6 +355,13 @@ fn mappings_are_restored_closed_and_opened_in_pre_operational() {
         assert_eq!(restored["complete"], true, "{restored}");
         assert_eq!(restored["drives"][0]["pre_operational"], true);
         assert_eq!(value(&bench, "zlac", "1A00h:01"), 0x606C_0020);
+        assert_eq!(value(&bench, "zlac", "1A00h:00"), 1);
+        // One that is in force is closed for its entries, and is in force again with the count that it had.
+        file.edit(&[("0x606C0020", "0x60640020")]);
+        let words = ["restore", file.path(), "--drives", "zlac", "--yes"];
+        let restored = json(&bench, &words);
+        assert_eq!(restored["complete"], true, "{restored}");
+        assert_eq!(value(&bench, "zlac", "1A00h:01"), 0x6064_0020);
         assert_eq!(value(&bench, "zlac", "1A00h:00"), 1);
     });
 }
