@@ -3,8 +3,9 @@
 use can_motion::Instant;
 use trajectory::curve::Playhead;
 
-use crate::config::{AXES, Drives, GROUP, MOTION};
+use crate::config::{self, AXES, Drives, GROUP, MOTION};
 use crate::drives::{Board as _, BoardMaster};
+use crate::home::Homing as _;
 use crate::telemetry::{self, Message};
 
 /// Length of the motion; 32 bits of microseconds are more than an hour.
@@ -62,6 +63,7 @@ impl Playback {
     pub(crate) fn set_targets(
         &mut self,
         master: &mut BoardMaster,
+        home: &config::Homing,
         is_streaming: bool,
         at: Instant,
         now: Instant,
@@ -81,7 +83,16 @@ impl Playback {
         let distances = MOTION.position_from(&mut start.head, at.us_since(start.at));
         for (axis, (from, distance)) in start.targets.into_iter().zip(distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
-            if let Err(error) = master.set_target(axis, from.saturating_add(distance)) {
+            let target = from.saturating_add(distance);
+            if !home.allows(axis, target) {
+                defmt::error!(
+                    "axis {=usize}: the motion leaves its travel, stopping",
+                    axis
+                );
+                master.stop(now, GROUP);
+                return self.end(master);
+            }
+            if let Err(error) = master.set_target(axis, target) {
                 defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
                 master.stop(now, GROUP);
                 return self.end(master);

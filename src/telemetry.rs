@@ -87,8 +87,8 @@ pub(crate) fn run() -> ! {
                 write(&message);
             }
         }
-        // An interrupt since the last look ends this at once.
-        cortex_m::asm::wfe();
+        // What an interrupt tells in between waits for the next one, a cycle at most.
+        cortex_m::asm::wfi();
     }
 }
 

@@ -50,6 +50,7 @@ mod station;
 mod stream;
 mod table;
 mod trajectory;
+mod tune;
 mod twist;
 mod virtual_drives;
 mod write;
@@ -113,6 +114,8 @@ enum Command {
     Disable(disable::Arguments),
     /// Turn one motor a little, slowly.
     Jog(jog::Arguments),
+    /// Measure how an axis answers to steps, for up to three sets of gains side by side.
+    Tune(Box<tune::Arguments>),
     /// Show the state of drives again and again.
     Monitor(monitor::Arguments),
     /// Print a script that completes this command line in a shell.
@@ -164,6 +167,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
+        Command::Tune(arguments) => tune::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)

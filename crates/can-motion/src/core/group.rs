@@ -439,12 +439,15 @@ impl<const N: usize, F: Family> Axes<N, F> {
             }
             _ => {}
         }
-        let Some((axis, _)) = self
-            .with_log(now, index)
-            .filter(|(axis, _)| meaning.is_located && axis.view.facts.awaits_anchor())
-        else {
+        if !meaning.is_located {
+            return;
+        }
+        let Some(axis) = self.list.get_mut(index) else {
             return;
         };
+        if !axis.view.facts.awaits_anchor() {
+            return;
+        }
         match axis.drive.anchor(now) {
             Ok(()) => self.apply(now, index, Change::of(Input::Anchored)),
             Err(fault) => self.raise(now, index, fault),

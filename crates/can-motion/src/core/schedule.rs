@@ -166,19 +166,16 @@ impl<F: Family> Schedule<F> {
         least: i32,
         rank: impl Fn(&T) -> i32,
     ) -> Option<(usize, i32)> {
-        let (passed, ahead) = all
-            .split_at_checked(usize::from(self.turn))
-            .unwrap_or((&[], all));
-        let mut best = (None, least - 1);
-        for (first, some) in [(passed.len(), ahead), (0, passed)] {
-            for (place, axis) in some.iter().enumerate() {
-                let rank = rank(axis);
-                if rank > best.1 {
-                    best = (Some(first + place), rank);
-                }
+        let turn = usize::from(self.turn);
+        let (mut best, mut highest) = (usize::MAX, least - 1);
+        for (index, one) in all.iter().enumerate() {
+            let rank = rank(one);
+            // Among equals the first from the turn on, or else the first of all.
+            if rank > highest || (rank == highest && best < turn && turn <= index) {
+                (best, highest) = (index, rank);
             }
         }
-        best.0.map(|index| (index, best.1))
+        (best != usize::MAX).then_some((best, highest))
     }
 }
 

@@ -218,8 +218,9 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
     }
 
-    /// [`Attempt::Nothing`] when no axis owes a frame that may leave.
-    #[inline]
+    /// [`Attempt::Nothing`] when no axis owes a frame that may leave. Always inlined, because [`BusUser::send`] does nothing else most of
+    /// the time.
+    #[inline(always)]
     fn send_cycle_frame<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) -> Attempt {
         while mask::<N>(self.axes.due) != 0 {
             let index = lowest::<N>(self.axes.due);

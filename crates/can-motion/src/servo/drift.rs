@@ -62,7 +62,9 @@ impl DriftWatch {
     #[inline]
     pub(crate) fn stepped(&mut self, step_counts: i16, sent_counts: i32, now: Instant) {
         if step_counts != 0 {
-            self.widen(sent_counts);
+            if self.is_asked {
+                self.widen(sent_counts);
+            }
             self.moved_at = Stamp::of(now);
             let [forward, backward] = &mut self.lately;
             if step_counts > 0 {

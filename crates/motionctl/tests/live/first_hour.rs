@@ -13,7 +13,15 @@ const PAGE: &str = include_str!("../../../../docs/first-drive.md");
 /// The port that the page names.
 const PORT: &str = "/dev/ttyACM0";
 /// Commands that ask, and are answered with `--yes` here.
-const ASKING: [&str; 6] = ["assign-id", "write", "restore", "jog", "home", "run"];
+const ASKING: [&str; 7] = [
+    "assign-id",
+    "tune",
+    "write",
+    "restore",
+    "jog",
+    "home",
+    "run",
+];
 
 /// The text of each block of a kind.
 fn blocks(kind: &str) -> Vec<&'static str> {
@@ -107,8 +115,8 @@ fn hour(revision: &str) {
     // Back at 90 degrees from the stop, which is 0.3 turns below where it came up.
     let position = drive["position_counts"].as_i64().expect("a number");
     assert!((position - (4_096 - 4_915)).abs() <= 3, "{report}");
-    // The id, two gains, and the two gains back.
-    assert_eq!(drive["eeprom_writes"], 5, "{report}");
+    // The id, two gains to compare and back, two gains, and the two gains back.
+    assert_eq!(drive["eeprom_writes"], 9, "{report}");
 }
 
 #[test]
@@ -124,6 +132,7 @@ fn every_step_of_the_page_is_taken() {
             "backup",
             "jog",
             "jog",
+            "tune",
             "write",
             "home",
             "jog",

@@ -20,4 +20,5 @@ mod settings;
 mod settings_refusals;
 mod stream;
 mod terminal;
+mod tune;
 mod undisturbed;

@@ -27,14 +27,20 @@ impl<const N: usize> Keyframe<N> {
 pub struct Playhead {
     /// The keyframe before.
     place: usize,
+    /// No axis goes far from one to the next: see [`SHORT_COUNTS`].
+    is_short: bool,
     /// The share of the time to the next one that a microsecond is.
     per_us: u64,
 }
+
+/// A way of fewer counts is computed with one multiplication, which differs from the other one by 2^-11 counts at most.
+const SHORT_COUNTS: u32 = 1 << 20;
 
 impl Playhead {
     /// At the start of any motion.
     pub const START: Self = Self {
         place: usize::MAX,
+        is_short: false,
         per_us: 0,
     };
 
@@ -182,7 +188,11 @@ impl<'a, const N: usize> KeyframeMotion<'a, N> {
             }
         };
         let share = head.share(time_us.saturating_sub(from.us()));
-        between(from, to, share.with_minimum_jerk())
+        let share = share.with_minimum_jerk();
+        if head.is_short {
+            return shortly_between(from, to, share);
+        }
+        between(from, to, share)
     }
 
     /// A keyframe and the one behind it.
@@ -197,11 +207,15 @@ impl<'a, const N: usize> KeyframeMotion<'a, N> {
     fn seek(&self, time_us: u64) -> Playhead {
         let reached = |keyframe: &Keyframe<N>| keyframe.us() <= time_us;
         let place = self.keyframes.partition_point(reached).saturating_sub(1);
-        let duration_us = self
-            .around(place)
-            .map_or(0, |[from, to]| to.us().saturating_sub(from.us()));
+        let around = self.around(place);
+        let duration_us = around.map_or(0, |[from, to]| to.us().saturating_sub(from.us()));
+        let is_short = around.is_some_and(|[from, to]| {
+            let mut ways = from.positions_counts.iter().zip(&to.positions_counts);
+            ways.all(|(from, to)| from.abs_diff(*to) < SHORT_COUNTS)
+        });
         Playhead {
             place,
+            is_short,
             per_us: u64::MAX.checked_div(duration_us).unwrap_or(0),
         }
     }
@@ -255,6 +269,17 @@ const fn peak_step<const N: usize>(
     let travelled = (15 * distance).saturating_mul(cycle_us as u64);
     // A time is rounded to 2^-32 of the duration, which is less than two counts of the longest way.
     travelled.div_ceil(8 * duration_us) + 1 + (distance >> 31)
+}
+
+/// As [`between`], for short ways.
+#[inline]
+fn shortly_between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, share: Share) -> [i32; N] {
+    let mut counts = from.positions_counts;
+    for (start, end) in counts.iter_mut().zip(to.positions_counts) {
+        let way = end.wrapping_sub(*start);
+        *start = start.wrapping_add(share.of_few_counts(way));
+    }
+    counts
 }
 
 /// The position at a share of the way between two keyframes.

@@ -32,6 +32,13 @@ impl Share {
         }
     }
 
+    /// This share of a way of fewer than 2^20 counts, rounded to the nearest to 2^-11 counts.
+    #[inline]
+    pub(crate) const fn of_few_counts(self, way: i32) -> i32 {
+        let share = (self.0 >> 33) as i64;
+        ((share * way as i64 + (1 << 30)) >> 31) as i32
+    }
+
     /// This share of a way, rounded to the nearest count, a half upward.
     pub(crate) const fn of_counts(self, way: i32) -> i32 {
         // Digits of 31 bits make every product one signed multiplication of the processor.

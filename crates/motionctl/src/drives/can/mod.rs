@@ -66,21 +66,9 @@ impl Drives for CanDrives {
         settings: &[Setting],
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError> {
-        let drive = on_can(drive)?;
-        let gear = self.gear(drive)?;
-        let mut station =
-            answering_station(&mut self.link, self.axes, drive, gear, PollPeriods::OFF)?;
-        // With another gear number the drive is not the one that was checked any more.
-        let (gear, others): (Vec<Setting>, Vec<Setting>) = settings
-            .iter()
-            .partition(|setting| setting.parameter == Parameter::GearNumber);
-        for setting in others.into_iter().chain(gear) {
-            if interrupt::requests() > 0 {
-                return Err(DrivesError::Interrupted);
-            }
-            on_end(setting, write(&mut station, drive, setting)?);
-        }
-        Ok(())
+        self.write_while(on_can(drive)?, settings, on_end, || {
+            interrupt::requests() == 0
+        })
     }
 
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
@@ -124,6 +112,44 @@ impl Drives for CanDrives {
 }
 
 impl CanDrives {
+    /// The link, for what is no commissioning.
+    pub(crate) fn link(&mut self) -> &mut Link {
+        &mut self.link
+    }
+
+    /// Writes settings whatever the user asks for meanwhile: to bring a drive back to what it was.
+    pub(crate) fn write_back(
+        &mut self,
+        drive: DriveId,
+        settings: &[Setting],
+        on_end: &mut dyn FnMut(Setting, WriteEnd),
+    ) -> Result<(), DrivesError> {
+        self.write_while(drive, settings, on_end, || true)
+    }
+
+    fn write_while(
+        &mut self,
+        drive: DriveId,
+        settings: &[Setting],
+        on_end: &mut dyn FnMut(Setting, WriteEnd),
+        goes_on: impl Fn() -> bool,
+    ) -> Result<(), DrivesError> {
+        let gear = self.gear(drive)?;
+        let mut station =
+            answering_station(&mut self.link, self.axes, drive, gear, PollPeriods::OFF)?;
+        // With another gear number the drive is not the one that was checked any more.
+        let (gear, others): (Vec<Setting>, Vec<Setting>) = settings
+            .iter()
+            .partition(|setting| setting.parameter == Parameter::GearNumber);
+        for setting in others.into_iter().chain(gear) {
+            if !goes_on() {
+                return Err(DrivesError::Interrupted);
+            }
+            on_end(setting, write(&mut station, drive, setting)?);
+        }
+        Ok(())
+    }
+
     /// The gear number of a drive.
     fn gear(&mut self, drive: DriveId) -> Result<GearNumber, DrivesError> {
         let any = GearNumber::MIN;
