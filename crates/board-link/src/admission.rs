@@ -262,7 +262,7 @@ fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Result<(), Refu
 }
 
 fn check_extent(axis: usize, stretch: &Stretch, limits: &AxisLimits) -> Result<(), Refusal> {
-    let (low, high) = stretch.extent(&stretch.needs());
+    let (low, high) = stretch.extent();
     inside(axis, low, limits)?;
     inside(axis, high, limits)
 }

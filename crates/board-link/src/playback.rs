@@ -6,9 +6,6 @@ use trajectory::{Position, TimeScaleError};
 use crate::buffer::{Phase, SetPointBuffer};
 use crate::rate::ONE;
 
-/// Cycles that the fall of the rate begins early.
-const MARGIN_CYCLES: f32 = 2.0;
-
 impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
     /// One cycle later: writes the positions of the axes and says what they do.
     pub fn advance(&mut self, positions: &mut [Position]) -> Phase {
@@ -128,7 +125,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
         let is_last = self.is_ended || self.knots.back().is_some_and(|last| last.rests);
         let floor = if is_last { self.last_rate } else { 0 };
         let left = self.complete_until().since(self.time).cycles();
-        let way = self.rate.way_down_to(floor) + MARGIN_CYCLES * self.rate.value();
+        let way = self.rate.way_down_after_a_rise_to(floor);
         self.is_short |= way >= left && left > 0.0;
         if !self.is_short {
             return goal;

@@ -80,8 +80,18 @@ impl Rate {
         Time::from_ticks(ticks.unsigned_abs())
     }
 
+    /// The time of the set-points that passes until the rate is down at a goal, when it rises for one cycle more first: whoever has less
+    /// must not let it rise.
+    pub(crate) fn way_down_after_a_rise_to(&self, goal: i64) -> f32 {
+        let mut next = *self;
+        next.steps = (next.steps + 1).min(next.most_steps);
+        next.rate = (next.rate + next.steps * next.unit).clamp(0, 2 * ONE);
+        let passed = self.value().max(next.value());
+        passed + next.way_down_to(goal)
+    }
+
     /// The time of the set-points that passes until the rate is down at a goal, or a little more.
-    pub(crate) fn way_down_to(&self, goal: i64) -> f32 {
+    fn way_down_to(&self, goal: i64) -> f32 {
         let of_one = |rate: i64| rate as f32 / ONE as f32;
         let unit = of_one(self.unit);
         let (steps, most) = (self.steps as f32, self.most_steps as f32);

@@ -19,7 +19,7 @@ const ROUNDING: Needs = Needs {
 };
 /// The same for a second difference.
 const ROUNDING_OF_DIFFERENCE: f32 = 2.0;
-/// Places at which velocity and position are looked at; between them they are bounded by the next derivative.
+/// Places at which the velocity is looked at; between them it is bounded by the jerk.
 const PLACES: u8 = 16;
 
 /// Velocity and acceleration, in counts per cycle and per cycle².
@@ -145,22 +145,18 @@ impl Stretch {
         }
     }
 
-    /// The lowest and the highest position on the way, or a little more.
-    pub(crate) fn extent(&self, needs: &Needs) -> (Position, Position) {
+    /// The lowest and the highest position on the way.
+    pub(crate) fn extent(&self) -> (Position, Position) {
         let [c1, c2, c3, c4, c5] = self.coefficients();
         let at = |u: f32| (c1 + (c2 + (c3 + (c4 + c5 * u) * u) * u) * u) * u;
+        let velocity =
+            |u: f32| c1 + (2.0 * c2 + (3.0 * c3 + (4.0 * c4 + 5.0 * c5 * u) * u) * u) * u;
         let way = counts(self.to.position.distance_from(self.from.position));
         let (mut lowest, mut highest) = (way.min(0.0), way.max(0.0));
-        let (bottom, top) = (lowest, highest);
-        let step = self.cycles() / f32::from(PLACES);
-        let between = needs.acceleration * step * step / 8.0;
-        for place in places().map(at) {
-            // A curve that only arrives at its ends does not go beyond them.
-            if place < bottom {
-                lowest = lowest.min(place - between);
-            }
-            if place > top {
-                highest = highest.max(place + between);
+        for (from, to) in places().zip(places().skip(1)) {
+            if velocity(from) * velocity(to) < 0.0 {
+                let place = at(turn_between(&velocity, from, to));
+                (lowest, highest) = (lowest.min(place), highest.max(place));
             }
         }
         let moved = |by: f32| {
@@ -258,6 +254,21 @@ pub(crate) fn check_mean_acceleration(
 
 fn places() -> impl Iterator<Item = f32> {
     (0..=PLACES).map(|place| f32::from(place) / f32::from(PLACES))
+}
+
+/// Where the velocity is zero between two places at which it has different signs.
+fn turn_between(velocity: &impl Fn(f32) -> f32, mut from: f32, mut to: f32) -> f32 {
+    let sign = velocity(from);
+    // More halves make no difference to a number of 24 bits.
+    for _ in 0..20 {
+        let middle = (from + to) / 2.0;
+        if velocity(middle) * sign > 0.0 {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    from
 }
 
 /// Where the jerk is zero: the roots of `c3 + 4 c4 u + 10 c5 u²`, the one that does not cancel first, the other one from their product.

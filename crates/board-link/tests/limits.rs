@@ -204,7 +204,8 @@ proptest! {
                 "{} of {acceleration}", judge.acceleration
             );
             prop_assert!(judge.jerk <= jerk * 1.001 + 1e-5, "{} of {jerk}", judge.jerk);
-            prop_assert!(judge.lowest >= -30_000.0 && judge.highest <= 30_000.0);
+            // A float of 24 bits.
+            prop_assert!(judge.lowest >= -30_000.1 && judge.highest <= 30_000.1);
         }
         // Every set-point was taken or refused, or was not sent any more.
         let counters = buffer.counters();

@@ -282,6 +282,30 @@ fn a_sender_that_goes_without_an_end_leaves_axes_at_rest() {
 }
 
 #[test]
+fn a_sender_that_does_not_look_at_its_credit_is_held_back_and_loses_nothing() {
+    undisturbed(|| {
+        let bench = BenchProcess::start("hasty", "1,2");
+        let run = Streamed::start(&bench, &[]);
+        let mut sender = run.connect();
+        sender.say("time_ms,x_deg,y_deg");
+        // Three times what fits into the buffer, all at once.
+        for point in 0..=2_000 {
+            let share = f64::from(point) / 2_000.0;
+            let eased = 90.0 * share * share * (3.0 - 2.0 * share);
+            sender.say(&format!("{point},{eased:.5},{eased:.5}"));
+        }
+        sender.say("end");
+        assert_eq!(sender.answer(), "ready 2 8");
+        assert_eq!(sender.answer(), "end completed");
+        let (summary, errors, status) = run.end();
+        assert_eq!(status, Some(0), "{summary} {errors}");
+        let counted = ["taken", "refused"].map(|count| summary["stream"][count].as_u64());
+        assert_eq!(counted, [Some(2_001), Some(0)], "{summary}");
+        has_arrived(&summary, &bench.stop(), 4_096);
+    });
+}
+
+#[test]
 fn orders_at_a_socket_pause_and_stop_on_the_path() {
     undisturbed(|| {
         let bench = BenchProcess::start("control", "1,2");
