@@ -12,6 +12,7 @@ pub mod codec;
 pub mod commissioning;
 mod fake_can;
 pub mod family;
+pub mod homing;
 pub mod hub_motors;
 pub mod master;
 pub mod opaque;
