@@ -13,6 +13,7 @@ pub mod commissioning;
 pub mod diff_drive;
 mod fake_can;
 pub mod family;
+pub mod homing;
 pub mod hub_motors;
 pub mod master;
 pub mod opaque;

@@ -24,13 +24,14 @@ const BESIDE: [(&str, &str); 2] = [
     (HOT_PAIR, "set-point-and-position-without-codec"),
 ];
 /// The images that link only without a panic.
-const IMAGES: [&str; 15] = [
+const IMAGES: [&str; 16] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
     "master",
     "family",
     "commissioning",
+    "homing",
     "serial",
     SERIAL_STREAM,
     "hub-motors",
