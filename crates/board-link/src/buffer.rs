@@ -97,7 +97,8 @@ pub struct SetPointBuffer<const AXES: usize, const POINTS: usize> {
 }
 
 impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
-    /// A buffer for axes with these limits, the first [`AXES`] of them, that stand at these positions.
+    /// A buffer for axes with these limits that stand at these positions; `None` for no axis, for more than `AXES`, and for another
+    /// number of positions than of limits.
     #[must_use]
     pub fn new(limits: &[AxisLimits], stand: &[Position], config: Config) -> Option<Self> {
         let axes = limits.len();
