@@ -24,7 +24,7 @@ const BESIDE: [(&str, &str); 2] = [
     (HOT_PAIR, "set-point-and-position-without-codec"),
 ];
 /// The images that link only without a panic.
-const IMAGES: [&str; 16] = [
+const IMAGES: [&str; 17] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
