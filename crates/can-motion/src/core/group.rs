@@ -5,6 +5,7 @@ use heapless::Vec;
 
 use crate::core::axis::{Axis, Change};
 use crate::core::command::CommandError;
+use crate::core::drive_move::MoveReport;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
 use crate::core::family::{
@@ -38,6 +39,8 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     pub(crate) switching: u64,
     /// What the controller holds for an axis that must stop at once is to be taken back.
     pub(crate) take_back: bool,
+    /// One bit an axis that the latest trigger was for.
+    pub(crate) triggered: u64,
     /// How often the facts of an axis have changed.
     pub(crate) changes: u32,
 }
@@ -51,6 +54,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             due: 0,
             switching: 0,
             take_back: false,
+            triggered: 0,
             changes: 0,
         }
     }
@@ -84,6 +88,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         while self.events.pop().is_some() {}
         self.axis_of = [0; 128];
         (self.due, self.switching, self.take_back) = (0, 0, false);
+        self.triggered = 0;
     }
 
     /// Adds an axis, made where it stays as far as the compiler can; one without room is left out, so the number of axes is checked before.
@@ -167,7 +172,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
         let (owes_frame, view) = (axis.drive.owes_frame(&axis.view), axis.view.facts);
         self.changes = self.changes.wrapping_add(1);
         let bit = 1 << index;
-        if before.moves() && !view.moves() {
+        // A command for a motion of its own may still lie in the controller.
+        self.take_back |= before.goal.is_move() && !view.goal.is_move() && view.has_own_move();
+        if before.sends_set_points() && !view.sends_set_points() {
             // The set-point of this cycle is void, or replaced by the frame that stops the drive.
             self.due &= !bit;
             self.due |= if owes_frame { bit } else { 0 };
@@ -316,6 +323,13 @@ impl<const N: usize, F: Family> Axes<N, F> {
             self.apply(now, index, Change::of(input));
         }
         self.learn_position(now, index, meaning);
+        match meaning.own_move {
+            Some(MoveReport::LoadSeen) => self.arm(now, index),
+            Some(MoveReport::Ended(end)) => {
+                self.apply(now, index, Change::of(Input::MoveEnded(end)));
+            }
+            None => {}
+        }
     }
 
     fn learn_position(&mut self, now: Instant, index: usize, meaning: Meaning<F::Fault>) {
@@ -349,7 +363,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
-    fn is_in(&self, index: usize, group: GroupId) -> bool {
+    pub(crate) fn is_in(&self, index: usize, group: GroupId) -> bool {
         self.get(index)
             .is_some_and(|axis| axis.drive.group() == group)
     }
@@ -434,7 +448,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
-    fn admit(
+    pub(crate) fn admit(
         &self,
         index: usize,
         axis: &Axis<F>,
@@ -446,7 +460,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
             return Ok(());
         }
         let axis_index = index as u8;
-        if facts.work.needs_off() {
+        let is_move = matches!(input, Input::Move | Input::SyncMove);
+        if facts.work.needs_off() || (is_move && facts.work != Work::None) {
             return Err(CommandError::Busy { axis: axis_index });
         }
         if input == Input::Clear && !facts.moves() {

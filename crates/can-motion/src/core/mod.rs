@@ -3,6 +3,7 @@
 mod axis;
 pub(crate) mod command;
 pub(crate) mod counts;
+pub(crate) mod drive_move;
 pub(crate) mod event;
 pub(crate) mod exit;
 pub(crate) mod facts;
@@ -10,6 +11,7 @@ pub(crate) mod family;
 pub(crate) mod group;
 mod late;
 pub(crate) mod master;
+mod own_moves;
 pub(crate) mod placement;
 pub(crate) mod procedure;
 mod schedule;

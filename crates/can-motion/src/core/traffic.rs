@@ -86,6 +86,12 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             self.frame_of_bus_due = true;
             return;
         }
+        if F::is_trigger(frame) {
+            self.axes.trigger_returned(now);
+            self.schedule.returned();
+            self.schedule.choose(now, self.cycle.cycles, &self.axes);
+            return;
+        }
         let Some(index) = self.axes.index_of(frame) else {
             self.foreign(now, F::foreign(frame));
             return;
@@ -104,6 +110,10 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             Some(Returned::Switch(class)) => {
                 let input = Input::Displaced(class);
                 self.axes.apply(now, index, Change::of(input));
+                if class.is_of_own_move() {
+                    self.schedule.returned();
+                    self.schedule.choose(now, self.cycle.cycles, &self.axes);
+                }
             }
             Some(Returned::Request) => {
                 self.schedule.returned();
@@ -306,6 +316,12 @@ impl<const N: usize, F: Family> Master<N, F> {
         if wanted.class == Class::Repair && axis.view.facts.work == Work::None {
             self.axes.start_work(now, index, Work::Repair);
         }
+        if wanted.class == Class::Trigger && !self.axes.may_be_triggered(index) {
+            // Something came up since the moves were loaded: they stay where they are.
+            let group = self.axes.get(index)?.drive.group();
+            self.axes.end_motion(now, group, Input::Halt);
+            return None;
+        }
         let axis = self.axes.get(index)?;
         if !may_leave(wanted.class, &axis.view.facts) {
             return None;
@@ -365,8 +381,12 @@ impl<const N: usize, F: Family> Master<N, F> {
             drive.request_accepted(request, leaves_at, context)
         });
         self.schedule.accepted(index);
-        self.axes
-            .apply(now, index, Change::of(Input::Accepted(class)));
+        if class == Class::Trigger {
+            self.axes.trigger_accepted(now, index);
+        } else {
+            self.axes
+                .apply(now, index, Change::of(Input::Accepted(class)));
+        }
         if let Some(meaning) = meaning {
             self.axes.take(now, cycle_us, index, meaning);
         }

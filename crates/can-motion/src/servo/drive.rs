@@ -5,6 +5,7 @@ use bus_user::Instant;
 use can_frame::wire::exact_bits;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
+use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal};
 use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
 use crate::core::family::{
@@ -13,6 +14,7 @@ use crate::core::family::{
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
+use crate::servo::activity::Activity;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
@@ -20,6 +22,7 @@ use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::feedback::Feedback;
 use crate::servo::ledger::Ledger;
+use crate::servo::own_move::concerns_own_move;
 use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
 use crate::servo::procedure::{Procedure, ProcedureError, Run};
@@ -51,7 +54,7 @@ pub struct Servo {
     pub(super) still_since: Option<Instant>,
     /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
     pub(super) echo_token: u8,
-    pub(super) run: Option<Run>,
+    pub(super) activity: Activity,
     pub(super) wrote_at: Option<Instant>,
     /// The drive was told to start anew, and until when it does.
     pub(super) starts_until: Option<Instant>,
@@ -63,6 +66,8 @@ pub struct Servo {
     pub(super) guarded_at: Instant,
     /// An alarm was reported since the checks began.
     pub(super) has_alarmed: bool,
+    /// Kinds of trigger for which the drive was ever given a move: what it forgets is not documented (D57).
+    pub(super) loads: u8,
 }
 
 impl Servo {
@@ -82,7 +87,8 @@ impl Servo {
             asked_at: Instant::default(),
             still_since: None,
             echo_token: 0,
-            run: None,
+            activity: Activity::None,
+            loads: 0,
             wrote_at: None,
             starts_until: None,
             power_on_us: master.timeouts.power_on_us,
@@ -226,7 +232,7 @@ impl Drive for Servo {
 
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
         let (ask, overdue_cycles) = self.next_ask(view, now, cycle)?;
-        let (class, request) = self.request_for(ask, view)?;
+        let (class, request) = self.request_for(ask, view, now)?;
         Some(Wanted {
             class,
             request,
@@ -235,6 +241,9 @@ impl Drive for Servo {
     }
 
     fn request_frame(&self, request: Request) -> Option<DataFrame> {
+        if concerns_own_move(&request) {
+            return self.own_frame(request);
+        }
         self.frame_of(request).filter(|_| self.slot.is_free())
     }
 
@@ -271,7 +280,7 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        let is_quiet = self.run.is_none() && !self.is_far_behind() && self.slot.pass(now);
+        let is_quiet = self.activity.is_none() && !self.is_far_behind() && self.slot.pass(now);
         if is_quiet {
             self.drift.begin_cycle(self.ledger.sent_counts());
         }
@@ -287,9 +296,10 @@ impl Drive for Servo {
         if view.stage == Stage::PowerOn && started {
             meaning.stage = Some(Stage::Probing);
         }
-        if view.facts.moves() {
+        if view.facts.sends_set_points() {
             meaning.fault = meaning.fault.or_else(|| self.backlog_fault());
         }
+        self.tick_own(context, &mut meaning);
         if self.tick_procedure(&mut context.log) {
             meaning.work_ended = true;
         }
@@ -299,6 +309,38 @@ impl Drive for Servo {
     fn abandon_request(&mut self, context: &mut Context<'_, Dyn>) {
         let quarantine_us = context.config.timeouts.reply_us;
         self.slot.close(context.log.now, quarantine_us);
+    }
+
+    fn admit_move(
+        &self,
+        wanted: DriveMove,
+        by_trigger: bool,
+        config: &MasterConfig,
+        now: Instant,
+    ) -> Result<(), MoveRefusal> {
+        self.admit_own_move(wanted, by_trigger, config, now)
+    }
+
+    fn begin_move(&mut self, wanted: DriveMove, config: &MasterConfig) {
+        if let Some(own) = self.own_move(wanted, config) {
+            self.activity = Activity::Own(own);
+        }
+    }
+
+    fn has_seen_load(&self) -> bool {
+        self.activity.own().is_some_and(|own| own.is_seen())
+    }
+
+    fn loaded_move(&self) -> Option<DriveMove> {
+        self.own_wanted()
+    }
+
+    fn may_hold_load(&self, kind: DriveMove) -> bool {
+        self.was_loaded(kind)
+    }
+
+    fn end_move(&mut self, now: Instant, how: Option<MoveEnd>) {
+        self.end_own(now, how);
     }
 
     fn admit(
@@ -312,7 +354,7 @@ impl Drive for Servo {
     }
 
     fn begin_work(&mut self, procedure: Procedure) {
-        self.run = Some(Run::new(procedure));
+        self.activity = Activity::Procedure(Run::new(procedure));
     }
 
     fn abort_work(&mut self, log: &mut Log<'_>) {

@@ -11,7 +11,9 @@ use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
+use crate::servo::own_move::{OwnMove, concerns_own_move};
 use crate::servo::poll_kind::PollKind;
+use crate::servo::procedure::Run;
 
 /// The configuration of a drive with power is read again once in [`GUARD_WINDOWS`] windows, each drive in the window of its id: the
 /// readings of all drives at once would make polls late.
@@ -32,6 +34,8 @@ pub(super) enum Ask {
     Reading(ReplyKind),
     /// The command of the procedure.
     Command,
+    /// A frame about a motion of the drive itself.
+    Own(Class),
     /// A reading that is wanted now and then.
     Poll(ReplyKind),
 }
@@ -41,6 +45,11 @@ impl Servo {
     /// the poll that is due longest.
     pub(super) fn next_ask(&self, view: &View, now: Instant, cycle: u32) -> Option<(Ask, i32)> {
         const URGENT: i32 = Wanted::<Request>::URGENT;
+        if let Some(own) = self.activity.own()
+            && let Some(ask) = self.own_ask(own, view, now)
+        {
+            return Some((ask, URGENT));
+        }
         if !self.slot.is_free() {
             return None;
         }
@@ -48,19 +57,19 @@ impl Servo {
             let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us);
             return is_time.then_some((Ask::Reading(ReplyKind::DriveStatus), URGENT));
         }
+        // The way back to position mode is what the checks wait for.
+        let is_way_back = self.activity.run().is_some_and(Run::is_way_back);
+        if is_way_back && let Some(ask) = self.procedure_ask(view) {
+            return Some((ask, URGENT));
+        }
         if let Some(kind) = needed_reading(view) {
             return Some((Ask::Reading(kind), URGENT));
         }
         if view.facts.is_checking() && view.stage == Stage::PowerOn {
             return None;
         }
-        if let Some(run) = &self.run {
-            if run.wanted_command().is_some() {
-                return Some((Ask::Command, URGENT));
-            }
-            if let Some(kind) = run.wanted_reading() {
-                return Some((Ask::Reading(kind), URGENT));
-            }
+        if let Some(ask) = self.procedure_ask(view) {
+            return Some((ask, URGENT));
         }
         let poll = self.polls.most_overdue(cycle);
         let guard = self.guard(view, now, poll.map(|poll| poll.overdue));
@@ -71,18 +80,34 @@ impl Servo {
         Some((Ask::Poll(poll.kind.reply_kind()), poll.overdue))
     }
 
+    fn procedure_ask(&self, view: &View) -> Option<Ask> {
+        let run = self.activity.run().filter(|run| run.may_go_on(view))?;
+        match run.wanted_command() {
+            Some(_) => Some(Ask::Command),
+            None => run.wanted_reading().map(Ask::Reading),
+        }
+    }
+
     /// The request that asks it, and what that is for.
-    pub(super) fn request_for(&self, ask: Ask, view: &View) -> Option<(Class, Request)> {
+    pub(super) fn request_for(
+        &self,
+        ask: Ask,
+        view: &View,
+        now: Instant,
+    ) -> Option<(Class, Request)> {
         Some(match ask {
             Ask::Reading(kind) => (Class::Reading, self.request(kind)),
             Ask::Poll(kind) => (Class::Poll, self.request(kind)),
             Ask::Command => {
+                let run = self.activity.run()?;
                 let class = match view.facts.work {
+                    _ if run.is_way_back() => Class::Repair,
                     Work::Repair => Class::Repair,
                     _ => Class::Write,
                 };
-                (class, self.run.as_ref()?.wanted_command()?)
+                (class, run.wanted_command()?)
             }
+            Ask::Own(class) => (class, self.own_request(class, now)?),
         })
     }
 
@@ -90,7 +115,9 @@ impl Servo {
     /// Request and reply are as long as those of the status, so the plan of the bus knows them.
     fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
         let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        if !is_on {
+        // Constant speed has a mode of its own.
+        let is_speed = self.activity.own().is_some_and(OwnMove::is_speed);
+        if !is_on || is_speed {
             return None;
         }
         // The lower half of the time is enough: windows and their places are powers of two, and a reading that is more than an hour old
@@ -153,12 +180,16 @@ impl Servo {
     ) -> Meaning<Fault> {
         let (now, reply_us) = (context.log.now, context.config.timeouts.reply_us);
         self.counters.requests = self.counters.requests.wrapping_add(1);
+        if concerns_own_move(&request) {
+            self.note_own(request, context.view, now);
+            return Meaning::NONE;
+        }
         self.asked_at = now;
         self.responses.asked(leaves_at);
         let is_command = self
-            .run
-            .as_ref()
-            .and_then(|run| run.wanted_command())
+            .activity
+            .run()
+            .and_then(Run::wanted_command)
             .is_some_and(|command| command == request);
         if is_command {
             return self.note_command(request, reply_us, now);
@@ -189,7 +220,7 @@ impl Servo {
         match request {
             Request::GoRelativePosPd(step) => {
                 self.ledger.returned(step);
-                if !context.view.facts.moves() {
+                if !context.view.facts.sends_set_points() {
                     self.ledger.end_motion();
                 }
                 context.log.push(EventKind::SetPointDisplaced);
@@ -200,6 +231,7 @@ impl Servo {
                 return Returned::Switch(Class::SwitchOff);
             }
             Request::DriveReset => self.command_returned(),
+            own if concerns_own_move(&own) => return self.own_returned(own),
             other => match other.reply_kind() {
                 Some(kind) => {
                     self.slot.forget();

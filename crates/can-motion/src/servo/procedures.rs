@@ -6,6 +6,7 @@ use dyn_can::{Reply, ReplyKind, Request};
 use crate::core::facts::{Latch, Work};
 use crate::core::family::{Meaning, View};
 use crate::core::procedure::Confirmation;
+use crate::servo::activity::Activity;
 use crate::servo::drive::{Log, Servo};
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
@@ -20,6 +21,9 @@ impl Servo {
         view: &View,
         now: Instant,
     ) -> Result<Work, ProcedureError> {
+        if !self.activity.is_none() {
+            return Err(ProcedureError::Busy);
+        }
         if view.is_lost {
             return Err(ProcedureError::Lost);
         }
@@ -37,7 +41,7 @@ impl Servo {
         })
     }
 
-    fn admit_wear(&self, wear: u16, now: Instant) -> Result<(), ProcedureError> {
+    pub(super) fn admit_wear(&self, wear: u16, now: Instant) -> Result<(), ProcedureError> {
         if wear == 0 {
             return Ok(());
         }
@@ -62,7 +66,7 @@ impl Servo {
         quarantine_us: u32,
         now: Instant,
     ) -> Meaning<Fault> {
-        let Some(run) = &mut self.run else {
+        let Some(run) = self.activity.run_mut() else {
             return Meaning::NONE;
         };
         let wear = run.procedure().wear();
@@ -88,7 +92,7 @@ impl Servo {
 
     /// The controller gave the command of the procedure back unsent.
     pub(super) fn command_returned(&mut self) {
-        if let Some(run) = &mut self.run {
+        if let Some(run) = self.activity.run_mut() {
             run.returned();
         }
     }
@@ -96,7 +100,7 @@ impl Servo {
     /// Time passes. Returns whether the procedure ended.
     pub(super) fn tick_procedure(&mut self, log: &mut Log<'_>) -> bool {
         let now = log.now;
-        let end = self.run.as_mut().and_then(|run| run.tick(now));
+        let end = self.activity.run_mut().and_then(|run| run.tick(now));
         self.finish(end, log)
     }
 
@@ -109,8 +113,8 @@ impl Servo {
     ) -> bool {
         let waits = |run: &&mut super::procedure::Run| run.wanted_reading() == Some(kind);
         let end = self
-            .run
-            .as_mut()
+            .activity
+            .run_mut()
             .filter(waits)
             .and_then(|run| run.replied(reply));
         self.finish(end, log)
@@ -118,25 +122,36 @@ impl Servo {
 
     /// The reply that the procedure waited for did not come, or does not decode. Returns whether the procedure ended.
     pub(super) fn procedure_missed(&mut self, kind: ReplyKind, log: &mut Log<'_>) -> bool {
-        let waits = |run: super::procedure::Run| run.wanted_reading() == Some(kind);
-        let end = self.run.is_some_and(waits).then_some(ProcedureEnd::NoReply);
+        let waits = |run: &super::procedure::Run| run.wanted_reading() == Some(kind);
+        let end = self
+            .activity
+            .run()
+            .is_some_and(waits)
+            .then_some(ProcedureEnd::NoReply);
         self.finish(end, log)
     }
 
     /// A data error came: true when the command of the procedure explains it.
     pub(super) fn procedure_refused(&mut self, log: &mut Log<'_>) -> bool {
-        let explains = self.run.is_some_and(|run| run.explains_data_error());
+        let explains = self
+            .activity
+            .run()
+            .is_some_and(super::procedure::Run::explains_data_error);
         self.finish(explains.then_some(ProcedureEnd::Refused), log)
     }
 
     pub(super) fn abort_procedure(&mut self, log: &mut Log<'_>) {
-        let end = self.run.is_some().then_some(ProcedureEnd::Aborted);
+        let end = self
+            .activity
+            .run()
+            .is_some()
+            .then_some(ProcedureEnd::Aborted);
         self.finish(end, log);
     }
 
     fn finish(&mut self, end: Option<ProcedureEnd>, log: &mut Log<'_>) -> bool {
         let Some(end) = end else { return false };
-        self.run = None;
+        self.activity = Activity::None;
         log.push(EventKind::Procedure(end));
         true
     }
