@@ -83,14 +83,30 @@ impl<const N: usize, F: Family> Axes<N, F> {
             axes,
             actual: index,
         })?;
-        self.admit(index, axis, input)
-            .map_err(|error: CommandError<F::Fault>| MoveError::Command(error))?;
+        self.admit(index, axis, input)?;
+        self.admit_group(axis.drive.group())?;
         let by_trigger = input == Input::SyncMove;
         let admitted = axis.drive.admit_move(wanted, by_trigger, config, now);
         admitted.map_err(|refusal| MoveError::Refused {
             axis: index as u8,
             refusal,
         })
+    }
+
+    /// Nothing of a group moves while one of its axes has a fault.
+    fn admit_group(&self, group: GroupId) -> Result<(), CommandError<F::Fault>> {
+        let mut faults = self
+            .iter()
+            .enumerate()
+            .filter(|(_, axis)| axis.drive.group() == group)
+            .filter_map(|(index, axis)| Some((index, axis.fault()?)));
+        match faults.next() {
+            Some((index, fault)) => Err(CommandError::Faulted {
+                axis: index as u8,
+                fault,
+            }),
+            None => Ok(()),
+        }
     }
 
     fn begin_move(

@@ -356,6 +356,10 @@ fn settle(facts: &mut Facts) {
     };
     // A drive without power makes no move, and starts none by a trigger.
     if facts.power == Power::Off && !facts.sends_set_points() {
+        if facts.motion == Motion::DriveMove {
+            // Somewhere on its way.
+            lose(facts, Knowledge::Checked);
+        }
         facts.motion = Motion::Rest;
     }
 }

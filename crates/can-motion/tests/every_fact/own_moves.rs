@@ -71,6 +71,11 @@ fn of_motion(before: Facts, input: Input, after: Facts) -> Held {
         may_be,
         "a motion of the drive begins by its frame and ends when the drive says so, has no power, or never got the frame",
     )?;
+    let is_cut = before.motion == Motion::DriveMove && is_off;
+    hold(
+        !is_cut || after.knowledge <= Knowledge::Checked,
+        "a drive that lost its power on its way is anchored anew",
+    )?;
     hold(
         !sends(&after) || sends(&before) || before.motion == Motion::Rest,
         "set-points begin when the drive does not move by itself",

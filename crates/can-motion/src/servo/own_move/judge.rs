@@ -28,7 +28,7 @@ impl Servo {
             return;
         }
         if facts.motion == Motion::Loaded && facts.goal == Goal::SyncMove {
-            if let Reply::DriveStatus(_) = reply {
+            if let Reply::MotorSpeed(_) = reply {
                 meaning.own_move = self.sees_load(asked_at, context);
             }
             return;
@@ -64,7 +64,8 @@ impl Servo {
         }
     }
 
-    /// A reply to what was asked a cycle after the load was accepted: the controller has sent the load before.
+    /// A reply to what was asked a cycle after the load was accepted, by a frame with a higher identifier: also a controller that sorts
+    /// its frames has sent the load before.
     fn sees_load(&mut self, asked_at: Instant, context: &Context<'_, Dyn>) -> Option<MoveReport> {
         let own = self.activity.own_mut()?;
         let cycle_ms = context.config.cycle_us.div_ceil(1_000) as i32 + 1;
@@ -108,7 +109,11 @@ impl Servo {
         let Some(own) = self.activity.own_mut() else {
             return (None, None);
         };
-        let is_there = position.abs_diff(own.end_counts) <= limits.drift_tolerance_counts;
+        let off = position.abs_diff(own.end_counts);
+        // The start of a short move may lie within the tolerance of its end.
+        let has_left =
+            own.start_counts == own.end_counts || off < position.abs_diff(own.start_counts);
+        let is_there = off <= limits.drift_tolerance_counts && has_left;
         let end = if is_there {
             MoveEnd::Arrived
         } else {

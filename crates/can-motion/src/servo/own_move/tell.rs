@@ -57,7 +57,7 @@ impl Servo {
     fn own_reading(&self, own: &OwnMove, facts: &Facts, now: Instant) -> Option<ReplyKind> {
         match facts.motion {
             Motion::Loaded if facts.goal == Goal::SyncMove && !own.is_seen => {
-                return Some(ReplyKind::DriveStatus);
+                return Some(ReplyKind::MotorSpeed);
             }
             Motion::DriveMove => {}
             _ => return None,
