@@ -1,9 +1,11 @@
 //! Whether a drive may make a motion by itself: ranges, travel, speed and acceleration of the axis.
 
+use core::num::NonZeroU32;
+
 use bus_user::Instant;
 use dyn_can::{Amplitude, Counts28, FrequencyHz, ParamGroup2, SpeedRpm};
 
-use super::curve::{Curve, change_per_cycle, counts_per_s, per_cycle, soft_start_us};
+use super::curve::{Curve, change_per_cycle, counts_per_s, divided_up, per_cycle, soft_start_us};
 use super::{Kind, OwnMove};
 use crate::core::drive_move::{DriveMove, MoveRefusal, WaveShape};
 use crate::servo::config::MasterConfig;
@@ -58,7 +60,8 @@ impl Servo {
         let group = self.own_curve().ok_or(MoveRefusal::CurveUnknown)?;
         let fastest = Curve::fastest(group, self.config.gear);
         self.admit_rate(fastest.peak(distance), config.cycle_us)?;
-        self.admit_change(change_per_cycle(fastest.acceleration, config.cycle_us))
+        let acceleration = fastest.acceleration.get();
+        self.admit_change(change_per_cycle(acceleration, config.cycle_us))
     }
 
     fn admit_end(&self, end: i64) -> Result<(), MoveRefusal> {
@@ -113,7 +116,7 @@ impl Servo {
         let speed = counts_per_s(magnitude, self.config.gear);
         self.admit_rate(speed, config.cycle_us)?;
         // An S-curve is at most twice as steep as the line through its ends.
-        let acceleration = (2 * speed * 1_000_000).div_ceil(soft_start_us(group));
+        let acceleration = divided_up(2 * speed * 1_000_000, soft_start_us(group));
         self.admit_change(change_per_cycle(acceleration, config.cycle_us))?;
         let reached = self.speed_reach(rpm, group);
         self.admit_end(i64::from(self.ledger.sent_counts()) + 2 * reached)?;
@@ -123,7 +126,7 @@ impl Servo {
     /// How far constant speed goes on from a position that was just read, when it is stopped then, in counts with their sign.
     pub(super) fn speed_reach(&self, rpm: i32, group: ParamGroup2) -> i64 {
         let speed = counts_per_s(rpm.unsigned_abs(), self.config.gear);
-        let ms = soft_start_us(group).div_ceil(1_000) + READING_AGE_MS;
+        let ms = soft_start_us(group).get().div_ceil(1_000) + READING_AGE_MS;
         let counts = (speed * ms).div_ceil(1_000) as i64;
         if rpm < 0 { -counts } else { counts }
     }
@@ -156,7 +159,8 @@ impl Servo {
         let (speed, acceleration) = match shape {
             // From one side to the other in one step.
             WaveShape::Square => {
-                let cycles = 1_000_000_u64.div_ceil(u64::from(config.cycle_us.max(1)));
+                let cycle_us = NonZeroU32::new(config.cycle_us).unwrap_or(NonZeroU32::MIN);
+                let cycles = divided_up(1_000_000, cycle_us.into());
                 let speed = 2 * excursion * cycles;
                 (speed, speed * cycles)
             }
@@ -192,7 +196,7 @@ impl Servo {
                 (Kind::By, end, self.move_ms(start_counts, end)?)
             }
             DriveMove::Speed(rpm) => {
-                let ms = soft_start_us(group?).div_ceil(1_000);
+                let ms = soft_start_us(group?).get().div_ceil(1_000);
                 (Kind::Speed(SpeedRpm::new(rpm).ok()?), start_counts, ms)
             }
             DriveMove::Wave {
@@ -242,7 +246,7 @@ impl Servo {
         };
         let fastest = Curve::fastest(group, self.config.gear);
         let gone = position.abs_diff(own.start_counts);
-        let lead = (fastest.speed.saturating_mul(age_ms)).div_ceil(1_000);
+        let lead = fastest.speed.get().saturating_mul(age_ms).div_ceil(1_000);
         let here = u64::from(gone).saturating_add(lead);
         // On the way up, the drive stops in what it took to get there; it never gets beyond its end.
         let braking = fastest.braking_counts().min(here);

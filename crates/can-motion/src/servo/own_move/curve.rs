@@ -4,6 +4,8 @@
 //! `(MaxSpd + 3)^2 * 208.384` counts a second, and `MaxAcl * 635.78 * g` r/min per second are `MaxAcl * 173,610.3` counts per second
 //! squared. Whether the gear counts in these formulas at all is doubtful (D64): limits take the faster reading, waiting times the slower.
 
+use core::num::NonZeroU64;
+
 use dyn_can::{GearNumber, ParamGroup2};
 
 /// Gear number of gear ratio 1.
@@ -19,9 +21,9 @@ const SOFT_START_US: u64 = 71_976_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Curve {
     /// Counts a second.
-    pub(super) speed: u64,
+    pub(super) speed: NonZeroU64,
     /// Counts per second squared.
-    pub(super) acceleration: u64,
+    pub(super) acceleration: NonZeroU64,
 }
 
 impl Curve {
@@ -30,8 +32,8 @@ impl Curve {
         let gear = u64::from(gear.get()).max(GEAR_UNITY);
         let [speed, acceleration] = thousandths(group);
         Self {
-            speed: (speed * gear).div_ceil(1_000 * GEAR_UNITY),
-            acceleration: (acceleration * gear).div_ceil(1_000 * GEAR_UNITY),
+            speed: at_least_1((speed * gear).div_ceil(1_000 * GEAR_UNITY)),
+            acceleration: at_least_1((acceleration * gear).div_ceil(1_000 * GEAR_UNITY)),
         }
     }
 
@@ -40,23 +42,24 @@ impl Curve {
         let gear = u64::from(gear.get()).min(GEAR_UNITY);
         let [speed, acceleration] = thousandths(group);
         Self {
-            speed: (speed * gear / (1_000 * GEAR_UNITY)).max(1),
-            acceleration: (acceleration * gear / (1_000 * GEAR_UNITY)).max(1),
+            speed: at_least_1(speed * gear / (1_000 * GEAR_UNITY)),
+            acceleration: at_least_1(acceleration * gear / (1_000 * GEAR_UNITY)),
         }
     }
 
     /// The highest speed of a move by so many counts: short moves do not reach that of the drive.
     pub(super) fn peak(&self, counts: u32) -> u64 {
-        let squared = self.acceleration * u64::from(counts);
-        self.speed.min(squared.isqrt() + 1)
+        let squared = self.acceleration.get() * u64::from(counts);
+        self.speed.get().min(squared.isqrt() + 1)
     }
 
     /// How long a move by so many counts takes, in milliseconds, rounded up.
     pub(super) fn move_ms(&self, counts: u32) -> u64 {
         let counts = u64::from(counts);
-        let reaches_speed = counts * self.acceleration >= self.speed * self.speed;
+        let (speed, acceleration) = (self.speed.get(), self.acceleration.get());
+        let reaches_speed = counts * acceleration >= speed * speed;
         if reaches_speed {
-            (counts * 1_000).div_ceil(self.speed) + (self.speed * 1_000).div_ceil(self.acceleration)
+            divided_up(counts * 1_000, self.speed) + divided_up(speed * 1_000, self.acceleration)
         } else {
             // 2 * sqrt(counts / acceleration), with the square in 1e-8 s^2.
             let tenths_of_ms = (counts * 100_000_000 / self.acceleration).isqrt() + 1;
@@ -65,8 +68,9 @@ impl Curve {
     }
 
     /// Counts in which the drive stops from its full speed, rounded up.
-    pub(super) const fn braking_counts(&self) -> u64 {
-        (self.speed * self.speed).div_ceil(2 * self.acceleration)
+    pub(super) fn braking_counts(&self) -> u64 {
+        let speed = self.speed.get();
+        divided_up(speed * speed, self.acceleration).div_ceil(2)
     }
 }
 
@@ -78,9 +82,18 @@ fn thousandths(group: ParamGroup2) -> [u64; 2] {
 }
 
 /// The whole time of a soft start or stop at constant speed, in microseconds.
-pub(super) fn soft_start_us(group: ParamGroup2) -> u64 {
+pub(super) fn soft_start_us(group: ParamGroup2) -> NonZeroU64 {
     let parameter = u64::from(group.max_acceleration.get());
-    SOFT_START_US.div_ceil(parameter * parameter)
+    at_least_1(divided_up(SOFT_START_US, at_least_1(parameter * parameter)))
+}
+
+fn at_least_1(value: u64) -> NonZeroU64 {
+    NonZeroU64::new(value).unwrap_or(NonZeroU64::MIN)
+}
+
+/// A quotient, rounded up.
+pub(super) fn divided_up(value: u64, by: NonZeroU64) -> u64 {
+    value / by + u64::from(value % by != 0)
 }
 
 /// Counts a second at a speed of the motor in r/min.
@@ -133,12 +146,12 @@ mod tests {
     fn worked_example_of_the_manual() {
         // Section 7: MaxSpd 48, MaxAcl 30, 140000 counts: 1985 r/min, 19073 r/min per second, 0.362 s.
         let curve = Curve::slowest(group(48, 30), gear(4_096));
-        assert_eq!(curve.speed * 60 / 16_384, 1_984);
-        assert_eq!(curve.acceleration * 60 / 16_384, 19_073);
+        assert_eq!(curve.speed.get() * 60 / 16_384, 1_984);
+        assert_eq!(curve.acceleration.get() * 60 / 16_384, 19_073);
         assert_eq!(curve.move_ms(140_000), 364);
         assert_eq!(curve.braking_counts(), 28_203);
         let fastest = Curve::fastest(group(48, 30), gear(4_096));
-        assert_eq!(fastest.speed, curve.speed + 1);
+        assert_eq!(fastest.speed.get(), curve.speed.get() + 1);
     }
 
     #[test]
@@ -147,7 +160,8 @@ mod tests {
         let speeds = |number| {
             let gear = gear(number);
             let fastest = Curve::fastest(group(48, 30), gear);
-            (Curve::slowest(group(48, 30), gear).speed, fastest.speed)
+            let slowest = Curve::slowest(group(48, 30), gear);
+            (slowest.speed.get(), fastest.speed.get())
         };
         assert_eq!(speeds(4_096), (542_006, 542_007));
         assert_eq!(speeds(8_192), (542_006, 1_084_014));
@@ -160,7 +174,7 @@ mod tests {
         assert_eq!(per_cycle(16_384, 1_000), 17);
         assert_eq!(change_per_cycle(163_840, 1_000), 42);
         assert_eq!(per_cycle(u64::MAX, 1_000_000), u32::MAX);
-        assert_eq!(soft_start_us(group(1, 127)), 4_463);
+        assert_eq!(soft_start_us(group(1, 127)).get(), 4_463);
     }
 
     proptest! {
