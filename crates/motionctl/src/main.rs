@@ -23,8 +23,10 @@ mod lawicel;
 mod limits;
 mod link;
 mod monitor;
+mod moves;
 mod origin;
 mod output;
+mod own_moves;
 #[cfg(test)]
 mod plain_words;
 mod plan;
@@ -39,6 +41,7 @@ mod scan;
 mod settings_file;
 mod side_effect;
 mod sim;
+mod speed;
 mod station;
 mod table;
 mod trajectory;
@@ -100,6 +103,10 @@ enum Command {
     Disable(disable::Arguments),
     /// Turn one motor a little, slowly.
     Jog(jog::Arguments),
+    /// Let drives go to positions by themselves, several together.
+    Move(moves::Arguments),
+    /// Let motors turn at constant speed.
+    Speed(speed::Arguments),
     /// Show the state of drives again and again.
     Monitor(monitor::Arguments),
     /// Print a script that completes this command line in a shell.
@@ -137,6 +144,8 @@ fn main() -> ExitCode {
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
+        Command::Move(arguments) => moves::run(arguments).map_err(Failure::coded),
+        Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)

@@ -7,6 +7,7 @@ mod commission;
 mod documents;
 mod identity;
 mod other_signals;
+mod own_moves;
 mod power;
 mod power_matrix;
 mod relay;
