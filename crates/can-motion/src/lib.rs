@@ -50,8 +50,8 @@ pub mod family {
     pub use crate::core::drive_move::MoveReport;
     pub use crate::core::family::{
         CommonFault, Context, CycleConfig, CycleUs, Drive, Family, FaultKind, FaultOf, FrameOf,
-        Meaning, OutOfTravel, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned, Unplanned,
-        View, Wanted,
+        Meaning, OutOfTravel, Outlook, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned,
+        Unplanned, View, Wanted,
     };
     pub use crate::core::placement::{BehindFrames, RequestPlacement};
     pub use crate::core::targets::{AbsoluteLedger, ValueKind, ValueLimits};

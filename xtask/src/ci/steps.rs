@@ -45,6 +45,8 @@ pub(super) const STEPS: &[Step] = &[
             "check -p dyn-can --all-features",
             "check -p dyn-commission --no-default-features",
             "check -p dyn-commission --all-features",
+            "check -p homing --no-default-features",
+            "check -p homing --all-features",
             "check -p dyn-values --no-default-features",
             "check -p dyn-values --all-features",
             "check -p dyn-serial --no-default-features",

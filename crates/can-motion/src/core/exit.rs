@@ -82,14 +82,13 @@ impl Class {
 /// Whether a frame of this class may be handed to the controller. Asked for every frame, every time, at the single place where frames
 /// are offered.
 #[must_use]
+#[inline]
 pub const fn may_leave(class: Class, facts: &Facts) -> bool {
     let is_at_rest = !facts.moves();
     let is_wanted = !matches!(facts.goal, Goal::Off);
     let is_free_of_faults = matches!(facts.latch, Latch::None);
     let is_off_for_good = matches!(facts.power, Power::Off) && !is_wanted;
-    let can_move = matches!(facts.power, Power::On)
-        && matches!(facts.knowledge, Knowledge::Anchored)
-        && matches!(facts.brake, Brake::Absent | Brake::Open);
+    let can_move = facts.can_move();
     let may_move_itself = can_move && is_free_of_faults && !facts.work.needs_off();
     match class {
         Class::Reading | Class::Poll => true,

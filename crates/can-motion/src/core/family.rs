@@ -15,6 +15,7 @@ use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
 use crate::core::placement::{BehindFrames, RequestPlacement};
 use crate::core::procedure::Confirmation;
+use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Stage};
 use crate::core::step::Loss;
 
@@ -95,7 +96,7 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
 /// Cycles without a set-point that are no outage yet.
 pub(crate) const STUCK_CYCLES: u32 = 5;
 
-/// The settings that the core needs, whatever the family.
+/// The settings that the core needs, whatever the family. Times of more than 2^30 us, about 18 minutes, count as 2^30.
 pub trait CycleConfig {
     /// Period of the cycle in microseconds.
     fn cycle_us(&self) -> u32;
@@ -238,10 +239,34 @@ pub struct View {
     pub facts: Facts,
     /// How far the checks are.
     pub stage: Stage,
-    /// Since when knowledge, power, goal and stage are like that, setbacks apart.
-    pub since: Instant,
+    pub(crate) since: Stamp,
     /// The drive does not answer, whatever its fault was at first; asking it often costs the others their turns.
     pub is_lost: bool,
+}
+
+impl View {
+    /// An axis that answers and has been where it is from `now` on.
+    #[must_use]
+    pub const fn new(facts: Facts, stage: Stage, now: Instant) -> Self {
+        Self {
+            facts,
+            stage,
+            since: Stamp::of(now),
+            is_lost: false,
+        }
+    }
+
+    /// Since when knowledge, power, goal and stage are like that, setbacks apart; at most about 18 minutes ago.
+    #[must_use]
+    pub const fn since(&self, now: Instant) -> Instant {
+        self.since.at(now)
+    }
+
+    /// Whether they have been like that for so many microseconds; more than 2^30, about 18 minutes, count as 2^30.
+    #[must_use]
+    pub const fn has_lasted(&self, now: Instant, us: u32) -> bool {
+        self.since.has_lasted(now, us)
+    }
 }
 
 /// What a family needs to take part in an event of one of its axes.
@@ -278,6 +303,36 @@ impl<R> Wanted<R> {
             class,
             request,
             overdue_cycles: Self::URGENT,
+        }
+    }
+}
+
+/// When the request to send next is due.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outlook {
+    /// For how many cycles it has been due: [`Wanted::overdue_cycles`]; `None` when there is none.
+    pub overdue_cycles: Option<i32>,
+    /// For so many microseconds it stays the same but for one cycle more in each, as long as nothing happens to the axis: no frame of its
+    /// drive comes in or back, none of its requests goes out, none of its facts changes, [`Drive::tick`] is not called.
+    pub for_us: u32,
+}
+
+impl Outlook {
+    /// True for the present cycle.
+    #[must_use]
+    pub const fn now(overdue_cycles: Option<i32>) -> Self {
+        Self {
+            overdue_cycles,
+            for_us: 0,
+        }
+    }
+
+    /// True until something happens.
+    #[must_use]
+    pub const fn ever(overdue_cycles: Option<i32>) -> Self {
+        Self {
+            overdue_cycles,
+            for_us: u32::MAX,
         }
     }
 }
@@ -412,6 +467,7 @@ pub trait Drive {
     /// The axis at this moment.
     fn snapshot(
         &self,
+        now: Instant,
         state: AxisState,
         facts: &Facts,
         fault: Option<FaultOf<Self>>,
@@ -471,10 +527,10 @@ pub trait Drive {
     }
     /// The frame that switches the drive; `None` where the frame of a cycle does that.
     fn switch(&self, on: bool) -> Option<FrameOf<Self>>;
-    /// For how many cycles the request to send next has been due: [`Wanted::overdue_cycles`] of [`Self::wanted`].
-    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+    /// When the request to send next is due, and for how long that stays so. By default it is asked in every cycle.
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let wanted = self.wanted(view, now, cycle);
-        wanted.map(|wanted| wanted.overdue_cycles)
+        Outlook::now(wanted.map(|wanted| wanted.overdue_cycles))
     }
     /// The request to send next.
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<RequestOf<Self>>>;
@@ -519,6 +575,11 @@ pub trait Drive {
     fn tick(&mut self, context: &mut Context<'_, Self::Family>) -> Meaning<FaultOf<Self>> {
         let _ = context;
         Meaning::NONE
+    }
+    /// For a drive that keeps points in time in 32 bits: called every few minutes, so that one that is old does not look young when its
+    /// bits wrap. `is_long_ago`: the last call was more than 2^30 us ago.
+    fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        let _ = (now, is_long_ago);
     }
     /// The bus failed: a reply that is still awaited may come late, or never.
     fn abandon_request(&mut self, context: &mut Context<'_, Self::Family>) {

@@ -16,6 +16,7 @@ use crate::core::late::Late;
 use crate::core::procedure::Confirmation;
 use crate::core::schedule::Schedule;
 use crate::core::snapshot::CycleCounters;
+use crate::core::stamp::{KEPT_EVERY_US, MOST_AGE_US, Stamp};
 use crate::core::state::AxisState;
 use crate::core::step::Input;
 
@@ -36,6 +37,8 @@ pub struct Master<const N: usize, F: Family> {
     pub(crate) bus_off: bool,
     /// Since when the controller has no room.
     pub(crate) full_since: Option<Instant>,
+    /// When the stamps of the axes were kept last; none of them is far from it.
+    kept_at: Instant,
 }
 
 impl<const N: usize, F: Family> Master<N, F> {
@@ -76,6 +79,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             cycle: CycleCounters::NONE,
             bus_off: false,
             full_since: None,
+            kept_at: Instant::from_us(0),
         }
     }
 
@@ -108,6 +112,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         };
         let (cycle_us, stuck_us) = (config.cycle_us(), config.stuck_us());
         let requests = config.requests_per_cycle();
+        self.keep_stamps(now);
         let is_on_time = self.count_cycle(now, cycle_us);
         if self.axes.due != 0 || !is_on_time {
             self.merge_leftovers(now);
@@ -115,14 +120,27 @@ impl<const N: usize, F: Family> Master<N, F> {
         if self.full_since.is_some() {
             self.watch_bus(now, stuck_us);
         }
-        let streaming = self.axes.stream_on(now, stuck_us);
+        let matters = self.schedule.needs_requests();
+        let streaming = self.axes.stream_on(now, stuck_us, matters);
         self.axes.due = streaming;
         if streaming.count_ones() as usize != self.axes.len() {
             self.tick_others(now, streaming);
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
-        self.schedule.begin_cycle(now, cycle, requests, &self.axes);
+        self.schedule
+            .begin_cycle(now, cycle, requests, &mut self.axes);
+    }
+
+    /// Lets no stamp of an axis grow so old that it looks young.
+    #[inline]
+    pub(crate) fn keep_stamps(&mut self, now: Instant) {
+        let pause_us = now.us_since(self.kept_at);
+        if pause_us >= u64::from(KEPT_EVERY_US) {
+            self.kept_at = now;
+            let is_long_ago = pause_us >= u64::from(MOST_AGE_US);
+            self.axes.keep_stamps(now, is_long_ago);
+        }
     }
 
     /// The axes that do more in this cycle than to stream on.
@@ -216,7 +234,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         let Some(axis) = self.axes.get(index) else {
             return;
         };
-        let over = |since: Instant, limit_us: u32| now.us_since(since) >= u64::from(limit_us);
+        let over = |since: Stamp, limit_us: u32| since.has_lasted(now, limit_us);
         let facts = axis.view.facts;
         let awaits_shaft = facts.awaits_standstill() || facts.awaits_anchor();
         let is_sent = matches!(facts.power, Power::OnSent | Power::OffSent);
@@ -284,23 +302,27 @@ impl<const N: usize, F: Family> Master<N, F> {
         group: GroupId,
         input: Input,
     ) -> Result<(), CommandError<F::Fault>> {
+        self.keep_stamps(now);
         self.admit_bus()?;
         self.axes.command(now, group, input)
     }
 
     /// Slows a group down, all axes in proportion on their path, then holds. An axis that is not on yet stays off.
     pub fn stop(&mut self, now: Instant, group: GroupId) {
+        self.keep_stamps(now);
         self.axes.end_motion(now, group, Input::Stop);
     }
 
     /// Stops a group at once: no further set-point. An axis that is not on yet stays off.
     pub fn halt(&mut self, now: Instant, group: GroupId) {
+        self.keep_stamps(now);
         self.axes.end_motion(now, group, Input::Halt);
     }
 
     /// Slows a group down, then disables its drives; an axis that does not move is disabled at once, whatever is known of it. The
     /// command is repeated until the drive confirms it.
     pub fn disable(&mut self, now: Instant, group: GroupId) {
+        self.keep_stamps(now);
         self.axes.end_motion(now, group, Input::Disable);
     }
 
@@ -387,6 +409,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         procedure: F::Procedure,
         confirmation: Confirmation,
     ) -> Result<(), F::ProcedureError> {
+        self.keep_stamps(now);
         let Some(place) = self.axes.get(axis) else {
             return Err(ProcedureRefusal::NoSuchAxis { actual: axis }.into());
         };
@@ -461,7 +484,8 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// One axis at this moment; `None` when there is no such axis.
     #[must_use]
     pub fn snapshot(&self, axis: usize) -> Option<F::Snapshot> {
-        self.axes.get(axis).map(crate::core::axis::Axis::snapshot)
+        let axis = self.axes.get(axis)?;
+        Some(axis.snapshot(self.kept_at))
     }
 
     /// The facts of one axis, without the readings of its snapshot; `None` when there is no such axis.
@@ -487,7 +511,7 @@ impl<const N: usize, F: Family> Master<N, F> {
 
     /// The oldest event that was not read yet.
     pub fn next_event(&mut self) -> Option<Event<F::EventKind>> {
-        self.axes.events.pop()
+        self.axes.events.pop(self.kept_at)
     }
 
     /// Whether a frame of this class may go to this axis now: what the exit says.

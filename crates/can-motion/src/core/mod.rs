@@ -1,6 +1,7 @@
 //! The core: facts, the one step that changes them, the one exit, groups, and the schedule. No protocol, no time of its own.
 
 mod axis;
+mod calendar;
 pub(crate) mod command;
 pub(crate) mod counts;
 pub(crate) mod drive_move;
@@ -17,6 +18,7 @@ pub(crate) mod procedure;
 mod schedule;
 pub(crate) mod settings;
 pub(crate) mod snapshot;
+pub(crate) mod stamp;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod targets;

@@ -9,25 +9,28 @@ use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal};
 use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
 use crate::core::family::{
-    Context, Drive, GroupId, Meaning, OutOfTravel, Reaction, Returned, View, Wanted,
+    Context, Drive, GroupId, Meaning, OutOfTravel, Outlook, Reaction, Returned, View, Wanted,
 };
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
+use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Stage};
-use crate::servo::activity::Activity;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
-use crate::servo::feedback::Feedback;
+use crate::servo::frames::Ask;
+use crate::servo::latest::Latest;
 use crate::servo::ledger::Ledger;
 use crate::servo::own_move::concerns_own_move;
 use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
-use crate::servo::procedure::{Procedure, ProcedureError, Run};
+use crate::servo::procedure::{Procedure, ProcedureError};
+use crate::servo::procedures::Procedures;
 use crate::servo::request_slot::RequestSlot;
 use crate::servo::response_watch::ResponseWatch;
+use crate::servo::settings::Settings;
 use crate::servo::snapshot::AxisSnapshot;
 
 /// Where a servo writes its events.
@@ -36,11 +39,11 @@ pub(super) type Log<'a> = EventLog<'a, EventKind>;
 /// A DYN drive.
 #[derive(Debug)]
 pub struct Servo {
-    pub(super) config: AxisConfig,
+    pub(super) config: Settings,
     pub(super) dialect: Dialect,
     pub(super) ledger: Ledger,
     pub(super) drift: DriftWatch,
-    pub(super) feedback: Feedback,
+    pub(super) feedback: Latest,
     pub(super) counters: Counters,
     pub(super) slot: RequestSlot,
     pub(super) polls: PollClock,
@@ -48,52 +51,40 @@ pub struct Servo {
     poll_bits: [u8; PollKind::ALL.len()],
     pub(super) responses: ResponseWatch,
     pub(super) timeouts_in_row: u8,
-    /// When the drive was last asked anything.
-    pub(super) asked_at: Instant,
-    /// Since when the speed readings are zero without a break.
-    pub(super) still_since: Option<Instant>,
+    /// When a drive that does not answer is asked again.
+    pub(super) retry_at: Stamp,
+    /// Since when the speed readings are zero without a break, if the latest is.
+    pub(super) still_since: Stamp,
+    pub(super) is_still: bool,
     /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
     pub(super) echo_token: u8,
-    pub(super) activity: Activity,
-    pub(super) wrote_at: Option<Instant>,
-    /// The drive was told to start anew, and until when it does.
-    pub(super) starts_until: Option<Instant>,
-    /// How long a drive needs to start.
-    pub(super) power_on_us: u32,
-    /// How often a drive that does not answer is still asked.
-    pub(super) retry_us: u32,
+    pub(super) procedures: Procedures,
     /// When the configuration was read last.
-    pub(super) guarded_at: Instant,
+    pub(super) guarded_at: Stamp,
     /// An alarm was reported since the checks began.
     pub(super) has_alarmed: bool,
-    /// Kinds of trigger for which the drive was ever given a move: what it forgets is not documented (D57).
-    pub(super) loads: u8,
 }
 
 impl Servo {
-    pub(super) fn new(config: AxisConfig, master: &MasterConfig, rank: u32) -> Self {
+    pub(super) fn new(axis: &AxisConfig, master: &MasterConfig, rank: u32) -> Self {
         let mut servo = Self {
-            config,
-            dialect: config.initial_dialect(),
-            ledger: Ledger::default(),
+            config: Settings::of(axis),
+            dialect: axis.initial_dialect(),
+            ledger: Ledger::NEW,
             drift: DriftWatch::default(),
-            feedback: Feedback::default(),
+            feedback: Latest::NONE,
             counters: Counters::default(),
             slot: RequestSlot::default(),
-            polls: PollClock::new(&config.polls, master.cycle_us, rank),
+            polls: PollClock::new(&axis.polls, master.cycle_us, rank),
             poll_bits: [0; PollKind::ALL.len()],
-            responses: ResponseWatch::default(),
+            responses: ResponseWatch::NEW,
             timeouts_in_row: 0,
-            asked_at: Instant::default(),
-            still_since: None,
+            retry_at: Stamp::ZERO,
+            still_since: Stamp::ZERO,
+            is_still: false,
             echo_token: 0,
-            activity: Activity::None,
-            loads: 0,
-            wrote_at: None,
-            starts_until: None,
-            power_on_us: master.timeouts.power_on_us,
-            retry_us: master.timeouts.confirm_us,
-            guarded_at: Instant::default(),
+            procedures: Procedures::new(axis.wear, axis.drive_curve),
+            guarded_at: Stamp::ZERO,
             has_alarmed: false,
         };
         servo.poll_bits = PollKind::ALL.map(|kind| servo.request_bits(kind));
@@ -125,10 +116,16 @@ impl Drive for Servo {
     }
 
     fn reaction_to(&self, fault: Fault) -> Reaction {
-        self.config.reactions.to(fault)
+        self.config.reactions().to(fault)
     }
 
-    fn snapshot(&self, state: AxisState, facts: &Facts, fault: Option<Fault>) -> AxisSnapshot {
+    fn snapshot(
+        &self,
+        now: Instant,
+        state: AxisState,
+        facts: &Facts,
+        fault: Option<Fault>,
+    ) -> AxisSnapshot {
         AxisSnapshot {
             drive: self.config.drive,
             group: self.config.group,
@@ -138,7 +135,7 @@ impl Drive for Servo {
             target_counts: self.ledger.target_counts(),
             sent_counts: self.ledger.sent_counts(),
             backlog_counts: self.ledger.backlog_counts(),
-            feedback: self.feedback,
+            feedback: self.feedback.feedback(now),
             response: self.responses.window(),
             counters: self.counters,
         }
@@ -157,7 +154,7 @@ impl Drive for Servo {
     fn anchor(&mut self, now: Instant) -> Result<(), Fault> {
         let counts = self.located()?;
         self.ledger.anchor(counts);
-        self.drift.anchor(counts, now);
+        self.drift.anchor(now);
         Ok(())
     }
 
@@ -197,6 +194,7 @@ impl Drive for Servo {
         Ok(go_relative_pos_pd(self.config.drive, step, order))
     }
 
+    #[inline]
     fn cycle_frame_accepted(&mut self, now: Instant) {
         let step = self.ledger.accepted();
         self.drift.stepped(step, self.ledger.sent_counts(), now);
@@ -206,8 +204,12 @@ impl Drive for Servo {
     /// Without the stuff bits of the checksum.
     #[inline]
     fn cycle_frame_bits(&self) -> u8 {
-        let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
-        set_point_bits(step.get())
+        let backlog = self.ledger.backlog_counts();
+        match u8::try_from(backlog.wrapping_add(128)) {
+            // One of these beyond the largest step takes as many bits, about.
+            Ok(place) => *BYTE_STEP_BITS.get(usize::from(place)).unwrap_or(&0),
+            Err(_) => set_point_bits(PdStep::toward(backlog, self.config.limits.max_step).get()),
+        }
     }
 
     fn poll_bits(&self) -> u8 {
@@ -225,9 +227,25 @@ impl Drive for Servo {
         self.frame_of(Request::ServoDisable(switch))
     }
 
-    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let ask = self.next_ask(view, now, cycle);
-        ask.map(|(_, overdue_cycles)| overdue_cycles)
+        let overdue_cycles = ask.map(|(_, overdue_cycles)| overdue_cycles);
+        if self.procedures.own().is_some() {
+            // What it needs next is a matter of time.
+            return Outlook::now(overdue_cycles);
+        }
+        match ask {
+            // Only polls take their time; what else is asked may change at any time.
+            Some((Ask::Poll(_), _)) => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            None if self.slot.is_free() && self.polls.first().is_none() => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            _ => Outlook::now(overdue_cycles),
+        }
     }
 
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
@@ -261,10 +279,11 @@ impl Drive for Servo {
     }
 
     fn start_over(&mut self, now: Instant, _: bool) -> Stage {
-        self.feedback = Feedback::default();
+        self.feedback = Latest::NONE;
+        self.procedures.note_curve(None);
         self.timeouts_in_row = 0;
         self.has_alarmed = false;
-        match self.starts_until.take() {
+        match self.procedures.take_start() {
             Some(until) if now < until => Stage::PowerOn,
             _ => Stage::Probing,
         }
@@ -280,20 +299,15 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        let is_quiet = self.activity.is_none() && !self.is_far_behind() && self.slot.pass(now);
-        if is_quiet {
-            self.drift.begin_cycle(self.ledger.sent_counts());
-        }
-        is_quiet
+        self.procedures.is_idle() && !self.is_far_behind() && self.slot.pass(now)
     }
 
     fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         self.ledger.begin_cycle();
-        self.drift.begin_cycle(self.ledger.sent_counts());
         let mut meaning = self.expire(context);
         let view = context.view;
-        let started = context.log.now.us_since(view.since) >= u64::from(self.power_on_us);
-        if view.stage == Stage::PowerOn && started {
+        let power_on_us = context.config.timeouts.power_on_us;
+        if view.stage == Stage::PowerOn && view.has_lasted(context.log.now, power_on_us) {
             meaning.stage = Some(Stage::Probing);
         }
         if view.facts.sends_set_points() {
@@ -304,6 +318,20 @@ impl Drive for Servo {
             meaning.work_ended = true;
         }
         meaning
+    }
+
+    fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        for stamp in [
+            &mut self.retry_at,
+            &mut self.still_since,
+            &mut self.guarded_at,
+        ] {
+            stamp.keep(now, is_long_ago);
+        }
+        self.slot.keep_stamps(now, is_long_ago);
+        self.drift.keep_stamps(now, is_long_ago);
+        self.responses.keep_stamps(now, is_long_ago);
+        self.feedback.keep_stamps(now, is_long_ago);
     }
 
     fn abandon_request(&mut self, context: &mut Context<'_, Dyn>) {
@@ -323,12 +351,12 @@ impl Drive for Servo {
 
     fn begin_move(&mut self, wanted: DriveMove, config: &MasterConfig) {
         if let Some(own) = self.own_move(wanted, config) {
-            self.activity = Activity::Own(own);
+            self.procedures.begin_own(own);
         }
     }
 
     fn has_seen_load(&self) -> bool {
-        self.activity.own().is_some_and(|own| own.is_seen())
+        self.procedures.own().is_some_and(|own| own.is_seen())
     }
 
     fn loaded_move(&self) -> Option<DriveMove> {
@@ -354,7 +382,7 @@ impl Drive for Servo {
     }
 
     fn begin_work(&mut self, procedure: Procedure) {
-        self.activity = Activity::Procedure(Run::new(procedure));
+        self.procedures.begin(procedure);
     }
 
     fn abort_work(&mut self, log: &mut Log<'_>) {
@@ -362,16 +390,26 @@ impl Drive for Servo {
     }
 }
 
+/// [`set_point_bits`] of the steps of one byte, from -128 on.
+static BYTE_STEP_BITS: [u8; 256] = {
+    let mut table = [0; 256];
+    let (mut rest, mut step) = (table.as_mut_slice(), -128);
+    while let Some((bits, others)) = rest.split_first_mut() {
+        *bits = set_point_bits(step);
+        (rest, step) = (others, step + 1);
+    }
+    table
+};
+
 /// Length of a set-point behind its identifier, with the stuff bits of its data: what changes from one to the next, without the checksum.
-#[inline]
-fn set_point_bits(step: i16) -> u8 {
+const fn set_point_bits(step: i16) -> u8 {
     // Behind the four bits of the length, on the left.
-    let (field, bits): (u32, u8) = if i16::from(step as i8) == step {
-        (0x1000_0000 | u32::from(step as u8) << 20, 12)
+    let (field, bits): (u32, u8) = if (step as i8) as i16 == step {
+        (0x1000_0000 | (step as u8 as u32) << 20, 12)
     } else {
-        (0x2000_0000 | u32::from(step as u16) << 12, 20)
+        (0x2000_0000 | (step as u16 as u32) << 12, 20)
     };
-    let equal = !(field ^ field << 1) & (!0_u32 << (33 - u32::from(bits)));
+    let equal = !(field ^ field << 1) & (!0_u32 << (33 - bits as u32));
     let mut fives = equal & equal << 1 & equal << 2 & equal << 3;
     let mut length = bits;
     while fives != 0 {

@@ -43,7 +43,7 @@ impl Family for Dyn {
     }
 
     fn drive(config: &MasterConfig, axis: &AxisConfig, rank: u32) -> Servo {
-        Servo::new(*axis, config, rank)
+        Servo::new(axis, config, rank)
     }
 
     fn address(frame: &DataFrame) -> Option<u8> {

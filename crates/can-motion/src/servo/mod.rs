@@ -14,6 +14,7 @@ mod family;
 mod fault;
 mod feedback;
 mod frames;
+mod latest;
 mod ledger;
 mod own_move;
 mod placement;
@@ -25,6 +26,7 @@ mod procedures;
 mod readings;
 mod request_slot;
 mod response_watch;
+mod settings;
 mod snapshot;
 
 pub use config::{

@@ -7,6 +7,7 @@ use super::curve::Curve;
 use super::error::{Place, TrajectoryError};
 use super::unit::AxisScale;
 use super::{Interpolation, Table};
+use crate::set_points::MotionInTime;
 
 /// A motion that has been checked: counts from the start of the motion, cycle by cycle.
 #[derive(Debug)]
@@ -15,6 +16,8 @@ pub(crate) struct Plan {
     cycle_s: f64,
     last_cycle: usize,
     peaks: Vec<Peaks>,
+    /// The first position of the table, in command counts.
+    first_counts: Vec<f64>,
 }
 
 /// The largest values of one axis, in command counts and seconds.
@@ -46,6 +49,7 @@ impl Plan {
             // The duration is limited by whoever read the table.
             last_cycle: (duration_s / cycle_s).ceil() as usize,
             peaks: Vec::with_capacity(scales.len()),
+            first_counts: Vec::with_capacity(scales.len()),
         };
         for (axis, scale) in scales.iter().enumerate() {
             let start = table.row(0)[axis];
@@ -60,6 +64,7 @@ impl Plan {
                 interpolation,
             );
             let peaks = plan.check(&curve, table, axis, limits[axis], cycle_us)?;
+            plan.first_counts.push(start * scale.counts_per_unit());
             plan.curves.push(curve);
             plan.peaks.push(peaks);
         }
@@ -129,8 +134,35 @@ impl Plan {
         self.row(self.last_cycle).collect()
     }
 
+    /// The first position of an axis as the file has it, in command counts.
+    pub(crate) fn first_counts(&self, axis: usize) -> f64 {
+        self.first_counts.get(axis).copied().unwrap_or_default()
+    }
+
+    /// The largest step of each axis from one cycle to the next, in command counts.
+    pub(crate) fn largest_steps(&self) -> Vec<u16> {
+        self.peaks.iter().map(|peaks| peaks.step).collect()
+    }
+
     pub(super) fn peaks(&self) -> &[Peaks] {
         &self.peaks
+    }
+}
+
+impl MotionInTime for Plan {
+    fn axes(&self) -> usize {
+        self.curves.len()
+    }
+
+    fn duration_cycles(&self) -> f64 {
+        self.last_cycle as f64
+    }
+
+    fn at(&self, cycles: f64, counts: &mut [f64]) {
+        let time_s = cycles.clamp(0.0, self.last_cycle as f64) * self.cycle_s;
+        for (counts, curve) in counts.iter_mut().zip(&self.curves) {
+            *counts = curve.at(time_s).1;
+        }
     }
 }
 

@@ -11,6 +11,8 @@ use crate::core::drive_move::{DriveMove, MoveRefusal, WaveShape};
 use crate::servo::config::MasterConfig;
 use crate::servo::drive::Servo;
 
+/// The longest move, by the formulas: the master tells times of up to 17 minutes apart.
+const LONGEST_MS: u64 = 500_000;
 /// So many times as long as the formulas say a motion may take.
 const MARGIN: u64 = 2;
 /// A position that is this old still shows in time that constant speed comes to the end of the travel: polls come at 20 ms.
@@ -24,7 +26,7 @@ const WAVE_STOP_MS: u64 = 2_000;
 impl Servo {
     /// Speed and acceleration that the drive uses by itself, as read or as configured.
     pub(super) fn own_curve(&self) -> Option<ParamGroup2> {
-        self.feedback.group2.or(self.config.drive_curve)
+        self.procedures.curve()
     }
 
     pub(in crate::servo) fn admit_own_move(
@@ -34,6 +36,9 @@ impl Servo {
         config: &MasterConfig,
         now: Instant,
     ) -> Result<(), MoveRefusal> {
+        if !self.procedures.are_built() {
+            return Err(MoveRefusal::Unsupported);
+        }
         match wanted {
             DriveMove::To(counts) => self.admit_travel(counts.into(), config),
             DriveMove::By(counts) => {
@@ -58,6 +63,16 @@ impl Servo {
         self.admit_end(end)?;
         let distance = (end - i64::from(self.ledger.sent_counts())).unsigned_abs() as u32;
         let group = self.own_curve().ok_or(MoveRefusal::CurveUnknown)?;
+        let ms = Curve::slowest(group, self.config.gear).move_ms(distance);
+        if ms > LONGEST_MS {
+            let seconds = u32::try_from(ms.div_ceil(1_000)).unwrap_or(u32::MAX);
+            return Err(out_of(
+                "time of the move",
+                "s",
+                (LONGEST_MS / 1_000) as i32,
+                seconds,
+            ));
+        }
         let fastest = Curve::fastest(group, self.config.gear);
         self.admit_rate(fastest.peak(distance), config.cycle_us)?;
         let acceleration = fastest.acceleration.get();
@@ -120,7 +135,9 @@ impl Servo {
         self.admit_change(change_per_cycle(acceleration, config.cycle_us))?;
         let reached = self.speed_reach(rpm, group);
         self.admit_end(i64::from(self.ledger.sent_counts()) + 2 * reached)?;
-        self.admit_wear(1, now).map_err(|_| MoveRefusal::Wear)
+        self.admit_way_back(now)
+            .then_some(())
+            .ok_or(MoveRefusal::Wear)
     }
 
     /// How far constant speed goes on from a position that was just read, when it is stopped then, in counts with their sign.

@@ -24,7 +24,7 @@ impl Servo {
         meaning: &mut Meaning<Fault>,
     ) {
         let facts = context.view.facts;
-        if self.activity.own().is_none() || meaning.fault.is_some() {
+        if self.procedures.own().is_none() || meaning.fault.is_some() {
             return;
         }
         if facts.motion == Motion::Loaded && facts.goal == Goal::SyncMove {
@@ -48,7 +48,7 @@ impl Servo {
             }
             Reply::DriveConfig(byte) => {
                 let is_over = self
-                    .activity
+                    .procedures
                     .own()
                     .is_some_and(|own| own.is_speed() && own.is_seen && facts.is_to_stop_itself());
                 let is_position = byte
@@ -67,7 +67,7 @@ impl Servo {
     /// A reply to what was asked a cycle after the load was accepted, by a frame with a higher identifier: also a controller that sorts
     /// its frames has sent the load before.
     fn sees_load(&mut self, asked_at: Instant, context: &Context<'_, Dyn>) -> Option<MoveReport> {
-        let own = self.activity.own_mut()?;
+        let own = self.procedures.own_mut()?;
         let cycle_ms = context.config.cycle_us.div_ceil(1_000) as i32 + 1;
         let since_ms = i32::from(ms(asked_at).wrapping_sub(own.told_ms).cast_signed());
         own.is_seen = since_ms >= cycle_ms;
@@ -76,15 +76,16 @@ impl Servo {
 
     fn own_status(&mut self, status: DriveStatus, asked_at: Instant, context: &Context<'_, Dyn>) {
         // What was asked before the command left says nothing about it.
-        let counts = asked_at >= context.view.since + context.config.cycle_us;
-        if let Some(own) = self.activity.own_mut().filter(|_| counts) {
+        let since = context.view.since(context.log.now);
+        let counts = asked_at >= since + context.config.cycle_us;
+        if let Some(own) = self.procedures.own_mut().filter(|_| counts) {
             own.is_idle = status.on_position() && !status.motion_busy();
         }
     }
 
     fn own_stands(&mut self, rpm: i16, stands: Option<bool>, context: &Context<'_, Dyn>) {
         let is_stopping = context.view.facts.is_to_stop_itself();
-        let Some(own) = self.activity.own_mut() else {
+        let Some(own) = self.procedures.own_mut() else {
             return;
         };
         if !is_stopping || !own.is_stopping || own.has_end() {
@@ -106,7 +107,7 @@ impl Servo {
     ) -> (Option<MoveEnd>, Option<Fault>) {
         let limits = self.config.limits;
         let is_wanted = context.view.facts.goal.is_move();
-        let Some(own) = self.activity.own_mut() else {
+        let Some(own) = self.procedures.own_mut() else {
             return (None, None);
         };
         let off = position.abs_diff(own.end_counts);
@@ -183,18 +184,18 @@ impl Servo {
         meaning: &mut Meaning<Fault>,
     ) {
         let (view, now) = (context.view, context.log.now);
-        let Some(own) = self.activity.own() else {
+        let Some(own) = self.procedures.own() else {
             return;
         };
         let is_stopped = view.facts.is_to_stop_itself();
         let ends = own.has_end() || is_stopped;
-        let is_late = now.us_since(view.since) >= u64::from(own.limit_ms) * 1_000;
+        let is_late = view.has_lasted(now, own.limit_ms.saturating_mul(1_000));
         // A stop under a fault of its own has said that it failed.
         let is_said = is_stopped && view.facts.latch == Latch::Own;
         if view.facts.motion != Motion::DriveMove || !ends || !is_late || is_said {
             return;
         }
-        let read = self.feedback.position.map(|position| position.value);
+        let read = self.feedback.position();
         let position = read.and_then(|value| self.config.read_back.to_command_counts(value));
         let late = own.late(position.unwrap_or(own.start_counts));
         // A drive that does not stop goes on being told; whether it moves is for its readings to say, and `disable` takes its power.
@@ -203,7 +204,7 @@ impl Servo {
 
     /// Writes the configuration that was read back to position mode. What cannot be read is left to the checks.
     pub(super) fn way_back(&self) -> Activity {
-        let config = self.feedback.config.and_then(|byte| byte.config().ok());
+        let config = self.feedback.config().and_then(|byte| byte.config().ok());
         config.map_or(Activity::None, |config| {
             Activity::Procedure(Run::way_back(Procedure::WriteConfig(
                 dyn_can::DriveConfig {

@@ -19,10 +19,8 @@ const REPEAT_MS: u16 = 50;
 const REPEAT_SPEED_MS: u16 = 1_000;
 /// A drive that does not answer is told so often.
 const REPEAT_LOST_MS: u16 = 200;
-/// A value that is polled at least this often needs no readings of its own while the drive moves.
-const POLLED_US: u32 = 50_000;
-/// How often it is read otherwise.
-const READING_US: u64 = 20_000;
+/// A value that is older than this is read again while the drive moves; polls come at 20 ms.
+const READING_US: u32 = 30_000;
 /// A position was taken this long before its reply came in, at most, and the command to stop takes its time.
 const LATENCY_MS: u64 = 2;
 
@@ -69,15 +67,14 @@ impl Servo {
             (false, _) if is_ending && !own.is_seen => return Some(ReplyKind::MotorSpeed),
             _ => PollKind::Position,
         };
-        let period_us = self.config.polls.of(kind);
-        let is_polled = period_us.is_some_and(|us| us <= POLLED_US);
-        let is_time = now.us_since(self.asked_at) >= READING_US;
-        (!is_polled && is_time).then_some(kind.reply_kind())
+        let age_us = self.feedback.age_us(kind, now);
+        let is_time = age_us.is_none_or(|age_us| age_us >= READING_US);
+        is_time.then_some(kind.reply_kind())
     }
 
     /// The request of a frame about the motion.
     pub(in crate::servo) fn own_request(&self, class: Class, now: Instant) -> Option<Request> {
-        let own = self.activity.own()?;
+        let own = self.procedures.own()?;
         match class {
             Class::DriveMove => frame_at(own.begin_frames(), own.told),
             Class::Load => own.load_frame(),
@@ -95,11 +92,12 @@ impl Servo {
         if own.is_stopping {
             return own.end_counts;
         }
-        let read = self.feedback.position.filter(|_| own.is_seen);
-        let (counts, age_ms) = match read {
-            Some(read) => {
-                let counts = self.config.read_back.to_command_counts(read.value);
-                (counts, read.age_us(now).div_ceil(1_000))
+        let read = self.feedback.position().filter(|_| own.is_seen);
+        let age_us = self.feedback.age_us(PollKind::Position, now);
+        let (counts, age_ms) = match read.zip(age_us) {
+            Some((read, age_us)) => {
+                let counts = self.config.read_back.to_command_counts(read);
+                (counts, u64::from(age_us).div_ceil(1_000))
             }
             None => (None, u64::from(ms(now).wrapping_sub(own.told_ms))),
         };
@@ -118,11 +116,12 @@ impl Servo {
     /// The controller accepted a frame about the motion.
     pub(in crate::servo) fn note_own(&mut self, request: Request, view: &View, now: Instant) {
         if let Request::GoAbsolutePosSync(_) | Request::GoRelativePosSync(_) = request
-            && let Some(own) = self.activity.own()
+            && let Some(own) = self.procedures.own()
         {
-            self.loads |= load_bit(own.trigger());
+            let kind = load_bit(own.trigger());
+            self.procedures.note_load(kind);
         }
-        let Some(own) = self.activity.own_mut() else {
+        let Some(own) = self.procedures.own_mut() else {
             return;
         };
         own.told_ms = ms(now);
@@ -146,7 +145,7 @@ impl Servo {
 
     /// The controller gave a frame about the motion back unsent.
     pub(in crate::servo) fn own_returned(&mut self, request: Request) -> Returned {
-        let Some(own) = self.activity.own_mut() else {
+        let Some(own) = self.procedures.own_mut() else {
             return Returned::Request;
         };
         if own.is_stopping {
@@ -176,28 +175,31 @@ impl Servo {
             DriveMove::By(_) => SyncKind::Relative,
             _ => SyncKind::Absolute,
         };
-        self.loads & load_bit(kind) != 0
+        self.procedures.loads() & load_bit(kind) != 0
     }
 
     /// The motion is over, or never began.
     pub(in crate::servo) fn end_own(&mut self, now: Instant, how: Option<MoveEnd>) {
-        let Some(own) = self.activity.own().copied() else {
+        let Some(own) = self.procedures.own().copied() else {
             return;
         };
-        self.activity = Activity::None;
+        self.procedures.follow(Activity::None);
         match how {
             Some(MoveEnd::Arrived) => {
                 self.ledger.anchor(own.end_counts);
-                self.drift.anchor(own.end_counts, now);
+                self.drift.anchor(now);
             }
-            Some(MoveEnd::OtherMode) => self.activity = self.way_back(),
+            Some(MoveEnd::OtherMode) => {
+                let way_back = self.way_back();
+                self.procedures.follow(way_back);
+            }
             Some(MoveEnd::Elsewhere) | None => {}
         }
     }
 
     /// The move that is loaded.
     pub(in crate::servo) fn own_wanted(&self) -> Option<DriveMove> {
-        self.activity.own().map(OwnMove::wanted)
+        self.procedures.own().map(OwnMove::wanted)
     }
 }
 

@@ -29,6 +29,9 @@ pub enum ProcedureError {
         /// The state of the axis.
         actual: AxisState,
     },
+    /// The crate was built without its feature `procedures`.
+    #[error("this program was built without procedures")]
+    NotBuilt,
     /// The drive does not answer.
     #[error("the drive does not answer")]
     Lost,

@@ -1,0 +1,23 @@
+//! paths
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod angle;
+mod bounds;
+mod corner;
+mod error;
+mod filter;
+mod front;
+mod length;
+pub mod machine;
+mod path;
+mod queue;
+mod roots;
+mod shape;
+
+pub use error::PathError;
+pub use machine::Machine;
+pub use path::{Arc, Join, Path};
