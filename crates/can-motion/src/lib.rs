@@ -11,6 +11,7 @@ mod servo;
 pub mod wheel;
 
 pub use crate::core::command::{CommandError, TargetError};
+pub use crate::core::drive_move::{DriveMove, MoveEnd, MoveError, MoveRefusal, WaveShape};
 pub use crate::core::event::{CommonEvent, Event, EventLog};
 pub use crate::core::family::{GroupId, Reaction};
 pub use crate::core::master::Master;
@@ -46,6 +47,7 @@ pub mod facts {
 
 /// What a family of drives implements: `examples/third_family.rs` is one.
 pub mod family {
+    pub use crate::core::drive_move::MoveReport;
     pub use crate::core::family::{
         CommonFault, Context, CycleConfig, CycleUs, Drive, Family, FaultKind, FaultOf, FrameOf,
         Meaning, OutOfTravel, Outlook, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned,

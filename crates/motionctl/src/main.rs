@@ -28,9 +28,11 @@ mod lawicel;
 mod limits;
 mod link;
 mod monitor;
+mod moves;
 mod origin;
 mod origins;
 mod output;
+mod own_moves;
 #[cfg(test)]
 mod plain_words;
 mod plan;
@@ -46,6 +48,7 @@ mod set_points;
 mod settings_file;
 mod side_effect;
 mod sim;
+mod speed;
 mod station;
 mod stream;
 mod table;
@@ -114,6 +117,10 @@ enum Command {
     Disable(disable::Arguments),
     /// Turn one motor a little, slowly.
     Jog(jog::Arguments),
+    /// Let drives go to positions by themselves, several together.
+    Move(moves::Arguments),
+    /// Let motors turn at constant speed.
+    Speed(speed::Arguments),
     /// Measure how an axis answers to steps, for up to three sets of gains side by side.
     Tune(Box<tune::Arguments>),
     /// Show the state of drives again and again.
@@ -167,6 +174,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
+        Command::Move(arguments) => moves::run(arguments).map_err(Failure::coded),
+        Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
         Command::Tune(arguments) => tune::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
         Command::Completions(arguments) => {

@@ -287,8 +287,12 @@ fn a_cell_has_one_of_four_forms() {
         ),
         (
             "an unknown layer",
-            with(&page, "not yet: master, tool |", "not yet: master, tools |"),
-            "found \"not yet: master, tools\"",
+            with(
+                &page,
+                "(a stop is a new target) | not yet: tool |",
+                "(a stop is a new target) | not yet: tools |",
+            ),
+            "found \"not yet: tools\"",
         ),
         (
             "nothing said of a section",

@@ -78,6 +78,7 @@ pub(super) const STEPS: &[Step] = &[
         &[
             "run -q -p can-motion --example servo",
             "run -q -p can-motion --example group_stop",
+            "run -q -p can-motion --example point_to_point",
             "run -q -p dyn-commission --example bring_up",
             "run -q -p can-motion --example third_family",
             "run -q -p can-motion --example async_front_end",

@@ -258,6 +258,13 @@ impl<F: Family> Axis<F> {
             }
             _ => {}
         }
+        if before.has_own_move() && !after.has_own_move() {
+            let how = match change.input {
+                Input::MoveEnded(end) => Some(end),
+                _ => None,
+            };
+            self.drive.end_move(now, how);
+        }
     }
 
     fn report(&mut self, from: AxisState, reason: Reason, log: &mut EventLog<'_, F::EventKind>) {

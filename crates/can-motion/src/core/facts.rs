@@ -56,16 +56,22 @@ impl Power {
     }
 }
 
-/// Which set-points go out.
+/// What moves the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Motion {
-    /// None.
+    /// Nothing.
     Rest,
-    /// Those of a ramp to standstill.
+    /// Set-points of a ramp to standstill.
     Ramp,
-    /// Those of the application.
+    /// Set-points of the application.
     Stream,
+    /// Nothing yet, but the drive was sent a move that a trigger starts.
+    Loaded,
+    /// The same, and every drive that is to start with it has answered since: the trigger may go out.
+    Armed,
+    /// The drive, by itself. Without a goal that asks for it, it is told to stop.
+    DriveMove,
 }
 
 /// What the application asked for last.
@@ -78,6 +84,18 @@ pub enum Goal {
     Hold,
     /// Power and set-points.
     Stream,
+    /// Power, and a motion that the drive makes by itself.
+    Move,
+    /// The same, loaded first and started by a trigger together with other drives.
+    SyncMove,
+}
+
+impl Goal {
+    /// Whether a motion of the drive itself is asked for.
+    #[must_use]
+    pub const fn is_move(self) -> bool {
+        matches!(self, Self::Move | Self::SyncMove)
+    }
 }
 
 /// What keeps the axis from moving until `clear`.
@@ -201,10 +219,32 @@ impl Facts {
         facts.word()
     }
 
-    /// Whether set-points go out.
+    /// Whether the axis moves: by set-points, or by its drive itself.
     #[must_use]
     pub const fn moves(&self) -> bool {
-        !matches!(self.motion, Motion::Rest)
+        self.sends_set_points() || matches!(self.motion, Motion::DriveMove)
+    }
+
+    /// Whether set-points go out.
+    #[must_use]
+    pub const fn sends_set_points(&self) -> bool {
+        matches!(self.motion, Motion::Ramp | Motion::Stream)
+    }
+
+    /// Whether the drive was told of a motion of its own, or is to be told.
+    #[must_use]
+    pub const fn has_own_move(&self) -> bool {
+        self.goal.is_move()
+            || matches!(
+                self.motion,
+                Motion::Loaded | Motion::Armed | Motion::DriveMove
+            )
+    }
+
+    /// Whether the drive makes a motion of its own that is not wanted any more.
+    #[must_use]
+    pub const fn is_to_stop_itself(&self) -> bool {
+        matches!(self.motion, Motion::DriveMove) && !self.goal.is_move()
     }
 
     /// Whether the application wants power, or the axis still moves.

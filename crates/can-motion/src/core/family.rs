@@ -9,6 +9,7 @@ use core::fmt::Debug;
 use bus_plan::ResponseWindow;
 use bus_user::{BusFrame, Instant};
 
+use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal, MoveReport};
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
@@ -72,6 +73,12 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
 
     /// The address of the drive that a frame comes from or goes to, 1..=127.
     fn address(frame: &Self::Frame) -> Option<u8>;
+
+    /// Whether a frame starts the loaded moves of every drive on the bus.
+    fn is_trigger(frame: &Self::Frame) -> bool {
+        let _ = frame;
+        false
+    }
 
     /// The event of a frame of a drive without an axis.
     fn foreign(frame: &Self::Frame) -> Option<Self::EventKind> {
@@ -356,6 +363,8 @@ pub struct Meaning<F> {
     pub is_located: bool,
     /// The brake is confirmed open or closed.
     pub brake: Option<Brake>,
+    /// What became of a motion that the drive makes by itself.
+    pub own_move: Option<MoveReport>,
     /// The procedure ended.
     pub work_ended: bool,
     /// The drive was told to start anew.
@@ -374,6 +383,7 @@ impl<F> Meaning<F> {
         stands: None,
         is_located: false,
         brake: None,
+        own_move: None,
         work_ended: false,
         restarts: false,
         quiet_us: None,
@@ -498,7 +508,7 @@ pub trait Drive {
 
     /// Whether the axis owes the frame of this cycle.
     fn owes_frame(&self, view: &View) -> bool {
-        view.facts.moves()
+        view.facts.sends_set_points()
     }
     /// The frame of this cycle.
     ///
@@ -574,6 +584,45 @@ pub trait Drive {
     /// The bus failed: a reply that is still awaited may come late, or never.
     fn abandon_request(&mut self, context: &mut Context<'_, Self::Family>) {
         let _ = context;
+    }
+
+    // Motion that the drive makes by itself. A family without it says nothing here; one with it asks for the frames of the classes
+    // `DriveMove`, `Load`, `Trigger` and `DriveStop` by `wanted`, and reports how the motion ended by `Meaning::own_move`.
+
+    /// Whether the drive can make a motion by itself from where it holds, started by its own frame or by a trigger.
+    ///
+    /// # Errors
+    /// The reason why not: by default there are no such motions.
+    fn admit_move(
+        &self,
+        wanted: DriveMove,
+        by_trigger: bool,
+        config: &<Self::Family as Family>::Config,
+        now: Instant,
+    ) -> Result<(), MoveRefusal> {
+        let _ = (wanted, by_trigger, config, now);
+        Err(MoveRefusal::Unsupported)
+    }
+    /// The application asked for a motion that was admitted.
+    fn begin_move(&mut self, wanted: DriveMove, config: &<Self::Family as Family>::Config) {
+        let _ = (wanted, config);
+    }
+    /// The drive was asked something after its loaded move had left, and answered: the trigger would start it.
+    fn has_seen_load(&self) -> bool {
+        false
+    }
+    /// The move that was loaded last.
+    fn loaded_move(&self) -> Option<DriveMove> {
+        None
+    }
+    /// Whether a trigger for motions of this kind may start something in this drive that was loaded at any time before.
+    fn may_hold_load(&self, kind: DriveMove) -> bool {
+        let _ = kind;
+        false
+    }
+    /// A motion of the drive itself is over, or never began: `how` it ended, or `None` where that is not known.
+    fn end_move(&mut self, now: Instant, how: Option<MoveEnd>) {
+        let _ = (now, how);
     }
 
     // Procedures.

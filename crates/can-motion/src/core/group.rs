@@ -6,6 +6,7 @@ use heapless::Vec;
 use crate::core::axis::{Axis, Change};
 use crate::core::calendar::Tick;
 use crate::core::command::CommandError;
+use crate::core::drive_move::MoveReport;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
 use crate::core::family::{
@@ -60,6 +61,8 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     pub(crate) switching: u64,
     /// What the controller holds for an axis that must stop at once is to be taken back.
     pub(crate) take_back: bool,
+    /// One bit an axis that the latest trigger was for.
+    pub(crate) triggered: u64,
     /// How often the facts of an axis have changed.
     pub(crate) changes: u32,
     /// One bit an axis, those from 32 on with the first ones: something has happened to it since it was worked out when its request is due.
@@ -78,6 +81,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             due_bits: 0,
             switching: 0,
             take_back: false,
+            triggered: 0,
             changes: 0,
             stale: 0,
             look_at: Tick::of(Instant::from_us(0)),
@@ -179,6 +183,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         self.events.clear();
         self.axis_of = [0; 128];
         (self.due, self.switching, self.take_back) = (0, 0, false);
+        self.triggered = 0;
         self.stale = u32::MAX;
     }
 
@@ -268,7 +273,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
         let (owes_frame, view) = (axis.drive.owes_frame(&axis.view), axis.view.facts);
         self.changes = self.changes.wrapping_add(1);
         let bit = 1 << index;
-        if before.moves() && !view.moves() {
+        // A command for a motion of its own may still lie in the controller.
+        self.take_back |= before.goal.is_move() && !view.goal.is_move() && view.has_own_move();
+        if before.sends_set_points() && !view.sends_set_points() {
             // The set-point of this cycle is void, or replaced by the frame that stops the drive.
             self.due &= !bit;
             self.due |= if owes_frame { bit } else { 0 };
@@ -418,6 +425,13 @@ impl<const N: usize, F: Family> Axes<N, F> {
             self.apply(now, index, Change::of(Input::Checked));
         }
         self.learn_position(now, index, meaning);
+        match meaning.own_move {
+            Some(MoveReport::LoadSeen) => self.arm(now, index),
+            Some(MoveReport::Ended(end)) => {
+                self.apply(now, index, Change::of(Input::MoveEnded(end)));
+            }
+            None => {}
+        }
     }
 
     fn learn_position(&mut self, now: Instant, index: usize, meaning: Meaning<F::Fault>) {
@@ -454,7 +468,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
-    fn is_in(&self, index: usize, group: GroupId) -> bool {
+    pub(crate) fn is_in(&self, index: usize, group: GroupId) -> bool {
         self.get(index)
             .is_some_and(|axis| axis.drive.group() == group)
     }
@@ -539,7 +553,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
-    fn admit(
+    pub(crate) fn admit(
         &self,
         index: usize,
         axis: &Axis<F>,
@@ -551,7 +565,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
             return Ok(());
         }
         let axis_index = index as u8;
-        if facts.work.needs_off() {
+        let is_move = matches!(input, Input::Move | Input::SyncMove);
+        if facts.work.needs_off() || (is_move && facts.work != Work::None) {
             return Err(CommandError::Busy { axis: axis_index });
         }
         if input == Input::Clear && !facts.moves() {

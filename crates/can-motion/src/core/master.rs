@@ -4,6 +4,7 @@ use bus_user::Instant;
 
 use crate::core::axis::{Axis, Change};
 use crate::core::command::{CommandError, TargetError};
+use crate::core::drive_move::{DriveMove, MoveError};
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Facts, Goal, Motion, Power};
@@ -185,7 +186,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         for index in 0..self.axes.len() {
             let is_due = due & 1 << index != 0;
             if let Some((axis, mut log)) = self.axes.with_log(now, index)
-                && (is_due || axis.view.facts.moves())
+                && (is_due || axis.view.facts.sends_set_points())
             {
                 axis.drive.merged();
                 if is_due {
@@ -239,7 +240,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         let is_sent = matches!(facts.power, Power::OnSent | Power::OffSent);
         if facts.motion == Motion::Ramp && axis.drive.has_stopped() {
             self.axes.apply(now, index, Change::of(Input::RampDone));
-        } else if facts.moves() && over(axis.sent_at, config.stuck_us()) {
+        } else if facts.sends_set_points() && over(axis.sent_at, config.stuck_us()) {
             self.fail_group(now, axis.drive.group());
         } else if is_sent && over(axis.switched_at, config.confirm_us()) {
             self.axes
@@ -302,9 +303,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         input: Input,
     ) -> Result<(), CommandError<F::Fault>> {
         self.keep_stamps(now);
-        if self.bus_off {
-            return Err(CommandError::BusOff);
-        }
+        self.admit_bus()?;
         self.axes.command(now, group, input)
     }
 
@@ -349,6 +348,54 @@ impl<const N: usize, F: Family> Master<N, F> {
                 max: travel.max,
                 actual: target,
             })
+    }
+
+    /// Lets the drive of an axis that holds make a motion by itself, until it has arrived or `stop`, `halt` or `disable` ends it. The axis
+    /// then holds again: its state says so, and why.
+    ///
+    /// # Errors
+    /// [`MoveError`] unless the axis is [`AxisState::Holding`] and its drive can make the motion within the limits of the axis; nothing
+    /// changes then.
+    pub fn start_move(
+        &mut self,
+        now: Instant,
+        axis: usize,
+        wanted: DriveMove,
+    ) -> Result<(), MoveError<F::Fault>> {
+        self.admit_bus()?;
+        match self.config.get() {
+            Some(config) => self.axes.start_move((now, config), axis, wanted),
+            None => Err(MoveError::NoSuchAxis {
+                axes: 0,
+                actual: axis,
+            }),
+        }
+    }
+
+    /// Lets the drives of several axes of one group that hold make a move each, all started by one trigger. The moves are all absolute or
+    /// all relative.
+    ///
+    /// A move that was loaded and is not started, because of a fault or `stop`, leaves its axis [`AxisState::Loaded`] until `disable`.
+    ///
+    /// # Errors
+    /// [`MoveError`] as [`Self::start_move`], and when the trigger could start something that nobody asked for; nothing changes then.
+    pub fn start_moves(
+        &mut self,
+        now: Instant,
+        moves: &[(usize, DriveMove)],
+    ) -> Result<(), MoveError<F::Fault>> {
+        self.admit_bus()?;
+        match self.config.get() {
+            Some(config) => self.axes.start_moves((now, config), moves),
+            None => Err(MoveError::NotTogether),
+        }
+    }
+
+    fn admit_bus(&self) -> Result<(), CommandError<F::Fault>> {
+        if self.bus_off {
+            return Err(CommandError::BusOff);
+        }
+        Ok(())
     }
 
     /// Starts a procedure beside the cycle; its end is an event.

@@ -97,6 +97,12 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             self.frame_of_bus_due = true;
             return;
         }
+        if F::is_trigger(frame) {
+            self.axes.trigger_returned(now);
+            self.schedule.returned();
+            self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
+            return;
+        }
         let Some(index) = self.axes.index_of(frame) else {
             self.foreign(now, F::foreign(frame));
             return;
@@ -115,6 +121,10 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             Some(Returned::Switch(class)) => {
                 let input = Input::Displaced(class);
                 self.axes.apply(now, index, Change::of(input));
+                if class.is_of_own_move() {
+                    self.schedule.returned();
+                    self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
+                }
             }
             Some(Returned::Request) => {
                 self.schedule.returned();
@@ -329,6 +339,12 @@ impl<const N: usize, F: Family> Master<N, F> {
         if wanted.class == Class::Repair && axis.view.facts.work == Work::None {
             self.axes.start_work(now, index, Work::Repair);
         }
+        if wanted.class == Class::Trigger && !self.axes.may_be_triggered(index) {
+            // Something came up since the moves were loaded: they stay where they are.
+            let group = self.axes.get(index)?.drive.group();
+            self.axes.end_motion(now, group, Input::Halt);
+            return None;
+        }
         let axis = self.axes.get(index)?;
         if !may_leave(wanted.class, &axis.view.facts) {
             return None;
@@ -394,7 +410,9 @@ impl<const N: usize, F: Family> Master<N, F> {
         });
         self.schedule.accepted(index);
         // A question changes no fact.
-        if !matches!(class, Class::Reading | Class::Poll) {
+        if class == Class::Trigger {
+            self.axes.trigger_accepted(now, index);
+        } else if !matches!(class, Class::Reading | Class::Poll) {
             self.axes
                 .apply(now, index, Change::of(Input::Accepted(class)));
         }

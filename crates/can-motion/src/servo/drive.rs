@@ -5,6 +5,7 @@ use bus_user::Instant;
 use can_frame::wire::exact_bits;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
+use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal};
 use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
 use crate::core::family::{
@@ -22,6 +23,7 @@ use crate::servo::fault::Fault;
 use crate::servo::frames::Ask;
 use crate::servo::latest::Latest;
 use crate::servo::ledger::Ledger;
+use crate::servo::own_move::concerns_own_move;
 use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
 use crate::servo::procedure::{Procedure, ProcedureError};
@@ -81,7 +83,7 @@ impl Servo {
             still_since: Stamp::ZERO,
             is_still: false,
             echo_token: 0,
-            procedures: Procedures::new(axis.wear),
+            procedures: Procedures::new(axis.wear, axis.drive_curve),
             guarded_at: Stamp::ZERO,
             has_alarmed: false,
         };
@@ -228,6 +230,10 @@ impl Drive for Servo {
     fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let ask = self.next_ask(view, now, cycle);
         let overdue_cycles = ask.map(|(_, overdue_cycles)| overdue_cycles);
+        if self.procedures.own().is_some() {
+            // What it needs next is a matter of time.
+            return Outlook::now(overdue_cycles);
+        }
         match ask {
             // Only polls take their time; what else is asked may change at any time.
             Some((Ask::Poll(_), _)) => Outlook {
@@ -244,7 +250,7 @@ impl Drive for Servo {
 
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
         let (ask, overdue_cycles) = self.next_ask(view, now, cycle)?;
-        let (class, request) = self.request_for(ask, view)?;
+        let (class, request) = self.request_for(ask, view, now)?;
         Some(Wanted {
             class,
             request,
@@ -253,6 +259,9 @@ impl Drive for Servo {
     }
 
     fn request_frame(&self, request: Request) -> Option<DataFrame> {
+        if concerns_own_move(&request) {
+            return self.own_frame(request);
+        }
         self.frame_of(request).filter(|_| self.slot.is_free())
     }
 
@@ -271,6 +280,7 @@ impl Drive for Servo {
 
     fn start_over(&mut self, now: Instant, _: bool) -> Stage {
         self.feedback = Latest::NONE;
+        self.procedures.note_curve(None);
         self.timeouts_in_row = 0;
         self.has_alarmed = false;
         match self.procedures.take_start() {
@@ -289,7 +299,7 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        self.procedures.run().is_none() && !self.is_far_behind() && self.slot.pass(now)
+        self.procedures.is_idle() && !self.is_far_behind() && self.slot.pass(now)
     }
 
     fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
@@ -300,9 +310,10 @@ impl Drive for Servo {
         if view.stage == Stage::PowerOn && view.has_lasted(context.log.now, power_on_us) {
             meaning.stage = Some(Stage::Probing);
         }
-        if view.facts.moves() {
+        if view.facts.sends_set_points() {
             meaning.fault = meaning.fault.or_else(|| self.backlog_fault());
         }
+        self.tick_own(context, &mut meaning);
         if self.tick_procedure(&mut context.log) {
             meaning.work_ended = true;
         }
@@ -326,6 +337,38 @@ impl Drive for Servo {
     fn abandon_request(&mut self, context: &mut Context<'_, Dyn>) {
         let quarantine_us = context.config.timeouts.reply_us;
         self.slot.close(context.log.now, quarantine_us);
+    }
+
+    fn admit_move(
+        &self,
+        wanted: DriveMove,
+        by_trigger: bool,
+        config: &MasterConfig,
+        now: Instant,
+    ) -> Result<(), MoveRefusal> {
+        self.admit_own_move(wanted, by_trigger, config, now)
+    }
+
+    fn begin_move(&mut self, wanted: DriveMove, config: &MasterConfig) {
+        if let Some(own) = self.own_move(wanted, config) {
+            self.procedures.begin_own(own);
+        }
+    }
+
+    fn has_seen_load(&self) -> bool {
+        self.procedures.own().is_some_and(|own| own.is_seen())
+    }
+
+    fn loaded_move(&self) -> Option<DriveMove> {
+        self.own_wanted()
+    }
+
+    fn may_hold_load(&self, kind: DriveMove) -> bool {
+        self.was_loaded(kind)
+    }
+
+    fn end_move(&mut self, now: Instant, how: Option<MoveEnd>) {
+        self.end_own(now, how);
     }
 
     fn admit(

@@ -50,6 +50,10 @@ impl Family for Dyn {
         frame.address().drive().map(dyn_can::DriveId::get)
     }
 
+    fn is_trigger(frame: &DataFrame) -> bool {
+        crate::servo::own_move::is_trigger(frame)
+    }
+
     fn foreign(frame: &DataFrame) -> Option<EventKind> {
         Some(EventKind::ForeignFrame { id: frame.id() })
     }

@@ -12,6 +12,7 @@ use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
+use crate::servo::own_move::{OwnMove, concerns_own_move};
 use crate::servo::poll_kind::PollKind;
 use crate::servo::procedure::Run;
 
@@ -34,6 +35,8 @@ pub(super) enum Ask {
     Reading(ReplyKind),
     /// The command of the procedure.
     Command,
+    /// A frame about a motion of the drive itself.
+    Own(Class),
     /// A reading that is wanted now and then.
     Poll(ReplyKind),
 }
@@ -43,6 +46,11 @@ impl Servo {
     /// the poll that is due longest.
     pub(super) fn next_ask(&self, view: &View, now: Instant, cycle: u32) -> Option<(Ask, i32)> {
         const URGENT: i32 = Wanted::<Request>::URGENT;
+        if let Some(own) = self.procedures.own()
+            && let Some(ask) = self.own_ask(own, view, now)
+        {
+            return Some((ask, URGENT));
+        }
         if !self.slot.is_free() {
             return None;
         }
@@ -50,19 +58,19 @@ impl Servo {
             let is_time = self.retry_at.has_come(now);
             return is_time.then_some((Ask::Reading(ReplyKind::DriveStatus), URGENT));
         }
+        // The way back to position mode is what the checks wait for.
+        let is_way_back = self.procedures.run().is_some_and(Run::is_way_back);
+        if is_way_back && let Some(ask) = self.procedure_ask(view) {
+            return Some((ask, URGENT));
+        }
         if let Some(kind) = needed_reading(view) {
             return Some((Ask::Reading(kind), URGENT));
         }
         if view.facts.is_checking() && view.stage == Stage::PowerOn {
             return None;
         }
-        if let Some(run) = self.procedures.run() {
-            if run.wanted_command().is_some() {
-                return Some((Ask::Command, URGENT));
-            }
-            if let Some(kind) = run.wanted_reading() {
-                return Some((Ask::Reading(kind), URGENT));
-            }
+        if let Some(ask) = self.procedure_ask(view) {
+            return Some((ask, URGENT));
         }
         let poll = self.polls.most_overdue(cycle);
         let guard = self.guard(view, now, poll.map(|poll| poll.overdue));
@@ -71,6 +79,14 @@ impl Servo {
         }
         let poll = poll?;
         Some((Ask::Poll(poll.kind.reply_kind()), poll.overdue))
+    }
+
+    fn procedure_ask(&self, view: &View) -> Option<Ask> {
+        let run = self.procedures.run().filter(|run| run.may_go_on(view))?;
+        match run.wanted_command() {
+            Some(_) => Some(Ask::Command),
+            None => run.wanted_reading().map(Ask::Reading),
+        }
     }
 
     /// For how long the guard asks nothing.
@@ -98,24 +114,34 @@ impl Servo {
     }
 
     /// The request that asks it, and what that is for.
-    pub(super) fn request_for(&self, ask: Ask, view: &View) -> Option<(Class, Request)> {
+    pub(super) fn request_for(
+        &self,
+        ask: Ask,
+        view: &View,
+        now: Instant,
+    ) -> Option<(Class, Request)> {
         Some(match ask {
             Ask::Reading(kind) => (Class::Reading, self.request(kind)),
             Ask::Poll(kind) => (Class::Poll, self.request(kind)),
             Ask::Command => {
+                let run = self.procedures.run()?;
                 let class = match view.facts.work {
+                    _ if run.is_way_back() => Class::Repair,
                     Work::Repair => Class::Repair,
                     _ => Class::Write,
                 };
-                (class, self.procedures.run()?.wanted_command()?)
+                (class, run.wanted_command()?)
             }
+            Ask::Own(class) => (class, self.own_request(class, now)?),
         })
     }
 
     /// By how many cycles the reading of the configuration of a drive with power is due again: somebody else may have changed its mode.
     /// Request and reply are as long as those of the status, so the plan of the bus knows them.
     fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
-        if !self.is_guarded(view) {
+        // Constant speed has a mode of its own.
+        let is_speed = self.procedures.own().is_some_and(OwnMove::is_speed);
+        if !self.is_guarded(view) || is_speed {
             return None;
         }
         // The lower half of the time is enough: windows and their places are powers of two.
@@ -177,6 +203,10 @@ impl Servo {
     ) -> Meaning<Fault> {
         let (now, timeouts) = (context.log.now, &context.config.timeouts);
         self.counters.requests = self.counters.requests.wrapping_add(1);
+        if concerns_own_move(&request) {
+            self.note_own(request, context.view, now);
+            return Meaning::NONE;
+        }
         self.retry_at = Stamp::of(now).after(timeouts.confirm_us);
         self.responses.asked(leaves_at);
         let is_command = self
@@ -215,7 +245,7 @@ impl Servo {
             Request::GoRelativePosPd(step) => {
                 self.ledger.returned(step);
                 self.drift.widen(self.ledger.sent_counts());
-                if !context.view.facts.moves() {
+                if !context.view.facts.sends_set_points() {
                     self.ledger.end_motion();
                 }
                 context.log.push(EventKind::SetPointDisplaced);
@@ -226,6 +256,7 @@ impl Servo {
                 return Returned::Switch(Class::SwitchOff);
             }
             Request::DriveReset => self.command_returned(),
+            own if concerns_own_move(&own) => return self.own_returned(own),
             other => match other.reply_kind() {
                 Some(kind) => {
                     self.slot.forget();

@@ -99,6 +99,17 @@ impl Latest {
         self.knows(PollKind::Counter).then_some(self.counter)
     }
 
+    /// The configuration byte.
+    pub(super) const fn config(&self) -> Option<ConfigByte> {
+        self.config
+    }
+
+    /// How old a polled value is; `None` before the first.
+    pub(super) fn age_us(&self, kind: PollKind, now: Instant) -> Option<u32> {
+        let stamp = self.at.get(kind as usize)?;
+        self.knows(kind).then(|| stamp.age_us(now))
+    }
+
     /// All of it, seen from a moment close to the present.
     pub(super) fn feedback(&self, now: Instant) -> Feedback {
         Feedback {

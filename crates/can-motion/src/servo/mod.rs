@@ -3,6 +3,7 @@
 //! Each cycle every axis in motion gets one `Go_Relative_Pos_PD` with the step from where its set-points have taken it towards its
 //! target. Steps are relative, so the ledger counts each one: see `docs/master.md`.
 
+mod activity;
 pub mod bus_frames;
 pub(crate) mod config;
 mod drift;
@@ -15,6 +16,7 @@ mod feedback;
 mod frames;
 mod latest;
 mod ledger;
+mod own_move;
 mod placement;
 pub(crate) mod plan;
 pub(crate) mod poll_kind;

@@ -1,14 +1,16 @@
 //! The one procedure that a servo may have under way.
 
 use bus_user::Instant;
-use dyn_can::{Reply, ReplyKind, Request};
+use dyn_can::{ParamGroup2, Reply, ReplyKind, Request};
 
 use crate::core::facts::{Latch, Work};
 use crate::core::family::{Meaning, View};
 use crate::core::procedure::Confirmation;
+use crate::servo::activity::Activity;
 use crate::servo::config::Timeouts;
 use crate::servo::drive::{Log, Servo};
 use crate::servo::fault::Fault;
+use crate::servo::own_move::OwnMove;
 use crate::servo::procedure::{Procedure, ProcedureEnd, ProcedureError, Run, WearLimits};
 
 /// What an axis keeps of its procedures; takes no room in a program without them.
@@ -20,8 +22,14 @@ pub(super) struct Procedures {
 
 #[derive(Debug)]
 struct Books {
-    run: Option<Run>,
+    activity: Activity,
     wear: WearLimits,
+    /// Speed and acceleration of what the drive does by itself, as read since the checks began.
+    curve: Option<ParamGroup2>,
+    /// The same, as configured.
+    given_curve: Option<ParamGroup2>,
+    /// Kinds of trigger for which the drive was ever given a move: what it forgets is not documented (D57).
+    loads: u8,
     wrote_at: Option<Instant>,
     /// The drive was told to start anew, and until when it does.
     starts_until: Option<Instant>,
@@ -33,12 +41,15 @@ impl Procedures {
         not(feature = "procedures"),
         expect(unused_variables, reason = "as above")
     )]
-    pub(super) const fn new(wear: WearLimits) -> Self {
+    pub(super) const fn new(wear: WearLimits, given_curve: Option<ParamGroup2>) -> Self {
         Self {
             #[cfg(feature = "procedures")]
             books: Books {
-                run: None,
+                activity: Activity::None,
                 wear,
+                curve: None,
+                given_curve,
+                loads: 0,
                 wrote_at: None,
                 starts_until: None,
             },
@@ -64,11 +75,69 @@ impl Procedures {
     /// The procedure under way.
     #[inline]
     pub(super) fn run(&self) -> Option<&Run> {
-        self.books()?.run.as_ref()
+        self.books()?.activity.run()
     }
 
     fn run_mut(&mut self) -> Option<&mut Run> {
-        self.books_mut()?.run.as_mut()
+        self.books_mut()?.activity.run_mut()
+    }
+
+    /// Whether nothing is under way.
+    #[inline]
+    pub(super) fn is_idle(&self) -> bool {
+        self.books().is_none_or(|books| books.activity.is_none())
+    }
+
+    /// The motion that the drive makes by itself.
+    #[inline]
+    pub(super) fn own(&self) -> Option<&OwnMove> {
+        self.books()?.activity.own()
+    }
+
+    pub(super) fn own_mut(&mut self) -> Option<&mut OwnMove> {
+        self.books_mut()?.activity.own_mut()
+    }
+
+    /// A motion that was admitted begins.
+    pub(super) fn begin_own(&mut self, own: OwnMove) {
+        if let Some(books) = self.books_mut() {
+            books.activity = Activity::Own(own);
+        }
+    }
+
+    /// Something else follows what was under way, or nothing.
+    pub(super) fn follow(&mut self, activity: Activity) {
+        if let Some(books) = self.books_mut() {
+            books.activity = activity;
+        }
+    }
+
+    /// Whether there is room for procedures and motions of the drive.
+    pub(super) const fn are_built(&self) -> bool {
+        self.books().is_some()
+    }
+
+    /// Speed and acceleration of what the drive does by itself.
+    pub(super) fn curve(&self) -> Option<ParamGroup2> {
+        let books = self.books()?;
+        books.curve.or(books.given_curve)
+    }
+
+    /// The drive reported them, or what it reported does not count any more.
+    pub(super) fn note_curve(&mut self, curve: Option<ParamGroup2>) {
+        if let Some(books) = self.books_mut() {
+            books.curve = curve;
+        }
+    }
+
+    pub(super) fn loads(&self) -> u8 {
+        self.books().map_or(0, |books| books.loads)
+    }
+
+    pub(super) fn note_load(&mut self, kind: u8) {
+        if let Some(books) = self.books_mut() {
+            books.loads |= kind;
+        }
     }
 
     /// Until when a drive that was told to start anew does, once.
@@ -79,13 +148,13 @@ impl Procedures {
     /// A procedure that was admitted begins.
     pub(super) fn begin(&mut self, procedure: Procedure) {
         if let Some(books) = self.books_mut() {
-            books.run = Some(Run::new(procedure));
+            books.activity = Activity::Procedure(Run::new(procedure));
         }
     }
 
     fn end(&mut self) {
         if let Some(books) = self.books_mut() {
-            books.run = None;
+            books.activity = Activity::None;
         }
     }
 }
@@ -102,6 +171,9 @@ impl Servo {
         let Some(books) = self.procedures.books() else {
             return Err(ProcedureError::NotBuilt);
         };
+        if !books.activity.is_none() {
+            return Err(ProcedureError::Busy);
+        }
         if view.is_lost {
             return Err(ProcedureError::Lost);
         }
@@ -117,6 +189,12 @@ impl Servo {
             (true, Latch::Own) => Work::Repair,
             (true, _) => Work::Write,
         })
+    }
+
+    /// Whether the way back from another mode may be written.
+    pub(super) fn admit_way_back(&self, now: Instant) -> bool {
+        let books = self.procedures.books();
+        books.is_some_and(|books| self.admit_wear(books, 1, now).is_ok())
     }
 
     fn admit_wear(&self, books: &Books, wear: u16, now: Instant) -> Result<(), ProcedureError> {
@@ -147,7 +225,7 @@ impl Servo {
         let Some(books) = self.procedures.books_mut() else {
             return Meaning::NONE;
         };
-        let Some(run) = &mut books.run else {
+        let Some(run) = books.activity.run_mut() else {
             return Meaning::NONE;
         };
         let quarantine_us = timeouts.reply_us;

@@ -6,6 +6,7 @@ use dyn_can::{
     FunctionCode, ParamGroup3, Reply, ReplyKind, Revision, ServoMode,
 };
 
+use crate::core::facts::Motion;
 use crate::core::family::{Context, Meaning, PowerReport, View};
 use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
@@ -14,6 +15,8 @@ use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
 use crate::servo::frames::stage_reading;
+use crate::servo::own_move::OwnMove;
+use crate::servo::procedure::Run;
 use crate::servo::request_slot::Unawaited;
 
 /// Reads of the diagnostic counter that may be missed between two that are seen, by lost replies or repeated requests.
@@ -111,9 +114,13 @@ impl Servo {
                 self.responses.replied(now, usual_us);
                 let suspicion = self.suspect(reply, context);
                 self.feedback.note(now, reply);
+                if let Reply::ParamGroup2(group) = reply {
+                    self.procedures.note_curve(Some(group));
+                }
                 let work_ended = self.procedure_replied(kind, reply, &mut context.log);
                 let mut meaning = self.meaning(kind, reply, asked_at, context);
                 meaning.fault = suspicion.or(meaning.fault);
+                self.judge_own(reply, asked_at, context, &mut meaning);
                 meaning.work_ended = work_ended;
                 meaning
             }
@@ -175,6 +182,8 @@ impl Servo {
                 let restarted = actual.wrapping_sub(expected) >= COUNTER_SLACK;
                 restarted.then_some(Fault::Reboot { expected, actual })
             }
+            // A motion of the drive itself is judged for itself.
+            Reply::Position(_) if context.view.facts.motion == Motion::DriveMove => None,
             Reply::Position(read_back) if context.view.facts.holds_anchor() => {
                 let position = self.config.read_back.to_command_counts(read_back)?;
                 let arrival_us = context.config.timeouts.arrival_us;
@@ -204,6 +213,8 @@ impl Servo {
                 Some(fault) if is_asked => Meaning::fault(fault),
                 _ => to(Stage::CheckingConfig),
             },
+            // In another mode for a while, and on its way back.
+            Reply::DriveConfig(_) if self.may_be_in_other_mode() => Meaning::NONE,
             Reply::DriveConfig(byte) => {
                 self.guarded_at = Stamp::of(context.log.now);
                 match judge_config(byte) {
@@ -262,6 +273,11 @@ impl Servo {
         let counts = self.still_since.has_lasted(now, standstill_us)
             && context.view.has_lasted(now, standstill_us);
         counts.then_some(true)
+    }
+
+    fn may_be_in_other_mode(&self) -> bool {
+        let is_speed = self.procedures.own().is_some_and(OwnMove::is_speed);
+        is_speed || self.procedures.run().is_some_and(Run::is_way_back)
     }
 
     fn judge_group3(&self, group: ParamGroup3) -> Option<Fault> {

@@ -54,6 +54,8 @@ pub(crate) enum DrivesError {
     Interrupt(io::Error),
     /// CANopen drives have no serial port that this tool speaks to.
     CanopenOnSerial,
+    /// A motion that a drive is to make by itself was refused.
+    MoveRefused { drive: DriveId, reason: String },
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
     /// The master refuses the configuration.
@@ -178,6 +180,7 @@ impl Coded for DrivesError {
             | Self::SameId { .. }
             | Self::Twice { .. }
             | Self::Gear { .. }
+            | Self::MoveRefused { .. }
             | Self::Enabled { .. }
             | Self::Look(LookError::Config(_)) => exit::BAD_INPUT,
             _ => exit::BROKEN_PROMISE,
@@ -205,6 +208,9 @@ impl fmt::Display for DrivesError {
                 write!(f, "drive {drive}: {error}. Nothing has moved")
             }
             Self::NotConfirmed(source) => source.fmt(f),
+            Self::MoveRefused { drive, reason } => {
+                write!(f, "drive {drive}: {reason}. Nothing has moved")
+            }
             Self::CanopenOnSerial => f.write_str(
                 "--protocol canopen is for CAN: use --slcan or --can in place of --serial",
             ),

@@ -19,7 +19,7 @@ use serde::Serialize;
 use crate::station::MotionLimits;
 
 pub(crate) use assign::{AssignEnd, AssignError};
-pub(crate) use can::{CanDrives, Life, life_of, state_of};
+pub(crate) use can::{CanDrives, Life, life_of, read_curve, state_of};
 pub(crate) use error::DrivesError;
 pub(crate) use frames::{Frames, Step, When};
 pub(crate) use options::DrivesOptions;

@@ -10,6 +10,7 @@ mod home;
 mod hub;
 mod identity;
 mod other_signals;
+mod own_moves;
 mod power;
 mod power_matrix;
 mod relay;

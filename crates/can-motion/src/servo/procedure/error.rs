@@ -16,8 +16,10 @@ pub enum ProcedureError {
         /// The axis asked for.
         actual: usize,
     },
-    /// The axis has a procedure under way: wait for its end.
-    #[error("another procedure of this axis is under way: wait for its end")]
+    /// The axis has a procedure under way, or its drive moves by itself: wait for its end.
+    #[error(
+        "another procedure of this axis, or a motion of its drive itself, is under way: wait for its end"
+    )]
     Busy,
     /// Writes need an axis that is [`AxisState::Ready`], or faulted with a drive that reports no power.
     #[error(

@@ -22,6 +22,7 @@ use crate::interrupt;
 use crate::link::Link;
 use crate::station::AxisOptions;
 pub(crate) use life::{Life, life as life_of};
+pub(crate) use procedure::read_curve;
 use procedure::{answering_station, perform};
 pub(crate) use read::state_of;
 use script::LISTEN_US;
