@@ -10,8 +10,8 @@ mod servo;
 #[cfg(feature = "zlac")]
 pub mod wheel;
 
-pub use crate::core::command::{CommandError, TargetError};
-pub use crate::core::drive_move::{DriveMove, MoveEnd, MoveError, MoveRefusal, WaveShape};
+pub use crate::core::command::{CommandError, MoveError, TargetError};
+pub use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal, WaveShape};
 pub use crate::core::event::{CommonEvent, Event, EventLog};
 pub use crate::core::family::{GroupId, Reaction};
 pub use crate::core::master::Master;

@@ -3,8 +3,8 @@
 use bus_user::Instant;
 
 use crate::core::axis::{Axis, Change};
-use crate::core::command::{CommandError, TargetError};
-use crate::core::drive_move::{DriveMove, MoveError};
+use crate::core::command::{CommandError, MoveError, TargetError};
+use crate::core::drive_move::DriveMove;
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Facts, Goal, Motion, Power};

@@ -3,8 +3,8 @@
 use bus_user::Instant;
 
 use crate::core::axis::Change;
-use crate::core::command::CommandError;
-use crate::core::drive_move::{DriveMove, MoveError};
+use crate::core::command::{CommandError, MoveError};
+use crate::core::drive_move::DriveMove;
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Facts, Goal, Motion};
 use crate::core::family::{Drive, Family, GroupId};

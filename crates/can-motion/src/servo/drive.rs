@@ -6,7 +6,6 @@ use can_frame::wire::exact_bits;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
 use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal};
-use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
 use crate::core::family::{
     Context, Drive, GroupId, Meaning, OutOfTravel, Outlook, Reaction, Returned, View, Wanted,
@@ -15,26 +14,23 @@ use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Stage};
+use crate::servo::ask::Ask;
+use crate::servo::books::Procedures;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
-use crate::servo::event::EventKind;
+use crate::servo::event::Log;
 use crate::servo::fault::Fault;
-use crate::servo::frames::Ask;
 use crate::servo::latest::Latest;
 use crate::servo::ledger::Ledger;
 use crate::servo::own_move::concerns_own_move;
 use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
 use crate::servo::procedure::{Procedure, ProcedureError};
-use crate::servo::procedures::Procedures;
 use crate::servo::request_slot::RequestSlot;
 use crate::servo::response_watch::ResponseWatch;
 use crate::servo::settings::Settings;
 use crate::servo::snapshot::AxisSnapshot;
-
-/// Where a servo writes its events.
-pub(super) type Log<'a> = EventLog<'a, EventKind>;
 
 /// A DYN drive.
 #[derive(Debug)]

@@ -4,11 +4,14 @@ use bus_plan::Warning;
 use bus_user::BusErrorKind;
 use dyn_can::{DecodeError, FrameError, FunctionCode, ReplyKind, Revision};
 
-use crate::core::event::CommonEvent;
+use crate::core::event::{CommonEvent, EventLog};
 use crate::core::state::{AxisState, Reason};
 use crate::servo::fault::Fault;
 #[cfg(feature = "procedures")]
 use crate::servo::procedure::ProcedureEnd;
+
+/// Where a servo writes its events.
+pub(super) type Log<'a> = EventLog<'a, EventKind>;
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,6 +8,7 @@ use crate::core::facts::{Power, Work};
 use crate::core::family::{Context, Meaning, Returned, View, Wanted};
 use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
+use crate::servo::ask::Ask;
 use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
@@ -27,19 +28,6 @@ const GUARD_URGENT_US: u32 = 2 * GUARD_WINDOWS * GUARD_WINDOW_US;
 const GUARD_PATIENCE_US: u32 = 2_000;
 /// A poll that is due in so many cycles is due soon: a reply is on its way for less.
 const ROOM_CYCLES: i32 = 4;
-
-/// What a servo asks next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ask {
-    /// A reading that the axis waits for.
-    Reading(ReplyKind),
-    /// The command of the procedure.
-    Command,
-    /// A frame about a motion of the drive itself.
-    Own(Class),
-    /// A reading that is wanted now and then.
-    Poll(ReplyKind),
-}
 
 impl Servo {
     /// What to ask next, and for how many cycles that has been due: what the life of the axis needs, then what a procedure needs, then

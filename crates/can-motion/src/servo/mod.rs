@@ -4,6 +4,8 @@
 //! target. Steps are relative, so the ledger counts each one: see `docs/master.md`.
 
 mod activity;
+mod ask;
+mod books;
 pub mod bus_frames;
 pub(crate) mod config;
 mod drift;

@@ -6,7 +6,6 @@ use zlac8030l::{
     SetUpStep, State, StatusWord, objects,
 };
 
-use crate::core::event::EventLog;
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Power, Work};
 use crate::core::family::{
@@ -17,24 +16,21 @@ use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::targets::{AbsoluteLedger, ValueKind};
-use crate::wheel::arrival::Way;
 use crate::wheel::config::{WheelConfig, WheelMasterConfig, WheelMode};
-use crate::wheel::event::WheelEventKind;
+use crate::wheel::event::{Log, WheelEventKind};
 use crate::wheel::fault::WheelFault;
 use crate::wheel::feedback::{WheelFeedback, WheelSnapshot};
 use crate::wheel::process_data;
 use crate::wheel::request::{HealthReading, Purpose, WheelRequest};
 use crate::wheel::set_up;
 use crate::wheel::transfer::{TransferError, is_owned};
+use crate::wheel::way::Way;
 use crate::wheel::zlac_family::Zlac;
 
 /// Counts of a turn of the wheel with the 1024 encoder lines of its hub motors (200Bh).
 const COUNTS_PER_TURN: u32 = 4_096;
 /// A wheel that follows its set-points is not farther behind than it turns in this time at the speed of its profile.
 const LAG_MS: u32 = 100;
-
-/// Where a wheel writes its events.
-pub(super) type Log<'a> = EventLog<'a, WheelEventKind>;
 
 /// A ZLAC8030L.
 #[derive(Debug)]

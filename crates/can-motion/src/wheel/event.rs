@@ -3,9 +3,12 @@
 use bus_user::BusErrorKind;
 use zlac8030l::{DecodeError, Emcy, FrameError, NmtState, SdoEvent, SdoIgnored, SetUpReport};
 
-use crate::core::event::CommonEvent;
+use crate::core::event::{CommonEvent, EventLog};
 use crate::core::state::{AxisState, Reason};
 use crate::wheel::fault::WheelFault;
+
+/// Where a wheel writes its events.
+pub(super) type Log<'a> = EventLog<'a, WheelEventKind>;
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

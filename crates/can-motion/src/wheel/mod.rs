@@ -28,6 +28,7 @@ mod readings;
 mod request;
 mod set_up;
 mod transfer;
+mod way;
 mod zlac_family;
 
 pub use config::{

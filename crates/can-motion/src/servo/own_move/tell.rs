@@ -9,8 +9,8 @@ use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Facts, Goal, Motion};
 use crate::core::family::{Returned, View};
 use crate::servo::activity::Activity;
+use crate::servo::ask::Ask;
 use crate::servo::drive::Servo;
-use crate::servo::frames::Ask;
 use crate::servo::poll_kind::PollKind;
 
 /// The command to stop is repeated so often until the motion has ended: nothing acknowledges it.
