@@ -100,7 +100,7 @@ struct Answer {
 
 impl Answer {
     fn of(samples: &[Sample], from_ms: f64, until_ms: f64, base: f64, height: f64) -> Self {
-        let within = samples
+        let mut within = samples
             .iter()
             .filter(|sample| (from_ms..until_ms).contains(&sample.at_ms));
         // The share of the step, from 0 to 1.
@@ -128,7 +128,7 @@ impl Answer {
             Some(place) => shares.get(place + 1),
         };
         let rest = within
-            .last()
+            .next_back()
             .map_or(0, |sample| sample.set_point_counts - sample.position_counts);
         Self {
             overshoot_percent: (most - 1.0).max(0.0) * 100.0,

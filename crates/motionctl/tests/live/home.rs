@@ -141,7 +141,8 @@ fn jog_and_run_use_the_origin_until_the_drive_loses_its_power() {
         };
         // To a quarter of a turn from the zero, and once more: nothing to go.
         let end = json_of(jog(&["--to", "0.25"]));
-        assert_eq!(end["asked_counts"], 4_096 - 819, "{end}");
+        let asked = end["asked_counts"].as_i64().expect("a number");
+        assert!((asked - (4_096 - 819)).abs() <= 2, "{end}");
         let end = json_of(jog(&["--to", "0.25"]));
         assert!(
             end["asked_counts"].as_i64().expect("a number").abs() <= 2,
