@@ -238,7 +238,7 @@ fn a_name_that_does_not_exist_is_named() {
         ),
         (
             "a command that is not missing any more",
-            with(&page, "not yet (`speed`)", "not yet (`jog`)"),
+            with(&page, "not yet (the wave of the drive)", "not yet (`jog`)"),
             "found \"jog\", which exists",
         ),
         (
