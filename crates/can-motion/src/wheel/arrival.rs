@@ -14,7 +14,7 @@ pub(super) enum Way {
     /// The frame with the target has not left yet.
     Waiting,
     /// The target has left.
-    UnderWay { since: Instant },
+    Running { since: Instant },
     /// The time is over, which was said.
     Late,
 }
@@ -30,13 +30,13 @@ impl Wheel {
     /// A frame has left.
     pub(super) fn note_way(&mut self, now: Instant) {
         if self.way == Way::Waiting && self.ledger.sent() == self.ledger.target() {
-            self.way = Way::UnderWay { since: now };
+            self.way = Way::Running { since: now };
         }
     }
 
     /// A position came in: the wheel has arrived when it stands near its target and its drive says that it has reached it.
     pub(super) fn judge_arrival(&mut self, log: &mut Log<'_>) {
-        let is_under_way = matches!(self.way, Way::UnderWay { .. } | Way::Late);
+        let is_under_way = matches!(self.way, Way::Running { .. } | Way::Late);
         let (Some(position), Some(status)) = (self.feedback.position_counts, self.status()) else {
             return;
         };
@@ -51,7 +51,7 @@ impl Wheel {
 
     /// Time passes: a wheel that has not arrived in time is said once.
     pub(super) fn watch_way(&mut self, log: &mut Log<'_>) {
-        let (Way::UnderWay { since }, Some(limit_us)) = (self.way, self.config.arrival.limit_us)
+        let (Way::Running { since }, Some(limit_us)) = (self.way, self.config.arrival.limit_us)
         else {
             return;
         };
