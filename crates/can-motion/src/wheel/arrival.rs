@@ -17,13 +17,13 @@ impl Wheel {
     /// A frame has left.
     pub(super) fn note_way(&mut self, now: Instant) {
         if self.way == Way::Waiting && self.ledger.sent() == self.ledger.target() {
-            self.way = Way::Begun { since: now };
+            self.way = Way::Running { since: now };
         }
     }
 
     /// A position came in: the wheel has arrived when it stands near its target and its drive says that it has reached it.
     pub(super) fn judge_arrival(&mut self, log: &mut Log<'_>) {
-        let is_under_way = matches!(self.way, Way::Begun { .. } | Way::Late);
+        let is_under_way = matches!(self.way, Way::Running { .. } | Way::Late);
         let (Some(position), Some(status)) = (self.feedback.position_counts, self.status()) else {
             return;
         };
@@ -38,7 +38,7 @@ impl Wheel {
 
     /// Time passes: a wheel that has not arrived in time is said once.
     pub(super) fn watch_way(&mut self, log: &mut Log<'_>) {
-        let (Way::Begun { since }, Some(limit_us)) = (self.way, self.config.arrival.limit_us)
+        let (Way::Running { since }, Some(limit_us)) = (self.way, self.config.arrival.limit_us)
         else {
             return;
         };

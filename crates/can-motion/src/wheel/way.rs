@@ -11,7 +11,7 @@ pub(super) enum Way {
     /// The frame with the target has not left yet.
     Waiting,
     /// The target has left.
-    Begun { since: Instant },
+    Running { since: Instant },
     /// The time is over, which was said.
     Late,
 }

@@ -72,6 +72,8 @@ pub(super) struct NodeOutcome {
     pub(super) eeprom_writes_in_doubt: u32,
     /// PDO parameters were changed, for which the drive was made pre-operational.
     pub(super) pre_operational: bool,
+    /// PDOs whose mapping was closed and not opened again.
+    pub(super) closed_mappings: Vec<String>,
 }
 
 impl NodeOutcome {
@@ -108,6 +110,7 @@ impl NodeOutcome {
             eeprom_writes: 0,
             eeprom_writes_in_doubt: 0,
             pre_operational: false,
+            closed_mappings: Vec::new(),
         })
     }
 
@@ -120,7 +123,9 @@ impl NodeOutcome {
     pub(super) fn has_written(&self) -> bool {
         let is_there =
             |change: &Change| matches!(change.result, ChangeEnd::Written | ChangeEnd::Unknown);
-        self.changes.iter().any(is_there) || self.eeprom_writes > 0
+        self.changes.iter().any(is_there)
+            || self.eeprom_writes > 0
+            || !self.closed_mappings.is_empty()
     }
 
     /// Writes what differs, reads it back, and saves it. The user has agreed.
@@ -182,6 +187,8 @@ impl NodeOutcome {
                 });
             }
             if let Some(zero) = setting_of(count, 0) {
+                // Noted first: a write that is not confirmed may have arrived.
+                self.closed_mappings.push(address_text(count));
                 bus.write(node, request(&zero)?)?;
             }
         }
@@ -224,6 +231,8 @@ impl NodeOutcome {
         let actual = bus.read_number(node, address)?;
         if actual == setting.value {
             change.result = ChangeEnd::Written;
+            let object = change.object.clone();
+            self.closed_mappings.retain(|closed| *closed != object);
             return Ok(());
         }
         change.result = ChangeEnd::NotTaken;
@@ -321,6 +330,12 @@ impl fmt::Display for NodeOutcome {
         }
         if self.pre_operational {
             writeln!(f, "  the drive is pre-operational now, as after power-on")?;
+        }
+        for closed in &self.closed_mappings {
+            writeln!(
+                f,
+                "  {closed} is 0 NOW: its PDO does not run until it is written again, or the power goes"
+            )?;
         }
         write!(f, "  EEPROM writes: {}", self.eeprom_writes)?;
         match self.eeprom_writes_in_doubt {

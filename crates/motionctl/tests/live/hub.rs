@@ -367,6 +367,37 @@ fn mappings_are_restored_closed_and_opened_in_pre_operational() {
 }
 
 #[test]
+fn a_mapping_that_is_refused_is_said_to_be_closed() {
+    undisturbed(|| {
+        let bench = start("hub-refused", "zlac");
+        let file = Backup::new("hub-refused");
+        json(&bench, &["backup", file.path(), "--drives", "zlac"]);
+        // 1000h cannot be mapped, which the drive says when the mapping is to be in force.
+        file.edit(&[
+            ("\"1A00h:00\" = 0", "\"1A00h:00\" = 1"),
+            ("\"1A00h:01\" = 0", "\"1A00h:01\" = 0x10000020"),
+        ]);
+        let words = [
+            "restore",
+            file.path(),
+            "--drives",
+            "zlac",
+            "--yes",
+            "--json",
+        ];
+        let (status, text, errors) = on(&bench, &words);
+        assert_eq!(status, Some(4), "{text}{errors}");
+        assert!(errors.contains("node 4 refuses 1A00h:00"), "{errors}");
+        let outcome: Value = serde_json::from_str(&text).expect("JSON");
+        let drive_outcome = &outcome["drives"][0];
+        assert_eq!(drive_outcome["closed_mappings"][0], "1A00h:00");
+        assert_eq!(drive_outcome["saved"], false);
+        let report = bench.stop();
+        assert_eq!(drive(&report, 0)["eeprom_writes"], 0);
+    });
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_with_what_to_do() {
     undisturbed(|| {
         let bench = start("hub-refusals", "zlac:4,5");
