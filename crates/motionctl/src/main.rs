@@ -30,6 +30,7 @@ mod output;
 mod plain_words;
 mod plan;
 mod probe;
+mod program;
 mod pty;
 mod read;
 mod reset;

@@ -50,7 +50,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
             }
         })
         .collect();
-    let report = motion.report(&plan, &drives, StepLimit::MAX);
+    arguments
+        .motion
+        .path_picture(&plan, false)
+        .map_err(RunError::Motion)?;
+    let report = motion
+        .report(&plan, &drives, StepLimit::MAX)
+        .map_err(RunError::Motion)?;
     if !arguments.json {
         report.show();
     }

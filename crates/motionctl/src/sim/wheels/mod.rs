@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
     }
     let motion = arguments.motion.read().map_err(SimError::Motion)?;
     let setup = Setup {
-        nodes: nodes_of(nodes, motion.axes())?,
+        nodes: nodes_of(nodes, motion.axes().map_err(SimError::Motion)?)?,
         cycle_us: arguments.wheel_cycle_us(),
         bit_rate: arguments.wheel_bit_rate(),
         speed_resolution: arguments.speed_resolution,
@@ -37,7 +37,9 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
     let candump = arguments.candump.as_deref().map(create).transpose()?;
-    let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
+    let motion = motion
+        .wheel_report(&plan, &setup.nodes, setup.speed_resolution)
+        .map_err(SimError::Motion)?;
     if !arguments.json {
         motion.show();
     }
