@@ -4,7 +4,7 @@ use crate::length;
 use crate::queue::{Piece, Ring, Room};
 
 /// Times that the velocity of a cycle is corrected: the way to a slower piece may be one over several others.
-const CORRECTIONS: usize = 4;
+const CORRECTIONS: usize = 3;
 
 /// A way to the end that is gone in one cycle, in 2^-20 units.
 const DUST: i64 = 32;
@@ -39,11 +39,16 @@ impl InForce {
     };
 
     fn and<const S: usize>(&mut self, piece: &Piece<S>) {
-        self.velocity = self.velocity.min(piece.velocity);
-        self.feed = self.feed.min(piece.feed);
-        self.acceleration = self.acceleration.min(piece.acceleration);
+        self.velocity = lower(self.velocity, piece.velocity);
+        self.feed = lower(self.feed, piece.feed);
+        self.acceleration = lower(self.acceleration, piece.acceleration);
         self.until = self.until.min(piece.leave);
     }
+}
+
+/// The smaller of two numbers: the library's takes care of what is no number, and so twice as long.
+const fn lower(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
 
 impl Front {
@@ -132,7 +137,7 @@ impl Front {
             let Some(piece) = ring.get(index) else {
                 return velocity;
             };
-            let room = piece.room(place, ring.get(index + 1));
+            let room = piece.room(place, piece.goal(ring.get(index + 1)));
             if velocity <= slowest && velocity * velocity <= room.square {
                 return velocity;
             }

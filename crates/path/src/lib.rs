@@ -17,6 +17,7 @@ mod path;
 mod queue;
 mod roots;
 mod shape;
+pub mod tables;
 
 pub use error::PathError;
 pub use machine::Machine;

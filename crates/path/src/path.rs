@@ -14,7 +14,7 @@ use crate::queue::{Piece, Ring, Room};
 use crate::shape::{self, Point, Shape};
 
 /// Pieces that are planned anew in a cycle; more where the queue has more than 8 times as many.
-const PLANNED_IN_A_CYCLE: usize = 8;
+const PLANNED_IN_A_CYCLE: usize = 3;
 /// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.
 const EDGE_CYCLES: f32 = 3.0;
 
@@ -255,7 +255,8 @@ where
         if actual > most {
             return Err(PathError::End { actual, most });
         }
-        let round = arc.sweep as f32 / 4_294_967_296.0 * core::f32::consts::TAU * radius;
+        let turns = length::to_float(arc.sweep, 32);
+        let round = turns * core::f32::consts::TAU * radius;
         let length = crate::roots::square_root(round * round + across);
         if length > LONGEST_PIECE {
             return Err(PathError::Radius { actual: radius });
@@ -521,7 +522,7 @@ where
             self.tool += 1;
         }
         if let Some(piece) = self.ring.get(self.tool) {
-            let at = part_of(self.tool_way, self.share).clamp(0, piece.length);
+            let at = part_of(self.tool_way, self.share).min(piece.length).max(0);
             self.place = piece.shape.point(piece.begin + at);
         }
         self.forget();
@@ -584,13 +585,15 @@ where
                 self.finish_plan();
                 return;
             }
-            let next = self.ring.get(place + 1).copied();
-            let Some(piece) = self.ring.get_mut(place) else {
+            let Some(piece) = self.ring.get(place) else {
                 self.finish_plan();
                 return;
             };
-            if !piece.from_rest {
-                piece.entry = piece.entry_before(next.as_ref());
+            let entry = piece.entry_before(piece.goal(self.ring.get(place + 1)));
+            if let Some(piece) = self.ring.get_mut(place)
+                && !piece.from_rest
+            {
+                piece.entry = entry;
             }
             self.plan = Some(place - 1);
         }
