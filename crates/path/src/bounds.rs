@@ -6,6 +6,7 @@
 use trajectory::Limits;
 
 use crate::machine::Machine;
+use crate::order::Order as _;
 use crate::roots::{cube_root_below, hypotenuse, square_root};
 use crate::shape::{Kind, Shape};
 
@@ -46,11 +47,11 @@ pub(crate) fn pace<const S: usize, const A: usize>(
     let slopes = slopes(shape, machine);
     let mut velocity = fastest;
     for (slopes, limits) in slopes.iter().zip(limits) {
-        velocity = velocity.min(slopes.velocity(limits));
+        velocity = velocity.lower(slopes.velocity(limits));
     }
     let mut acceleration = f32::MAX;
     for (slopes, limits) in slopes.iter().zip(limits) {
-        acceleration = acceleration.min(slopes.acceleration(limits, velocity, filter));
+        acceleration = acceleration.lower(slopes.acceleration(limits, velocity, filter));
     }
     Pace {
         velocity,
@@ -67,10 +68,10 @@ impl Slopes {
         };
         let mut most = MARGIN * limits.velocity() / self.first;
         if self.second > 0.0 {
-            most = most.min(square_root(share * limits.acceleration() / self.second));
+            most = most.lower(square_root(share * limits.acceleration() / self.second));
         }
         if self.third > 0.0 && limits.jerk().is_finite() {
-            most = most.min(cube_root_below(JERK_SHARE * limits.jerk() / self.third));
+            most = most.lower(cube_root_below(JERK_SHARE * limits.jerk() / self.third));
         }
         most
     }
@@ -89,7 +90,7 @@ impl Slopes {
         }
         let needed = self.third * velocity * velocity * velocity;
         let per_acceleration = 2.0 * self.first / filter + 3.0 * self.second * velocity;
-        most.min((j - needed) / per_acceleration)
+        most.lower((j - needed) / per_acceleration)
     }
 }
 

@@ -13,6 +13,7 @@ mod filter;
 mod front;
 mod length;
 pub mod machine;
+mod order;
 mod path;
 mod queue;
 mod roots;

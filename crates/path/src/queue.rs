@@ -176,6 +176,18 @@ impl<const S: usize, const Q: usize> Ring<S, Q> {
         self.pieces.get_mut(place.checked_rem(Q)?)
     }
 
+    /// Those from one place to another, the last one included.
+    pub(crate) fn range(&self, from: usize, to: usize) -> impl Iterator<Item = &Piece<S>> {
+        let from = from.max(self.first);
+        let count = (to + 1).min(self.end).saturating_sub(from);
+        let start = from.checked_rem(Q).unwrap_or(0);
+        let behind = (start + count).saturating_sub(Q);
+        let ahead = start + count - behind;
+        let ahead = self.pieces.get(start..ahead).unwrap_or_default();
+        let behind = self.pieces.get(..behind).unwrap_or_default();
+        ahead.iter().chain(behind)
+    }
+
     pub(crate) fn push(&mut self, piece: Piece<S>) {
         if self.free() == 0 {
             return;
