@@ -14,6 +14,7 @@ pub mod family;
 pub mod hub_motors;
 pub mod master;
 pub mod opaque;
+pub mod path;
 pub mod serial;
 pub mod text;
 pub mod trajectory;

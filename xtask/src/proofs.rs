@@ -24,7 +24,7 @@ const BESIDE: [(&str, &str); 2] = [
     (HOT_PAIR, "set-point-and-position-without-codec"),
 ];
 /// The images that link only without a panic.
-const IMAGES: [&str; 14] = [
+const IMAGES: [&str; 15] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
@@ -36,6 +36,7 @@ const IMAGES: [&str; 14] = [
     "hub-motors",
     FOUR_HUB_MOTORS,
     "wheels",
+    "path",
     "trajectory",
     ONE_AXIS,
     "text",

@@ -577,7 +577,7 @@ where
 
     /// Plans backward from the end: how fast each piece may be entered.
     fn plan_some(&mut self, effort: usize) {
-        let count = PLANNED_IN_A_CYCLE.saturating_sub(effort).max(1);
+        let count = PLANNED_IN_A_CYCLE.saturating_sub(effort);
         for _ in 0..count.max(QUEUE / 64) {
             let Some(place) = self.plan else {
                 return;

@@ -220,8 +220,9 @@ impl<'a> Cam<'a> {
     fn span(&self, point: usize) -> Option<Span> {
         let knots = self.points.len().checked_sub(1)?;
         let knot = |place: isize| {
-            let place_in = place.rem_euclid(knots.try_into().ok()?);
-            let turns = place.div_euclid(knots.try_into().ok()?) as i64;
+            let knots = isize::try_from(knots).ok()?;
+            let place_in = place.checked_rem_euclid(knots)?;
+            let turns = place.checked_div_euclid(knots)? as i64;
             let point = self.points.get(place_in.cast_unsigned())?;
             Some(Knot {
                 at: i64::from(point.master) + turns * self.period,
