@@ -11,6 +11,7 @@ use crate::config::{self, AXES, Drives, GROUP};
 use crate::cycle_clock::{Beat, Beats};
 use crate::debounce::Debounced;
 use crate::drives::{Board as _, BoardMaster};
+use crate::home::{Homing as _, Step};
 use crate::led::{self, LedPattern};
 use crate::misbehaviour::{self, Fault};
 use crate::playback::Playback;
@@ -38,7 +39,7 @@ const _: () = {
         "an axis has outgrown its room"
     );
     assert!(
-        size_of::<App>() <= 272 + 4 * AXES,
+        size_of::<App>() <= 288 + 4 * AXES + size_of::<config::Homing>(),
         "the application has outgrown its room"
     );
 };
@@ -109,6 +110,7 @@ pub(crate) struct App {
     supervisor: Supervisor,
     /// What the axes show, as of so many changes of their facts.
     seen: (u32, Seen),
+    home: config::Homing,
     playback: Playback,
     statistics: Statistics,
     led: LedPattern,
@@ -137,6 +139,7 @@ impl App {
             stop_closed: Debounced::new(),
             enable: Debounced::new(),
             run: Debounced::new(),
+            home: config::Homing::NEW,
             playback: Playback::new(),
             statistics: Statistics::new(),
             led: LedPattern::new(),
@@ -207,17 +210,25 @@ impl App {
         self.watch_bus(now);
         self.supervise(planned, now);
         let is_streaming = self.look().axes.streaming;
+        match self.home.cycle(self.master, is_streaming, now) {
+            Step::Wait => {}
+            Step::Found => self.playback.start(self.master, planned),
+            Step::Failed => self.supervisor.refused(),
+        }
         self.playback
-            .set_targets(self.master, is_streaming, planned, now);
+            .set_targets(self.master, &self.home, is_streaming, planned, now);
         self.master.begin_cycle(now);
         self.service();
         misbehaviour::act();
         self.report();
+        for part in self.statistics.parts() {
+            telemetry::tell(Message::Second(*part));
+        }
         if let Some(second) = self
             .statistics
             .note_cycle(beat.delay_us, stretch, self.master, now)
         {
-            telemetry::tell_second(second);
+            telemetry::keep_second(second);
         }
     }
 
@@ -226,19 +237,28 @@ impl App {
         let now = self.beats.now();
         loop {
             self.parts.bus.begin_service();
-            while self.parts.bus.has_news()
-                && let Some(received) = self.parts.bus.receive()
-            {
-                match received {
-                    Ok(frame) => self.master.on_frame(now, &frame),
-                    Err(kind) => {
-                        self.master.on_receive_error(now, kind);
-                        break;
-                    }
-                }
+            if self.parts.bus.has_news() {
+                self.receive(now);
             }
             let progress = self.master.send(now, &mut self.parts.bus);
             if !self.parts.bus.end_service(progress) {
+                return;
+            }
+        }
+    }
+
+    /// Takes what has come in. Not inlined: most calls of [`Self::service`] find nothing, and would set up for it all the same.
+    #[inline(never)]
+    fn receive(&mut self, now: Instant) {
+        while let Some(received) = self.parts.bus.receive() {
+            match received {
+                Ok(frame) => self.master.on_frame(now, &frame),
+                Err(kind) => {
+                    self.master.on_receive_error(now, kind);
+                    return;
+                }
+            }
+            if !self.parts.bus.has_news() {
                 return;
             }
         }
@@ -326,10 +346,13 @@ impl App {
             Action::Adopt => self.master.adopt(now, GROUP),
             Action::Enable => self.master.enable(now, GROUP),
             Action::Start => {
-                self.playback.start(self.master, planned);
+                if self.home.begin() {
+                    self.playback.start(self.master, planned);
+                }
                 Ok(())
             }
             Action::Finish => {
+                self.home.cancel();
                 self.playback.finish();
                 Ok(())
             }

@@ -9,6 +9,10 @@ use trajectory::curve::{Keyframe, KeyframeMotion};
 /// The family of the drives. `firmware-tests/configs/hub_motors.rs` is a configuration of the other one, ZLAC8030L hub motors.
 pub(crate) type Drives = Dyn;
 
+/// Homing before the motion: none. `firmware-tests/configs/homing.rs` is a configuration with one.
+#[cfg(target_os = "none")]
+pub(crate) type Homing = crate::home::Nothing;
+
 /// Number of axes.
 pub(crate) const AXES: usize = 2;
 /// All axes move and stop together.

@@ -14,6 +14,7 @@
 //! | `app` | the cycle |
 //! | `drives` | what differs between the families of drives |
 //! | `supervisor`, `debounce` | what the inputs mean |
+//! | `home` | homing before it |
 //! | `playback` | the built-in motion |
 //! | `telemetry`, `statistics`, `led` | what the board says |
 //! | `brown_out` | the option bytes, which only the image for commissioning writes |
@@ -81,6 +82,8 @@ mod cycle_clock;
 mod drives;
 #[cfg(target_os = "none")]
 mod duty;
+#[cfg(target_os = "none")]
+mod home;
 #[cfg(target_os = "none")]
 mod last_words;
 #[cfg(target_os = "none")]

@@ -1,9 +1,11 @@
 //! Plays the built-in motion.
 
 use can_motion::Instant;
+use trajectory::curve::Playhead;
 
-use crate::config::{AXES, Drives, GROUP, MOTION};
+use crate::config::{self, AXES, Drives, GROUP, MOTION};
 use crate::drives::{Board as _, BoardMaster};
+use crate::home::Homing as _;
 use crate::telemetry::{self, Message};
 
 /// Length of the motion; 32 bits of microseconds are more than an hour.
@@ -24,6 +26,7 @@ struct Start {
     targets: [i32; AXES],
     /// It ends with the present repetition.
     is_last: bool,
+    head: Playhead,
 }
 
 /// The motion under way.
@@ -45,6 +48,7 @@ impl Playback {
             at,
             targets,
             is_last: false,
+            head: Playhead::START,
         });
     }
 
@@ -59,6 +63,7 @@ impl Playback {
     pub(crate) fn set_targets(
         &mut self,
         master: &mut BoardMaster,
+        home: &config::Homing,
         is_streaming: bool,
         at: Instant,
         now: Instant,
@@ -75,10 +80,19 @@ impl Playback {
         while at.us_since(start.at) >= u64::from(DURATION_US) {
             start.at = start.at + DURATION_US;
         }
-        let distances = MOTION.position(at.us_since(start.at));
+        let distances = MOTION.position_from(&mut start.head, at.us_since(start.at));
         for (axis, (from, distance)) in start.targets.into_iter().zip(distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
-            if let Err(error) = master.set_target(axis, from.saturating_add(distance)) {
+            let target = from.saturating_add(distance);
+            if !home.allows(axis, target) {
+                defmt::error!(
+                    "axis {=usize}: the motion leaves its travel, stopping",
+                    axis
+                );
+                master.stop(now, GROUP);
+                return self.end(master);
+            }
+            if let Err(error) = master.set_target(axis, target) {
                 defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
                 master.stop(now, GROUP);
                 return self.end(master);

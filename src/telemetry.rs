@@ -13,7 +13,7 @@ use crate::drives::{Board as _, BoardEventKind, BoardFault};
 use crate::last_words::{History, LastWords};
 use crate::recovery::FaultState;
 use crate::start::Cause;
-use crate::statistics::Statistics;
+use crate::statistics::{Part, Statistics};
 use crate::supervisor::{Action, State};
 
 /// Messages on their way. When it is full the master keeps its events, and the next message of another kind is lost.
@@ -50,8 +50,8 @@ pub(crate) enum Message {
     MotionStarts,
     /// The motion has ended.
     MotionEnds,
-    /// A second has passed.
-    Second,
+    /// A second has passed: a part of its figures.
+    Second(Part),
 }
 
 /// Tells that the motion starts or has ended, at these command counts.
@@ -60,10 +60,9 @@ pub(crate) fn tell_motion(message: Message, counts: [i32; AXES]) {
     tell(message);
 }
 
-/// Tells the figures of a second.
-pub(crate) fn tell_second(statistics: Statistics) {
+/// The figures of the latest second, for [`Message::Second`].
+pub(crate) fn keep_second(statistics: Statistics) {
     SECOND.lock(|latest| latest.set(statistics));
-    tell(Message::Second);
 }
 
 /// Hands a message over, if there is room. Never waits.
@@ -88,8 +87,8 @@ pub(crate) fn run() -> ! {
                 write(&message);
             }
         }
-        // An interrupt since the last look ends this at once.
-        cortex_m::asm::wfe();
+        // What an interrupt tells in between waits for the next one, a cycle at most.
+        cortex_m::asm::wfi();
     }
 }
 
@@ -119,7 +118,7 @@ fn write(message: &Message) {
         Message::MotionEnds => {
             defmt::info!("the motion has ended at {} counts", COUNTS.lock(Cell::get));
         }
-        Message::Second => SECOND.lock(Cell::get).write(),
+        Message::Second(part) => SECOND.lock(Cell::get).write(*part),
     }
 }
 

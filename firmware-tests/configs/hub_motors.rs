@@ -12,6 +12,10 @@ use zlac8030l::NodeId;
 /// The family of the drives.
 pub(crate) type Drives = Zlac;
 
+/// No homing before the motion: wheels have no reference.
+#[cfg(target_os = "none")]
+pub(crate) type Homing = crate::home::Nothing;
+
 /// Number of wheels.
 pub(crate) const AXES: usize = 2;
 /// The wheels move and stop together.

@@ -6,6 +6,8 @@ use dyn_can::{DriveId, GearNumber, StepLimit};
 use trajectory::curve::{Keyframe, KeyframeMotion};
 
 pub(crate) type Drives = Dyn;
+#[cfg(target_os = "none")]
+pub(crate) type Homing = crate::home::Nothing;
 
 pub(crate) const AXES: usize = number(env!("FIRMWARE_TEST_AXES"));
 pub(crate) const GROUP: GroupId = GroupId(0);

@@ -29,6 +29,8 @@ pub enum Contact {
     Enable,
     /// The run switch.
     Run,
+    /// The switch of a homing, on the pin that `configs/homing.rs` names.
+    Homing,
 }
 
 impl Contact {
@@ -37,6 +39,7 @@ impl Contact {
             Self::Stop => Pin::new('C', 0),
             Self::Enable => Pin::new('C', 1),
             Self::Run => Pin::new('C', 2),
+            Self::Homing => Pin::new('C', 3),
         }
     }
 }

@@ -7,6 +7,7 @@
 //! Nothing here is meant to make sense as a program, and the images are never run.
 #![no_std]
 
+pub mod board_link;
 pub mod codec;
 pub mod commissioning;
 mod fake_can;

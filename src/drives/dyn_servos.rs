@@ -22,6 +22,26 @@ impl Board for Dyn {
         [PollKind::Status, PollKind::Position].map(|poll| feedback.polled_at(poll))
     }
 
+    fn readings(axis: &AxisConfig, snapshot: &AxisSnapshot) -> homing::Inputs {
+        let at = |at: Instant| at.as_us();
+        let read = &snapshot.feedback;
+        let position = read.position.and_then(|position| {
+            Some(homing::Reading {
+                value: axis.read_back.to_command_counts(position.value)?,
+                at_us: at(position.at),
+            })
+        });
+        homing::Inputs {
+            sent_counts: snapshot.sent_counts,
+            position,
+            torque_permille: read.torque.map(|torque| homing::Reading {
+                value: torque.value.permille_of_peak(),
+                at_us: at(torque.at),
+            }),
+            switch: None,
+        }
+    }
+
     fn is_bus_error(kind: &EventKind) -> bool {
         matches!(kind, EventKind::BusError(_))
     }

@@ -28,6 +28,17 @@ pub(crate) trait Board: Family<Frame = DataFrame> {
     /// When the latest status and the latest position were read.
     fn read_at(snapshot: &Self::Snapshot) -> [Option<Instant>; 2];
 
+    /// What a homing needs to know of an axis, without its switch; a family that does not home tells no reading.
+    fn readings(axis: &Self::AxisConfig, snapshot: &Self::Snapshot) -> homing::Inputs {
+        let _ = axis;
+        homing::Inputs {
+            sent_counts: Self::target(snapshot),
+            position: None,
+            torque_permille: None,
+            switch: None,
+        }
+    }
+
     /// An error on the bus: without a drive that acknowledges, every frame is one.
     fn is_bus_error(kind: &Self::EventKind) -> bool;
 

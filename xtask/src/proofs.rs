@@ -38,6 +38,7 @@ const IMAGES: [&str; 15] = [
     "wheels",
     "path",
     "trajectory",
+    "board-link",
     ONE_AXIS,
     "text",
 ];

@@ -64,14 +64,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
             None
         } else {
             self.check_time(time)?;
-            let rates = self.check_motion(time, positions)?;
-            if self.is_too_fast_for(&rates) {
-                self.give_up_waiting();
-                self.check_open(time)?;
-                Some(self.check_motion(time, positions)?)
-            } else {
-                Some(rates)
-            }
+            Some(self.check_motion(time, positions)?)
         };
         self.add(time, positions, rates)
     }
@@ -176,17 +169,6 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
             before: has_before.then_some(of_one(before)),
             last: of_one(to_last),
         })
-    }
-
-    /// Whether the motion cannot slow down any more to what may become its end behind the last set-point: what comes now is too late to
-    /// go on without coming to rest there.
-    fn is_too_fast_for(&self, rates: &Rates) -> bool {
-        let last = self.knots.back();
-        let Some(last) = last.filter(|last| self.phase == Phase::Moving && !last.rests) else {
-            return false;
-        };
-        let left = last.time.since(self.time).cycles();
-        self.rate.way_down_to(rates.last) > left
     }
 
     /// The point before the last one, when the curve between them is not complete yet.

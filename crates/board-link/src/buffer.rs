@@ -175,6 +175,12 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
         self.last_time().unwrap_or(self.time).since(self.time)
     }
 
+    /// Whether set-points are taken: no end was announced or ordered, and they have not run out for good.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        !(self.is_ended || self.is_late || self.is_stopping)
+    }
+
     /// So many set-points more fit.
     #[must_use]
     pub fn free(&self) -> usize {
@@ -184,7 +190,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
     /// So many set-points the sender may send now: what fits, and what keeps [`Config::ahead`] buffered.
     #[must_use]
     pub fn credit(&self) -> usize {
-        if self.is_ended || self.is_late || self.is_stopping {
+        if !self.is_open() {
             return 0;
         }
         let (Some(first), Some(last)) = (self.knots.front(), self.knots.back()) else {

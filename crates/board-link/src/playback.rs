@@ -157,7 +157,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
     }
 
     /// Nothing has come behind the last set-point in time, so the axes come to rest there.
-    pub(crate) fn give_up_waiting(&mut self) {
+    fn give_up_waiting(&mut self) {
         let (before, rate) = (self.last_place().saturating_sub(1), self.last_rate);
         if self.knots.back().is_none_or(|last| last.rests) {
             return;

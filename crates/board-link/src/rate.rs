@@ -123,7 +123,8 @@ mod tests {
                 rate.advance(goal);
                 let change = rate.rate - before;
                 assert!(change.abs() <= (ramp * ONE as f32) as i64 + 1);
-                assert!((change - change_before).abs() <= 2 * rate.unit, "{change} {change_before}");
+                let most = (ramp * share * ONE as f32) as i64 + 1;
+                assert!((change - change_before).abs() <= most, "{change} {change_before}");
                 assert!((0..=highest).contains(&rate.rate));
                 (before, change_before) = (rate.rate, change);
             };

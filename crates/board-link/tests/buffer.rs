@@ -168,6 +168,20 @@ fn whole_counts_in_every_cycle_are_no_acceleration() {
 }
 
 #[test]
+fn an_acceleration_that_lasts_is_no_rounding() {
+    // 1.4 counts per cycle² of 1.0, in whole counts, each cycle: between two of them rounding could be as much.
+    let mut buffer = buffer(CONFIG);
+    let taken = (0..70).find_map(|cycle: i32| {
+        let way = 7 * cycle * cycle / 10;
+        push(&mut buffer, cycle as u32, [1_000 + way, -500]).err()
+    });
+    assert!(
+        matches!(taken, Some(Refusal::Acceleration { axis: 0, expected, actual }) if expected < 1.01 && actual > 1.3),
+        "{taken:?}"
+    );
+}
+
+#[test]
 fn when_nothing_comes_the_axes_come_to_rest_at_the_last_set_point() {
     for (config, end) in [(CONFIG, Phase::DriedUp), (WAITING, Phase::Dry)] {
         let mut buffer = buffer(config);

@@ -48,8 +48,8 @@ pub mod facts {
 pub mod family {
     pub use crate::core::family::{
         CommonFault, Context, CycleConfig, CycleUs, Drive, Family, FaultKind, FaultOf, FrameOf,
-        Meaning, OutOfTravel, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned, Unplanned,
-        View, Wanted,
+        Meaning, OutOfTravel, Outlook, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned,
+        Unplanned, View, Wanted,
     };
     pub use crate::core::placement::{BehindFrames, RequestPlacement};
     pub use crate::core::targets::{AbsoluteLedger, ValueKind, ValueLimits};

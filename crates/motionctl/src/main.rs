@@ -7,8 +7,10 @@
 mod assign_id;
 mod backup;
 mod bench;
+mod check;
 mod completions;
 mod confirm;
+mod control;
 mod counted;
 mod decode;
 mod disable;
@@ -16,7 +18,9 @@ mod drive_ids;
 mod drives;
 mod dry_run;
 mod enable;
+mod endpoint;
 mod exit;
+mod home;
 mod hub;
 mod interrupt;
 mod jog;
@@ -25,6 +29,7 @@ mod limits;
 mod link;
 mod monitor;
 mod origin;
+mod origins;
 mod output;
 #[cfg(test)]
 mod plain_words;
@@ -43,8 +48,11 @@ mod settings_file;
 mod side_effect;
 mod sim;
 mod station;
+mod stream;
 mod table;
 mod trajectory;
+mod tune;
+mod twist;
 mod virtual_drives;
 mod write;
 
@@ -73,6 +81,8 @@ enum Command {
     Decode(decode::Arguments),
     /// Offer simulated drives behind a CAN adapter, in real time, to this tool or any other.
     Bench(bench::Arguments),
+    /// Show what a motion file would do, against limits and bus, without drives.
+    Check(Box<check::Arguments>),
     /// Work out before anything moves whether a bus carries its axes in time.
     Plan(Box<plan::Arguments>),
     /// Measure on the simulated bus how many axes it carries, and how regularly.
@@ -93,6 +103,8 @@ enum Command {
     AssignId(assign_id::Arguments),
     /// Show where the zero of a drive is, or make it stand at its zero.
     Origin(origin::Arguments),
+    /// Find where an axis is: at a hard stop, at a switch, or where it stands.
+    Home(Box<home::Arguments>),
     /// Clear the alarm and the position of a drive.
     Reset(reset::Arguments),
     /// Find out the byte order of a drive, without moving it.
@@ -103,6 +115,8 @@ enum Command {
     Disable(disable::Arguments),
     /// Turn one motor a little, slowly.
     Jog(jog::Arguments),
+    /// Measure how an axis answers to steps, for up to three sets of gains side by side.
+    Tune(Box<tune::Arguments>),
     /// Show the state of drives again and again.
     Monitor(monitor::Arguments),
     /// Print a script that completes this command line in a shell.
@@ -136,6 +150,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
     match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
+        Command::Check(arguments) => check::run(arguments).map_err(Into::into),
         Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
         Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),
@@ -147,11 +162,13 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Restore(arguments) => restore::run(arguments).map_err(Failure::coded),
         Command::AssignId(arguments) => assign_id::run(arguments).map_err(Failure::coded),
         Command::Origin(arguments) => origin::run(arguments).map_err(Failure::coded),
+        Command::Home(arguments) => home::run(arguments).map_err(Failure::coded),
         Command::Reset(arguments) => reset::run(arguments).map_err(Failure::coded),
         Command::Probe(arguments) => probe::run(arguments).map_err(Failure::coded),
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
+        Command::Tune(arguments) => tune::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)

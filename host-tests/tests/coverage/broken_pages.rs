@@ -191,7 +191,7 @@ fn a_name_that_does_not_exist_is_named() {
         (
             "an item of the wrong crate",
             with(&page, master, "`dyn_can::Request::SetOrigin`"),
-            "expected an item of bus_plan, bus_user, can_motion, dyn_commission in this column",
+            "expected an item of bus_plan, bus_user, can_motion, dyn_commission, homing in this column",
         ),
         (
             "an item that cannot be used from outside",

@@ -2,6 +2,7 @@
 
 use bus_user::Instant;
 
+use crate::core::calendar::Due;
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::facts::{Facts, Knowledge, Motion, Power, Work};
 use crate::core::family::{CommonFault, Context, Drive, Family, View};
@@ -50,8 +51,10 @@ pub(crate) struct Axis<F: Family> {
     pub(crate) switched_at: Stamp,
     /// When the controller accepted the latest frame of a cycle in motion, or motion began.
     pub(crate) sent_at: Stamp,
+    /// When its request is due.
+    pub(crate) asks: Due,
     /// How often the present disable command was repeated.
-    repeated: u32,
+    repeated: u16,
     pub(crate) drive: F::Drive,
 }
 
@@ -66,6 +69,7 @@ impl<F: Family> Axis<F> {
             cause: None,
             switched_at: Stamp::default(),
             sent_at: Stamp::default(),
+            asks: Due::NEW,
             repeated: 0,
             drive,
         }
@@ -90,6 +94,12 @@ impl<F: Family> Axis<F> {
             .snapshot(now, self.state(), &self.view.facts, self.fault())
     }
 
+    /// Works out anew when its request is due.
+    pub(crate) fn look_ahead(&mut self, now: Instant, cycle: u32) {
+        let outlook = self.drive.outlook(&self.view, now, cycle);
+        self.asks = Due::new(outlook, now, cycle);
+    }
+
     /// As [`Stamp::keep`], for all that the axis has.
     pub(crate) fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
         self.view.since.keep(now, is_long_ago);
@@ -101,10 +111,7 @@ impl<F: Family> Axis<F> {
     /// Lets a cycle pass in which the axis only streams; false, with nothing done, when there is more to do.
     #[inline]
     pub(crate) fn streams_on(&mut self, now: Instant, stuck_us: u32) -> bool {
-        let facts = &self.view.facts;
-        facts.motion == Motion::Stream
-            && facts.power == Power::On
-            && facts.knowledge == Knowledge::Anchored
+        self.view.facts.streams()
             && !self.sent_at.has_lasted(now, stuck_us)
             && self.drive.streams_on(now)
     }
@@ -220,7 +227,7 @@ impl<F: Family> Axis<F> {
                 self.repeated = self.repeated.saturating_add(1);
                 if self.repeated.is_power_of_two() {
                     log.push(CommonEvent::DisableUnconfirmed {
-                        repeated: self.repeated,
+                        repeated: self.repeated.into(),
                     });
                 }
             }

@@ -60,6 +60,7 @@ impl Class {
 /// Whether a frame of this class may be handed to the controller. Asked for every frame, every time, at the single place where frames
 /// are offered.
 #[must_use]
+#[inline]
 pub const fn may_leave(class: Class, facts: &Facts) -> bool {
     let is_at_rest = matches!(facts.motion, Motion::Rest);
     let is_wanted = !matches!(facts.goal, Goal::Off);
@@ -67,12 +68,7 @@ pub const fn may_leave(class: Class, facts: &Facts) -> bool {
     let is_off_for_good = matches!(facts.power, Power::Off) && !is_wanted;
     match class {
         Class::Reading | Class::Poll => true,
-        Class::SetPoint => {
-            !is_at_rest
-                && matches!(facts.power, Power::On)
-                && matches!(facts.knowledge, Knowledge::Anchored)
-                && matches!(facts.brake, Brake::Absent | Brake::Open)
-        }
+        Class::SetPoint => !is_at_rest && facts.can_move(),
         // A drive that may have been enabled by somebody else is not touched.
         Class::StopFrame => is_at_rest && !matches!(facts.power, Power::Unclear | Power::FoundOn),
         Class::SwitchOn => {

@@ -135,14 +135,16 @@ pub enum Brake {
     missing_docs,
     reason = "each field has the name of its type, which is documented"
 )]
+// The first four are read as one word: see `word`.
+#[repr(C)]
 pub struct Facts {
     pub knowledge: Knowledge,
     pub power: Power,
     pub motion: Motion,
+    pub brake: Brake,
     pub goal: Goal,
     pub latch: Latch,
     pub work: Work,
-    pub brake: Brake,
 }
 
 impl Facts {
@@ -158,6 +160,45 @@ impl Facts {
             work: Work::None,
             brake,
         }
+    }
+
+    /// Knowledge, power, motion and brake, lowest byte first: what is asked for each set-point, compared at once.
+    #[inline]
+    const fn word(&self) -> u32 {
+        u32::from_le_bytes([
+            self.knowledge as u8,
+            self.power as u8,
+            self.motion as u8,
+            self.brake as u8,
+        ])
+    }
+
+    /// Whether a drive with these may be moved: it has power and its anchor, and no brake holds it.
+    #[inline]
+    pub(crate) const fn can_move(&self) -> bool {
+        const MASK: u32 = 0xFF << 24 | 0xFFFF;
+        const FREE: u32 = Facts::word_of(Motion::Rest, Brake::Absent);
+        const OPEN: u32 = Facts::word_of(Motion::Rest, Brake::Open);
+        matches!(self.word() & MASK, FREE | OPEN)
+    }
+
+    /// Whether the set-points of the application may go out.
+    #[inline]
+    pub(crate) const fn streams(&self) -> bool {
+        const FREE: u32 = Facts::word_of(Motion::Stream, Brake::Absent);
+        const OPEN: u32 = Facts::word_of(Motion::Stream, Brake::Open);
+        matches!(self.word(), FREE | OPEN)
+    }
+
+    /// The word of an axis with power and anchor.
+    const fn word_of(motion: Motion, brake: Brake) -> u32 {
+        let facts = Self {
+            knowledge: Knowledge::Anchored,
+            power: Power::On,
+            motion,
+            ..Self::start(brake)
+        };
+        facts.word()
     }
 
     /// Whether set-points go out.
@@ -212,6 +253,51 @@ impl Facts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_read_as_one_word_is_what_the_facts_say() {
+        let brakes = [Brake::Absent, Brake::Unclear, Brake::Open, Brake::Closed];
+        let motions = [Motion::Rest, Motion::Ramp, Motion::Stream];
+        let knowledges = [
+            Knowledge::Unknown,
+            Knowledge::Checked,
+            Knowledge::Standing,
+            Knowledge::Anchored,
+        ];
+        let powers = [
+            Power::Unclear,
+            Power::OnUnconfirmed,
+            Power::Off,
+            Power::OnWanted,
+            Power::OnSent,
+            Power::On,
+            Power::FoundOn,
+            Power::OffWanted,
+            Power::OffSent,
+        ];
+        for (brake, motion) in brakes
+            .iter()
+            .flat_map(|brake| motions.map(|motion| (*brake, motion)))
+        {
+            for (knowledge, power) in knowledges
+                .iter()
+                .flat_map(|known| powers.map(|power| (*known, power)))
+            {
+                let facts = Facts {
+                    knowledge,
+                    power,
+                    motion,
+                    ..Facts::start(brake)
+                };
+                let can_move = knowledge == Knowledge::Anchored
+                    && power == Power::On
+                    && matches!(brake, Brake::Absent | Brake::Open);
+                assert_eq!(facts.can_move(), can_move, "{facts:?}");
+                let streams = can_move && motion == Motion::Stream;
+                assert_eq!(facts.streams(), streams, "{facts:?}");
+            }
+        }
+    }
 
     #[test]
     fn power_that_is_unclear_or_being_switched_is_awaited() {

@@ -300,6 +300,36 @@ impl<R> Wanted<R> {
     }
 }
 
+/// When the request to send next is due.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outlook {
+    /// For how many cycles it has been due: [`Wanted::overdue_cycles`]; `None` when there is none.
+    pub overdue_cycles: Option<i32>,
+    /// For so many microseconds it stays the same but for one cycle more in each, as long as nothing happens to the axis: no frame of its
+    /// drive comes in or back, none of its requests goes out, none of its facts changes, [`Drive::tick`] is not called.
+    pub for_us: u32,
+}
+
+impl Outlook {
+    /// True for the present cycle.
+    #[must_use]
+    pub const fn now(overdue_cycles: Option<i32>) -> Self {
+        Self {
+            overdue_cycles,
+            for_us: 0,
+        }
+    }
+
+    /// True until something happens.
+    #[must_use]
+    pub const fn ever(overdue_cycles: Option<i32>) -> Self {
+        Self {
+            overdue_cycles,
+            for_us: u32::MAX,
+        }
+    }
+}
+
 /// The report of a drive about its power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PowerReport {
@@ -487,10 +517,10 @@ pub trait Drive {
     }
     /// The frame that switches the drive; `None` where the frame of a cycle does that.
     fn switch(&self, on: bool) -> Option<FrameOf<Self>>;
-    /// For how many cycles the request to send next has been due: [`Wanted::overdue_cycles`] of [`Self::wanted`].
-    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+    /// When the request to send next is due, and for how long that stays so. By default it is asked in every cycle.
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let wanted = self.wanted(view, now, cycle);
-        wanted.map(|wanted| wanted.overdue_cycles)
+        Outlook::now(wanted.map(|wanted| wanted.overdue_cycles))
     }
     /// The request to send next.
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<RequestOf<Self>>>;

@@ -119,14 +119,16 @@ impl<const N: usize, F: Family> Master<N, F> {
         if self.full_since.is_some() {
             self.watch_bus(now, stuck_us);
         }
-        let streaming = self.axes.stream_on(now, stuck_us);
+        let matters = self.schedule.needs_requests();
+        let streaming = self.axes.stream_on(now, stuck_us, matters);
         self.axes.due = streaming;
         if streaming.count_ones() as usize != self.axes.len() {
             self.tick_others(now, streaming);
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
-        self.schedule.begin_cycle(now, cycle, requests, &self.axes);
+        self.schedule
+            .begin_cycle(now, cycle, requests, &mut self.axes);
     }
 
     /// Lets no stamp of an axis grow so old that it looks young.

@@ -1,6 +1,7 @@
 //! The core: facts, the one step that changes them, the one exit, groups, and the schedule. No protocol, no time of its own.
 
 mod axis;
+mod calendar;
 pub(crate) mod command;
 pub(crate) mod counts;
 pub(crate) mod event;

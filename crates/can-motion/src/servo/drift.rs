@@ -18,18 +18,17 @@ const LAG_CYCLES: u32 = 64;
 /// What was sent lately, to compare a position with the time in which it was read.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct DriftWatch {
-    /// Sent position when the present cycle began, in command counts.
-    cycle_counts: i32,
     /// Smallest and largest sent position since a position was asked for.
     window: (i32, i32),
     /// Error of the reading before, in command counts.
     error_before: i32,
     moved_at: Stamp,
-    /// Largest step in either direction since the reading before the last.
+    /// Largest steps forward and backward lately: they go into the others when these are needed.
+    lately: [i16; 2],
+    /// Largest step in either direction before the reading before, and since.
     peak: [i16; 2],
-    /// Largest steps in each direction since the position was last confirmed at standstill.
-    forward: i16,
-    backward: i16,
+    /// Largest steps forward and backward since the position was last confirmed at standstill.
+    moved: [i16; 2],
     /// A position was asked for: the window counts.
     is_asked: bool,
     /// There was a reading before.
@@ -38,44 +37,51 @@ pub(crate) struct DriftWatch {
 
 impl DriftWatch {
     /// The position is known to be `counts`.
-    pub(crate) fn anchor(&mut self, counts: i32, now: Instant) {
+    pub(crate) fn anchor(&mut self, now: Instant) {
         *self = Self {
-            cycle_counts: counts,
             moved_at: Stamp::of(now),
             ..Self::default()
         };
     }
 
-    /// A cycle begins with this sent position.
-    pub(crate) fn begin_cycle(&mut self, sent_counts: i32) {
-        self.cycle_counts = sent_counts;
-        self.widen(sent_counts);
-    }
-
-    /// A position is asked for. The drive may look at its shaft at any moment from now on until its reply comes; the cycle before counts
-    /// as well, because its set-point may still be on its way.
-    pub(crate) fn asked(&mut self, sent_counts: i32) {
-        let before = self.cycle_counts;
+    /// A position is asked for, when the set-points have taken the axis to `sent_counts`, the latest of them from `before`. The drive may
+    /// look at its shaft at any moment from now on until its reply comes; the latest set-point may still be on its way.
+    pub(crate) fn asked(&mut self, sent_counts: i32, before: i32) {
         self.window = (sent_counts.min(before), sent_counts.max(before));
         self.is_asked = true;
     }
 
+    /// The set-points have taken the axis here.
     #[inline]
-    fn widen(&mut self, sent_counts: i32) {
+    pub(crate) fn widen(&mut self, sent_counts: i32) {
         let (low, high) = self.window;
         self.window = (sent_counts.min(low), sent_counts.max(high));
     }
 
     /// A set-point went out.
+    #[inline]
     pub(crate) fn stepped(&mut self, step_counts: i16, sent_counts: i32, now: Instant) {
-        self.widen(sent_counts);
         if step_counts != 0 {
+            if self.is_asked {
+                self.widen(sent_counts);
+            }
             self.moved_at = Stamp::of(now);
-            self.forward = self.forward.max(step_counts);
-            self.backward = self.backward.min(step_counts);
-            let [_, latest] = &mut self.peak;
-            *latest = (*latest).max(step_counts.saturating_abs());
+            let [forward, backward] = &mut self.lately;
+            if step_counts > 0 {
+                *forward = step_counts.max(*forward);
+            } else {
+                *backward = step_counts.min(*backward);
+            }
         }
+    }
+
+    /// What happened lately, where it is needed.
+    fn note_lately(&mut self) {
+        let [forward, backward] = core::mem::take(&mut self.lately);
+        let [most_forward, most_backward] = self.moved;
+        self.moved = [forward.max(most_forward), backward.min(most_backward)];
+        let [_, latest] = &mut self.peak;
+        *latest = forward.max(backward.saturating_abs()).max(*latest);
     }
 
     /// Judges a position that came in reply to the latest request.
@@ -89,6 +95,7 @@ impl DriftWatch {
         if !core::mem::take(&mut self.is_asked) {
             return None;
         }
+        self.note_lately();
         let (low, high) = self.window;
         // One of the two is 0. No travel reaches where this saturates.
         let (below, above) = (
@@ -111,7 +118,7 @@ impl DriftWatch {
                 cause: self.cause(counts, limits.drift_tolerance_counts),
             });
         }
-        (self.forward, self.backward) = (0, 0);
+        self.moved = [0; 2];
         None
     }
 
@@ -145,10 +152,11 @@ impl DriftWatch {
         let reaches = |step: i16| {
             step != 0 && magnitude <= tolerance.saturating_add(step.unsigned_abs().into())
         };
+        let [forward, backward] = self.moved.map(reaches);
         let (ahead, behind) = if counts > 0 {
-            (reaches(self.forward), reaches(self.backward))
+            (forward, backward)
         } else {
-            (reaches(self.backward), reaches(self.forward))
+            (backward, forward)
         };
         match (ahead, behind) {
             (true, true) => DriftCause::OneStepLostOrRepeated,
@@ -171,15 +179,13 @@ mod tests {
     /// An axis that moved 10 steps of 30 counts, one a millisecond, in this direction; a position is asked for at the end.
     fn after_motion(sign: i16) -> DriftWatch {
         let mut watch = DriftWatch::default();
-        watch.anchor(0, Instant::default());
+        watch.anchor(Instant::default());
         for cycle in 0..10 {
             let sent = i32::from(sign) * 30 * cycle;
-            watch.begin_cycle(sent);
             let at = Instant::from_us(cycle as u64 * 1_000);
             watch.stepped(30 * sign, sent + i32::from(30 * sign), at);
         }
-        watch.begin_cycle(300 * i32::from(sign));
-        watch.asked(300 * i32::from(sign));
+        watch.asked(300 * i32::from(sign), 300 * i32::from(sign));
         watch
     }
 
@@ -191,7 +197,7 @@ mod tests {
     fn a_lagging_drive_is_no_drift() {
         let mut watch = after_motion(1);
         assert_eq!(judge(&mut watch, 200, 11_000), None);
-        watch.asked(300);
+        watch.asked(300, 300);
         assert_eq!(judge(&mut watch, 300, 200_000), None);
     }
 
@@ -203,10 +209,10 @@ mod tests {
             ..LIMITS
         };
         let mut watch = DriftWatch::default();
-        watch.anchor(0, Instant::default());
-        watch.asked(0);
+        watch.anchor(Instant::default());
+        watch.asked(0, 0);
         for cycle in 0..1_000 {
-            watch.begin_cycle(cycle * 30);
+            watch.widen(cycle * 30);
         }
         let mut other = watch;
         let now = Instant::from_us(1_000_000);
@@ -246,7 +252,7 @@ mod tests {
         for jump in [-2_500, 2_500] {
             let mut watch = after_motion(1);
             assert_eq!(judge(&mut watch, 300, 11_000), None);
-            watch.asked(300);
+            watch.asked(300, 300);
             let fault = Fault::PositionJump { counts: jump };
             assert_eq!(judge(&mut watch, 300 + jump, 12_000), Some(fault));
         }
@@ -264,7 +270,7 @@ mod tests {
                     None,
                     "{position}"
                 );
-                watch.asked(sign * 300);
+                watch.asked(sign * 300, sign * 300);
             }
         }
     }

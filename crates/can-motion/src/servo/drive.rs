@@ -8,7 +8,7 @@ use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_
 use crate::core::event::EventLog;
 use crate::core::facts::{Facts, Work};
 use crate::core::family::{
-    Context, Drive, GroupId, Meaning, OutOfTravel, Reaction, Returned, View, Wanted,
+    Context, Drive, GroupId, Meaning, OutOfTravel, Outlook, Reaction, Returned, View, Wanted,
 };
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
@@ -19,6 +19,7 @@ use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
+use crate::servo::frames::Ask;
 use crate::servo::latest::Latest;
 use crate::servo::ledger::Ledger;
 use crate::servo::poll_kind::PollKind;
@@ -67,7 +68,7 @@ impl Servo {
         let mut servo = Self {
             config: Settings::of(axis),
             dialect: axis.initial_dialect(),
-            ledger: Ledger::default(),
+            ledger: Ledger::NEW,
             drift: DriftWatch::default(),
             feedback: Latest::NONE,
             counters: Counters::default(),
@@ -151,7 +152,7 @@ impl Drive for Servo {
     fn anchor(&mut self, now: Instant) -> Result<(), Fault> {
         let counts = self.located()?;
         self.ledger.anchor(counts);
-        self.drift.anchor(counts, now);
+        self.drift.anchor(now);
         Ok(())
     }
 
@@ -191,6 +192,7 @@ impl Drive for Servo {
         Ok(go_relative_pos_pd(self.config.drive, step, order))
     }
 
+    #[inline]
     fn cycle_frame_accepted(&mut self, now: Instant) {
         let step = self.ledger.accepted();
         self.drift.stepped(step, self.ledger.sent_counts(), now);
@@ -200,8 +202,12 @@ impl Drive for Servo {
     /// Without the stuff bits of the checksum.
     #[inline]
     fn cycle_frame_bits(&self) -> u8 {
-        let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
-        set_point_bits(step.get())
+        let backlog = self.ledger.backlog_counts();
+        match u8::try_from(backlog.wrapping_add(128)) {
+            // One of these beyond the largest step takes as many bits, about.
+            Ok(place) => *BYTE_STEP_BITS.get(usize::from(place)).unwrap_or(&0),
+            Err(_) => set_point_bits(PdStep::toward(backlog, self.config.limits.max_step).get()),
+        }
     }
 
     fn poll_bits(&self) -> u8 {
@@ -219,9 +225,21 @@ impl Drive for Servo {
         self.frame_of(Request::ServoDisable(switch))
     }
 
-    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let ask = self.next_ask(view, now, cycle);
-        ask.map(|(_, overdue_cycles)| overdue_cycles)
+        let overdue_cycles = ask.map(|(_, overdue_cycles)| overdue_cycles);
+        match ask {
+            // Only polls take their time; what else is asked may change at any time.
+            Some((Ask::Poll(_), _)) => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            None if self.slot.is_free() && self.polls.first().is_none() => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            _ => Outlook::now(overdue_cycles),
+        }
     }
 
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
@@ -271,17 +289,11 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        let is_quiet =
-            self.procedures.run().is_none() && !self.is_far_behind() && self.slot.pass(now);
-        if is_quiet {
-            self.drift.begin_cycle(self.ledger.sent_counts());
-        }
-        is_quiet
+        self.procedures.run().is_none() && !self.is_far_behind() && self.slot.pass(now)
     }
 
     fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         self.ledger.begin_cycle();
-        self.drift.begin_cycle(self.ledger.sent_counts());
         let mut meaning = self.expire(context);
         let view = context.view;
         let power_on_us = context.config.timeouts.power_on_us;
@@ -335,16 +347,26 @@ impl Drive for Servo {
     }
 }
 
+/// [`set_point_bits`] of the steps of one byte, from -128 on.
+static BYTE_STEP_BITS: [u8; 256] = {
+    let mut table = [0; 256];
+    let (mut rest, mut step) = (table.as_mut_slice(), -128);
+    while let Some((bits, others)) = rest.split_first_mut() {
+        *bits = set_point_bits(step);
+        (rest, step) = (others, step + 1);
+    }
+    table
+};
+
 /// Length of a set-point behind its identifier, with the stuff bits of its data: what changes from one to the next, without the checksum.
-#[inline]
-fn set_point_bits(step: i16) -> u8 {
+const fn set_point_bits(step: i16) -> u8 {
     // Behind the four bits of the length, on the left.
-    let (field, bits): (u32, u8) = if i16::from(step as i8) == step {
-        (0x1000_0000 | u32::from(step as u8) << 20, 12)
+    let (field, bits): (u32, u8) = if (step as i8) as i16 == step {
+        (0x1000_0000 | (step as u8 as u32) << 20, 12)
     } else {
-        (0x2000_0000 | u32::from(step as u16) << 12, 20)
+        (0x2000_0000 | (step as u16 as u32) << 12, 20)
     };
-    let equal = !(field ^ field << 1) & (!0_u32 << (33 - u32::from(bits)));
+    let equal = !(field ^ field << 1) & (!0_u32 << (33 - bits as u32));
     let mut fives = equal & equal << 1 & equal << 2 & equal << 3;
     let mut length = bits;
     while fives != 0 {

@@ -73,6 +73,30 @@ impl Servo {
         Some((Ask::Poll(poll.kind.reply_kind()), poll.overdue))
     }
 
+    /// For how long the guard asks nothing.
+    pub(super) fn unguarded_us(&self, view: &View, now: Instant) -> u32 {
+        if !self.is_guarded(view) {
+            return u32::MAX;
+        }
+        let now_us = now.as_us() as u32;
+        let age_us = self.guarded_at.age_us(now);
+        let urgent_us = GUARD_URGENT_US.saturating_sub(age_us);
+        let windows = self.own_window().wrapping_sub(now_us / GUARD_WINDOW_US) % GUARD_WINDOWS;
+        let own_us = match windows {
+            0 => GUARD_WINDOW_US.saturating_sub(age_us),
+            windows => windows * GUARD_WINDOW_US - now_us % GUARD_WINDOW_US,
+        };
+        own_us.min(urgent_us)
+    }
+
+    fn is_guarded(&self, view: &View) -> bool {
+        view.facts.power == Power::On && !self.config.unwatched
+    }
+
+    fn own_window(&self) -> u32 {
+        u32::from(self.config.drive.get()) % GUARD_WINDOWS
+    }
+
     /// The request that asks it, and what that is for.
     pub(super) fn request_for(&self, ask: Ask, view: &View) -> Option<(Class, Request)> {
         Some(match ask {
@@ -91,8 +115,7 @@ impl Servo {
     /// By how many cycles the reading of the configuration of a drive with power is due again: somebody else may have changed its mode.
     /// Request and reply are as long as those of the status, so the plan of the bus knows them.
     fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
-        let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        if !is_on {
+        if !self.is_guarded(view) {
             return None;
         }
         // The lower half of the time is enough: windows and their places are powers of two.
@@ -102,7 +125,7 @@ impl Servo {
             return Some(Wanted::<Request>::URGENT);
         }
         let window = now_us / GUARD_WINDOW_US;
-        let is_turn = window % GUARD_WINDOWS == u32::from(self.config.drive.get()) % GUARD_WINDOWS;
+        let is_turn = window % GUARD_WINDOWS == self.own_window();
         if !is_turn || age_us < GUARD_WINDOW_US {
             return None;
         }
@@ -167,7 +190,8 @@ impl Servo {
         if let Some(kind) = request.reply_kind() {
             self.slot.ask(kind, now, timeouts.reply_us);
             if kind == ReplyKind::Position {
-                self.drift.asked(self.ledger.sent_counts());
+                let sent = self.ledger.sent_counts();
+                self.drift.asked(sent, self.ledger.sent_before());
             }
             if let Some(poll) = PollKind::of_reply(kind) {
                 self.polls.asked(poll, context.cycle);
@@ -190,6 +214,7 @@ impl Servo {
         match request {
             Request::GoRelativePosPd(step) => {
                 self.ledger.returned(step);
+                self.drift.widen(self.ledger.sent_counts());
                 if !context.view.facts.moves() {
                     self.ledger.end_motion();
                 }

@@ -33,6 +33,18 @@ pub(crate) struct DuePoll {
     pub(crate) overdue: i32,
 }
 
+/// Cycles since a date; below 0 it is still to come.
+#[inline]
+const fn overdue(next: u32, period: u32, cycle: u32) -> i32 {
+    let since = cycle.wrapping_sub(next).cast_signed();
+    // A date is never more than a period ahead: what looks so was passed longer ago than the count of cycles reaches.
+    if since < 0 && since.unsigned_abs() > period {
+        i32::MAX - 1
+    } else {
+        since
+    }
+}
+
 impl PollClock {
     /// First due dates are spread by `rank`, so that axes do not ask all at once.
     pub(crate) fn new(periods: &PollPeriods, cycle_us: u32, rank: u32) -> Self {
@@ -74,13 +86,7 @@ impl PollClock {
     #[inline]
     fn overdue(&self, kind: PollKind, cycle: u32) -> i32 {
         let [next, period] = self.of(kind);
-        let since = cycle.wrapping_sub(next).cast_signed();
-        // A date is never more than a period ahead: what looks so was passed longer ago than the count of cycles reaches.
-        if since < 0 && since.unsigned_abs() > period {
-            i32::MAX - 1
-        } else {
-            since
-        }
+        overdue(next, period, cycle)
     }
 
     /// When it is due, and its period.
@@ -94,12 +100,16 @@ impl PollClock {
     }
 
     fn find_first(&mut self, cycle: u32) {
-        let first = PollKind::ALL
-            .into_iter()
-            .filter(|kind| self.of(*kind)[1] != 0)
-            .map(|kind| (self.overdue(kind, cycle), kind))
-            .reduce(|first, other| if other.0 > first.0 { other } else { first });
-        self.first = first.map(|(_, kind)| kind);
+        let (mut first, mut longest) = (None, i32::MIN);
+        for ((next, period), kind) in self.next.iter().zip(&self.period).zip(PollKind::ALL) {
+            if *period != 0 {
+                let overdue = overdue(*next, (*period).into(), cycle);
+                if overdue > longest {
+                    (first, longest) = (Some(kind), overdue);
+                }
+            }
+        }
+        self.first = first;
     }
 
     /// A request went out: the next one is due a period later, less what this one was late, up to a part of the period. More is

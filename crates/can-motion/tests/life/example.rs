@@ -11,7 +11,9 @@
 mod third_family;
 
 use can_motion::facts::{Brake, Facts};
-use can_motion::family::{CycleConfig, CycleUs, Drive, Family, Plan, ValueLimits, View, Wanted};
+use can_motion::family::{
+    CycleConfig, CycleUs, Drive, Family, Outlook, Plan, ValueLimits, View, Wanted,
+};
 use can_motion::{AxisState, GroupId, Instant, Master, Reaction, Stage};
 use third_family::{SimulatedToy, Toy, ToyAxis, ToyFault, cycle};
 
@@ -112,7 +114,7 @@ fn a_drive_that_says_nothing_of_its_own_has_no_brake_no_rearming_and_no_length()
     );
     assert!(!drive.owes_frame(&view));
     assert_eq!(
-        drive.overdue(&view, Instant::default(), 0),
-        Some(Wanted::<()>::URGENT)
+        drive.outlook(&view, Instant::default(), 0),
+        Outlook::now(Some(Wanted::<()>::URGENT))
     );
 }

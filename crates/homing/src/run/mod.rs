@@ -14,6 +14,9 @@ use ready::Ready;
 use settle::Settling;
 use witness::Witness;
 
+/// So many cycles of the search may wait to be sent.
+const WAITING_CYCLES: f32 = 8.0;
+
 /// What a homing has found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -79,7 +82,7 @@ enum Phase {
 /// The homing of one axis.
 ///
 /// Call [`Self::cycle`] once a cycle while the drive follows set-points, and hand its target on. The homing counts cycles, not time: one
-/// that is late makes the motion slower and no jump.
+/// that is late makes the motion slower and no jump. Where set-points wait to be sent it waits too.
 #[derive(Debug, Clone, Copy)]
 pub struct Homing {
     config: Config,
@@ -118,10 +121,18 @@ impl Homing {
             Phase::Over(Ok(home)) => Progress::Found(home),
             Phase::Over(Err(abort)) => Progress::Failed(abort),
             _ => {
-                self.mover.advance();
+                if !self.is_behind(inputs) {
+                    self.mover.advance();
+                }
                 Progress::Target(self.mover.set_point())
             }
         }
+    }
+
+    /// Whether set-points wait to be sent: the motion waits for them.
+    fn is_behind(&self, inputs: &Inputs) -> bool {
+        let owed = self.mover.set_point().abs_diff(inputs.sent_counts);
+        owed as f32 > WAITING_CYCLES * self.config.search.velocity()
     }
 
     /// Slows the axis down and ends with [`Abort::Cancelled`]; nothing changes where it has ended.

@@ -162,3 +162,19 @@ fn the_edge_of_a_switch_is_found_slowly() {
     assert!(home.found_counts.abs_diff(2_000) <= 3, "{home:?}");
     assert!(home.uncertainty_counts <= 30, "{home:?}");
 }
+
+#[test]
+fn the_motion_waits_for_set_points_that_are_not_sent() {
+    let mut homing = Homing::new(config(Method::HardStop(STOP)), 0).unwrap();
+    let mut plant = Plant::new(0, 4_000);
+    let mut last = 0;
+    for cycle in 0..5_000_u64 {
+        plant.read(cycle * 1_000);
+        // Nothing gets out.
+        let Progress::Target(target) = homing.cycle(cycle * 1_000, &plant.inputs) else {
+            panic!("no end is expected");
+        };
+        last = target;
+    }
+    assert!((48..=54).contains(&last), "{last}");
+}

@@ -130,7 +130,14 @@ impl Witness {
                 actual_permille: push as i16,
             });
         }
-        if push >= most {
+        // A single reading may have caught the jerk of a set-point.
+        let is_over = push >= most;
+        self.overloads = if is_over {
+            self.overloads.saturating_add(is_new)
+        } else {
+            0
+        };
+        if self.overloads >= READINGS {
             return Err(Abort::TorqueWithoutError {
                 limit_permille: stop.most_permille,
                 actual_permille: push as i16,

@@ -3,6 +3,7 @@
 mod adapter;
 mod arguments;
 mod error;
+mod mechanics;
 mod report;
 mod rig;
 mod serial;

@@ -91,6 +91,8 @@ pub(super) enum HubError {
     Taken { node: NodeId },
     /// Not everything that was to be written is.
     Unfinished { error: Box<Self>, is_started: bool },
+    /// A line of a stream could not be used, and the wheels were stopped there.
+    Stream(String),
     /// The file of settings.
     File(String),
     /// The result cannot be written.
@@ -172,7 +174,7 @@ impl fmt::Display for HubError {
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::Interrupted => f.write_str("stopped by the user"),
             Self::NotConfirmed(source) => source.fmt(f),
-            Self::Input(text) | Self::File(text) => f.write_str(text),
+            Self::Input(text) | Self::File(text) | Self::Stream(text) => f.write_str(text),
             Self::NoAnswer { node, address } => write!(
                 f,
                 "node {node} does not answer to a read of {}: check its power, wiring, termination, bit rate and node number, or look with `motionctl scan --drives zlac`",

@@ -23,6 +23,7 @@ mod plan;
 mod read;
 mod reset;
 mod restore;
+mod run;
 mod scan;
 mod settings_file;
 mod speed;
@@ -74,6 +75,8 @@ enum Command {
     Jog(jog::Arguments),
     /// Turn wheels at a speed, for a time.
     Speed(speed::Arguments),
+    /// Run speeds from a file, or twists of a vehicle, on the drives of a real bus.
+    Run(Box<run::Arguments>),
     /// Work out before anything moves whether a bus carries its wheels in time.
     Plan(plan::Arguments),
     /// Switch the power of drives off.
@@ -105,6 +108,7 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
         Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
+        Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
         Command::Plan(arguments) => plan::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),

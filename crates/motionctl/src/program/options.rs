@@ -17,7 +17,7 @@ const MOST_AXES: usize = 3;
 const LETTERS: [char; MOST_AXES] = ['X', 'Y', 'Z'];
 
 /// What to run, and within which limits.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct ProgramOptions {
     /// Program of G-code (docs/paths.md): X, Y and Z are the axes in their order, in millimetres from where the drives stand.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["trajectory", "columns", "time_column", "time_unit", "unit", "decimal_comma", "interpolation"])]

@@ -82,6 +82,30 @@ impl Player {
         self.tool.place()
     }
 
+    pub(crate) fn pause(&mut self) {
+        self.tool.pause();
+    }
+
+    pub(crate) fn resume(&mut self) {
+        self.tool.resume();
+    }
+
+    /// Percent of the feeds.
+    pub(crate) fn set_override(&mut self, percent: u16) {
+        self.tool.set_override(percent);
+    }
+
+    /// Brakes along the path, and gives up the rest of the program.
+    pub(crate) fn stop(&mut self) {
+        self.tool.stop();
+        self.actions.clear();
+        self.has_ended = true;
+    }
+
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.tool.is_at_rest()
+    }
+
     /// The command counts of the next cycle, relative to the start; `None` once the program has ended and the tool stands.
     ///
     /// After an error the path is what was known of it before: it goes on to its end, at rest.

@@ -4,12 +4,16 @@ use can_motion::{Fault, ReadBackScale, TargetError};
 use dyn_can::DriveId;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use std::sync::Arc;
+
 use super::summary::{AxisSummary, Outcome, Summary};
+use super::together::Together;
+use crate::control::Wishes;
 use crate::interrupt;
 use crate::link::LinkFault;
 use crate::output::tell;
+use crate::set_points::{SetPointSource, Step};
 use crate::station::{BringUpError, Station, fault_text, found_on, unconfirmed_warning};
-use crate::trajectory::Plan;
 
 /// Time after the motion for the drives to arrive and to be read once more.
 const SETTLE_US: u64 = 500_000;
@@ -25,6 +29,10 @@ enum Stop {
     /// A target that the master does not take although nothing is wrong with the axis.
     Target(DriveId, TargetError),
     Interrupted,
+    Ordered,
+    RanOut,
+    /// Another bus stopped.
+    Together(String),
     Link(LinkFault),
 }
 
@@ -41,6 +49,11 @@ impl Stop {
                 Outcome::LinkFailed(fault)
             }
             Self::Interrupted | Self::BringUp(BringUpError::Interrupted) => Outcome::Interrupted,
+            Self::Together(reason) => {
+                Outcome::Stopped(format!("stopped with the other bus: {reason}"))
+            }
+            Self::Ordered => Outcome::Ordered,
+            Self::RanOut => Outcome::RanOut,
             Self::Fault(drive, fault) | Self::BringUp(BringUpError::Fault { drive, fault }) => {
                 let text = fault_text(drive, fault);
                 if fault == Fault::Bus {
@@ -65,35 +78,86 @@ pub(super) struct Follow<'link> {
     places: Vec<usize>,
     /// Where each axis stood at the start.
     anchors: Vec<i32>,
+    /// The name of the bus, where there are several.
+    bus: String,
+    together: Option<Arc<Together>>,
+}
+
+impl Drop for Follow<'_> {
+    /// Whatever the reason, a bus that ends ends all: a panic, too.
+    fn drop(&mut self) {
+        if std::thread::panicking()
+            && let Some(together) = &self.together
+        {
+            together.fail(format!("{}: a failure of this program", self.bus));
+        }
+    }
 }
 
 impl<'link> Follow<'link> {
     pub(super) fn new(
         station: Station<'link>,
-        drives: &[DriveId],
-        read_back: Vec<ReadBackScale>,
+        axes: Vec<(DriveId, ReadBackScale)>,
+        bus: String,
+        together: Option<Arc<Together>>,
     ) -> Self {
+        let (drives, read_back): (Vec<DriveId>, Vec<ReadBackScale>) = axes.into_iter().unzip();
         let place = |drive| drives.iter().filter(|&other| other < drive).count();
         Self {
             station,
-            drives: drives.to_vec(),
-            read_back,
             places: drives.iter().map(place).collect(),
             anchors: vec![0; drives.len()],
+            drives,
+            read_back,
+            bus,
+            together,
+        }
+    }
+
+    pub(super) fn axes(&self) -> usize {
+        self.drives.len()
+    }
+
+    /// What it shares with other buses.
+    pub(super) fn together(&self) -> Option<Arc<Together>> {
+        self.together.clone()
+    }
+
+    /// To the user, with the bus where there are several.
+    fn tell(&self, text: &str) {
+        if self.bus.is_empty() {
+            tell(text);
+        } else {
+            tell(format_args!("{}: {text}", self.bus));
         }
     }
 
     /// Enables, moves, disables.
-    pub(super) fn run(mut self, plan: &Plan, show_progress: bool) -> Summary {
+    pub(super) fn run(
+        mut self,
+        source: &mut dyn SetPointSource,
+        wishes: &Wishes,
+        show_progress: bool,
+    ) -> Summary {
+        let mut row = vec![0; source.axes()];
         let moved = self.start_up(show_progress).and_then(|()| {
-            self.follow(plan, show_progress)?;
-            self.settle()
+            let end = self.follow(source, wishes, &mut row, show_progress)?;
+            self.settle()?;
+            match end {
+                Step::Goes | Step::Completed => Ok(()),
+                Step::Stopped => Err(Stop::Ordered),
+                Step::RanOut => Err(Stop::RanOut),
+            }
         });
         let before_end = self.snapshots();
         let moved = moved.map_err(Stop::outcome);
+        if let (Err(outcome), Some(together)) = (&moved, &self.together) {
+            let reason = outcome.reason().unwrap_or_else(|| outcome.to_string());
+            together.fail(format!("{}: {reason}", self.bus));
+        }
         if let Err(Outcome::Stopped(text) | Outcome::StoodStill(text)) = &moved {
             // At once: slowing down and confirming take their time.
-            tell(text);
+            self.tell(text);
         }
         let end = self.station.shut_down();
         let warning = match &end {
@@ -106,7 +170,7 @@ impl<'link> Follow<'link> {
         };
         if let Some(warning) = &warning {
             // Where it is seen whatever becomes of the summary.
-            tell(warning);
+            self.tell(warning);
         }
         let outcome = match (moved, &end) {
             (Err(outcome), _) => outcome,
@@ -119,7 +183,7 @@ impl<'link> Follow<'link> {
             .iter()
             .zip(&at_end)
             .zip(&self.anchors)
-            .zip(plan.last())
+            .zip(row)
             .zip(&self.read_back)
             .enumerate()
             .map(
@@ -130,7 +194,16 @@ impl<'link> Follow<'link> {
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;
-        Summary::new(outcome, end.unwrap_or_default(), warning, axes, pace, late)
+        let bus = self.bus.clone();
+        Summary::new(
+            bus,
+            outcome,
+            end.unwrap_or_default(),
+            warning,
+            axes,
+            pace,
+            late,
+        )
     }
 
     fn snapshots(&mut self) -> Vec<can_motion::AxisSnapshot> {
@@ -146,6 +219,7 @@ impl<'link> Follow<'link> {
 
     fn start_up(&mut self, show_progress: bool) -> Result<(), Stop> {
         self.station.bring_up().map_err(Stop::BringUp)?;
+        self.await_others()?;
         self.anchors = self.targets();
         if show_progress {
             if let Some(text) = found_on(self.station.found_on()) {
@@ -156,35 +230,48 @@ impl<'link> Follow<'link> {
         Ok(())
     }
 
-    /// The row of the plan follows the clock: rows of cycles that were missed are passed over, and the axes owe the rest.
-    fn follow(&mut self, plan: &Plan, show_progress: bool) -> Result<(), Stop> {
-        let last = plan.cycles() as u64 - 1;
-        let bar = progress_bar(last, show_progress);
-        let mut first = None;
-        let mut row = 0;
-        while row < last {
+    /// The motion follows the clock: rows of cycles that were missed are passed over, and the axes owe the rest.
+    fn follow(
+        &mut self,
+        source: &mut dyn SetPointSource,
+        wishes: &Wishes,
+        row: &mut [i32],
+        show_progress: bool,
+    ) -> Result<Step, Stop> {
+        let bar = progress_bar(source.progress().1, show_progress);
+        let mut before = None;
+        loop {
+            wishes.hand_on(source);
             let (places, anchors) = (&self.places, &self.anchors);
-            let mut refused = None;
+            let (mut refused, mut step) = (None, Step::Goes);
             self.station.cycle(|master, number| {
-                row = (number - *first.get_or_insert(number)).min(last);
-                let offsets = plan.row(row as usize);
-                let axes = places.iter().zip(anchors).zip(offsets).enumerate();
-                for (axis, ((&place, &anchor), offset)) in axes {
+                for _ in before.unwrap_or(number.saturating_sub(1))..number {
+                    step = source.next(row);
+                }
+                before = Some(number);
+                for (axis, ((&place, &anchor), &offset)) in
+                    places.iter().zip(anchors).zip(row.iter()).enumerate()
+                {
                     let target = master.set_target(place, anchor.wrapping_add(offset));
                     refused = refused.or(target.err().map(|error| (axis, error)));
                 }
             })?;
-            if row % PROGRESS_STEP == 0 {
-                bar.set_position(row);
+            while let Some(notice) = source.next_notice() {
+                bar.suspend(|| tell(notice));
+            }
+            if before.is_some_and(|number: u64| number.is_multiple_of(PROGRESS_STEP)) {
+                bar.set_position(source.progress().0);
             }
             // A fault is the cause of a refusal, and tells more.
             self.check()?;
             if let Some((axis, error)) = refused {
                 return Err(Stop::Target(self.drives[axis], error));
             }
+            if step != Step::Goes {
+                bar.finish_and_clear();
+                return Ok(step);
+            }
         }
-        bar.finish_and_clear();
-        Ok(())
     }
 
     /// Until nothing is owed, and then until the drives have arrived.
@@ -206,6 +293,19 @@ impl<'link> Follow<'link> {
         }
     }
 
+    /// Holds until every bus is ready.
+    fn await_others(&mut self) -> Result<(), Stop> {
+        let Some(together) = self.together() else {
+            return Ok(());
+        };
+        together.is_ready();
+        while !together.may_start() {
+            self.station.cycle(|_, _| {})?;
+            self.check()?;
+        }
+        Ok(())
+    }
+
     fn check(&mut self) -> Result<(), Stop> {
         if let Some((drive, fault)) = self.station.first_fault() {
             return Err(Stop::Fault(drive, fault));
@@ -213,14 +313,18 @@ impl<'link> Follow<'link> {
         if interrupt::requests() > 0 {
             return Err(Stop::Interrupted);
         }
-        Ok(())
+        let failure = self
+            .together
+            .as_ref()
+            .and_then(|together| together.failure());
+        failure.map_or(Ok(()), |reason| Err(Stop::Together(reason)))
     }
 }
 
-fn progress_bar(cycles: u64, show: bool) -> ProgressBar {
-    if !show {
+fn progress_bar(cycles: Option<u64>, show: bool) -> ProgressBar {
+    let (Some(cycles), true) = (cycles, show) else {
         return ProgressBar::hidden();
-    }
+    };
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} cycles, {eta} left");
     let bar = ProgressBar::new(cycles);
     match style {

@@ -1,95 +1,47 @@
-//! `motionctl run`: a motion from a file on the drives of a real bus, in real time.
+//! `motionctl run`: a motion on the drives of a real bus, in real time: from a file, or from set-points that arrive meanwhile.
 
 mod arguments;
+mod buses;
 mod error;
+mod file;
 mod follow;
+mod places;
+mod streamed;
 mod summary;
+mod together;
 
 use std::process::ExitCode;
 
 use can_motion::AxisConfig;
-use dyn_can::{DriveId, GearNumber, StepLimit};
+use dyn_can::{DriveId, GearNumber};
 
 use crate::confirm::confirm;
+use crate::control::{ControlSocket, Listening, Wishes};
 use crate::drive_ids::about;
+use crate::endpoint::Endpoint;
 use crate::interrupt;
 use crate::link::Link;
-use crate::output::{print, print_json, tell};
+use crate::output::tell;
 use crate::station::{Needs, Station, look};
-use crate::trajectory::{Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
-use follow::Follow;
 
 /// One axis of the motion, in the order of the columns.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Axis {
     drive: DriveId,
     gear: GearNumber,
     needs: Needs,
+    /// The first position of the file, in command counts.
+    first_counts: f64,
 }
 
 /// Checks everything, asks, runs the motion, prints the summary.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
-    let motion = arguments.motion.read().map_err(RunError::Motion)?;
-    let plan = motion
-        .plan(arguments.cycle_us, StepLimit::MAX)
-        .map_err(RunError::Motion)?;
-    let drives = motion.drives().map_err(RunError::Motion)?;
-    let gears = motion.gear_numbers().map_err(RunError::Motion)?;
-    let axes: Vec<Axis> = drives
-        .iter()
-        .zip(gears)
-        .enumerate()
-        .map(|(axis, (&drive, gear))| {
-            let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
-            Axis {
-                drive,
-                gear,
-                needs: Needs::of(&positions, gear, arguments.cycle_us),
-            }
-        })
-        .collect();
-    arguments
-        .motion
-        .path_picture(&plan, false)
-        .map_err(RunError::Motion)?;
-    let report = motion
-        .report(&plan, &drives, StepLimit::MAX)
-        .map_err(RunError::Motion)?;
-    if !arguments.json {
-        report.show();
+    match &arguments.stream.stream {
+        Some(endpoint) => streamed::run(arguments, endpoint),
+        None => file::run(arguments),
     }
-    for axis in &axes {
-        let within = arguments.limits.check(axis.drive, &axis.needs);
-        within.map_err(RunError::Limit)?;
-    }
-    let mut link = arguments.link.open().map_err(RunError::Open)?;
-    admit(arguments, &mut link, &axes)?;
-    confirm(&question(arguments, &drives, &plan), arguments.yes).map_err(RunError::NotConfirmed)?;
-    interrupt::listen_in_motion().map_err(RunError::Interrupt)?;
-    if !arguments.json {
-        tell(format_args!("limits: {}", arguments.limits));
-        if arguments.polls().status_us.is_none() {
-            tell(
-                "note: with --status-hz 0 nobody notices a drive that leaves the bus or loses its power",
-            );
-        }
-    }
-    let station = station(arguments, &mut link, &axes)?;
-    let scales = axes.iter().map(|axis| arguments.axes.scale(axis.gear));
-    let follow = Follow::new(station, &drives, scales.collect());
-    let summary = follow.run(&plan, !arguments.json);
-    if arguments.json {
-        print_json(&WithMotion {
-            motion: &report,
-            result: &summary,
-        })
-        .map_err(RunError::Print)?;
-    } else {
-        print(&summary).map_err(RunError::Print)?;
-    }
-    Ok(summary.exit_code())
 }
 
 /// The axes as the master wants them: with their limits around these positions, in ascending order of drive id.
@@ -122,6 +74,55 @@ fn admit(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<(), Ru
         .map_err(RunError::Config)
 }
 
+/// Asks whether the motors may move, and listens to signals from then on.
+fn ask(arguments: &Arguments, drives: &[DriveId], what: &str) -> Result<(), RunError> {
+    let question = format!(
+        "{} {what}, {}. Is everybody clear of the machine?",
+        about(
+            drives,
+            "will be enabled and its motor will MOVE",
+            "will be enabled and their motors will MOVE"
+        ),
+        arguments.limits
+    );
+    confirm(&question, arguments.yes).map_err(RunError::NotConfirmed)?;
+    interrupt::listen_in_motion().map_err(RunError::Interrupt)?;
+    if !arguments.json {
+        tell(format_args!("limits: {}", arguments.limits));
+        if arguments.polls().status_us.is_none() {
+            tell(
+                "note: with --status-hz 0 nobody notices a drive that leaves the bus or loses its power",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Opens the socket of those who give orders; obeyed is nobody yet.
+fn open_control(arguments: &Arguments, wishes: &Wishes) -> Result<Option<ControlSocket>, RunError> {
+    let socket = arguments.control.open(wishes).map_err(RunError::Endpoint)?;
+    if let Some(port) = socket.as_ref().and_then(ControlSocket::port) {
+        tell(format_args!("orders are taken at port {port}"));
+    }
+    Ok(socket)
+}
+
+/// Takes the keys of the terminal, where set-points do not come from there.
+fn listen(
+    arguments: &Arguments,
+    socket: Option<ControlSocket>,
+    wishes: &Wishes,
+) -> Result<Listening, RunError> {
+    let takes_input = arguments.stream.stream == Some(Endpoint::StandardInput);
+    let listening = Listening::new(socket, wishes, !takes_input).map_err(RunError::Interrupt)?;
+    if !arguments.json
+        && let Some(help) = listening.help()
+    {
+        tell(help);
+    }
+    Ok(listening)
+}
+
 /// Asks the drives what they are and where they stand, and refuses a scale that is not theirs.
 fn station<'link>(
     arguments: &Arguments,
@@ -145,21 +146,11 @@ fn station<'link>(
     if differences.iter().any(GearDifference::is_one) {
         return Err(RunError::Gear(differences));
     }
+    if let Some(path) = &arguments.origins {
+        places::check(arguments, link, axes, path)?;
+    }
     let configs = configs(arguments, axes, |drive| {
         of(drive).map_or(0, |seen| seen.position_counts)
     });
     Station::new(link, &configs, arguments.cycle_us).map_err(RunError::Config)
-}
-
-fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {
-    let seconds = plan.cycles() as f64 * f64::from(arguments.cycle_us) * 1e-6;
-    format!(
-        "{} for {seconds:.1} s, {}. Is everybody clear of the machine?",
-        about(
-            drives,
-            "will be enabled and its motor will MOVE",
-            "will be enabled and their motors will MOVE"
-        ),
-        arguments.limits
-    )
 }

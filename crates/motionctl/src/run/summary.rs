@@ -27,6 +27,10 @@ pub(super) enum Outcome {
     /// Why it is not known that set-points got out, which was told already.
     StoodStill(String),
     Interrupted,
+    /// Somebody gave the order.
+    Ordered,
+    /// A stream had no more set-points, which was told already.
+    RanOut,
     LinkFailed(LinkFault),
 }
 
@@ -34,7 +38,7 @@ impl Outcome {
     /// Why it is not complete.
     pub(super) fn reason(&self) -> Option<String> {
         match self {
-            Self::Completed | Self::Interrupted => None,
+            Self::Completed | Self::Interrupted | Self::Ordered | Self::RanOut => None,
             Self::Stopped(reason) | Self::StoodStill(reason) => Some(reason.clone()),
             Self::LinkFailed(fault) => Some(fault.to_string()),
         }
@@ -50,6 +54,8 @@ impl fmt::Display for Outcome {
                 f.write_str("stopped, because it is not known that its set-points got out")
             }
             Self::Interrupted => f.write_str("stopped by the user"),
+            Self::Ordered => f.write_str("stopped by an order"),
+            Self::RanOut => f.write_str("the set-points ran out"),
             Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
         }
     }
@@ -120,6 +126,9 @@ impl AxisSummary {
 /// A whole motion.
 #[derive(Debug, Serialize)]
 pub(super) struct Summary {
+    /// The bus, where there are several.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    bus: String,
     completed: bool,
     outcome: String,
     reason: Option<String>,
@@ -144,6 +153,7 @@ pub(super) struct Summary {
 
 impl Summary {
     pub(super) fn new(
+        bus: String,
         outcome: Outcome,
         end: End,
         told_warning: Option<String>,
@@ -158,7 +168,7 @@ impl Summary {
         let completed = outcome == Outcome::Completed && sums_are_equal && is_off;
         let exit_code = match outcome {
             Outcome::LinkFailed(_) | Outcome::StoodStill(_) => exit::LINK_FAILED,
-            Outcome::Interrupted if is_off => exit::INTERRUPTED,
+            Outcome::Interrupted | Outcome::Ordered if is_off => exit::INTERRUPTED,
             _ if completed => 0,
             _ => exit::BROKEN_PROMISE,
         };
@@ -166,6 +176,7 @@ impl Summary {
         let warnings = [left_on.clone(), told_warning];
         let ids = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         Self {
+            bus,
             completed,
             reason: outcome.reason(),
             outcome: outcome.to_string(),
@@ -178,6 +189,21 @@ impl Summary {
             warnings: warnings.into_iter().flatten().collect(),
             left_on,
             exit_code,
+        }
+    }
+
+    /// How the motion ended, in words.
+    pub(super) fn outcome(&self) -> &str {
+        &self.outcome
+    }
+
+    /// The larger, the worse: nobody knows, then not as promised, then ended before.
+    pub(super) fn severity(&self) -> u8 {
+        match self.exit_code {
+            exit::LINK_FAILED => 3,
+            0 => 0,
+            exit::INTERRUPTED => 1,
+            _ => 2,
         }
     }
 
@@ -216,6 +242,9 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.bus.is_empty() {
+            writeln!(f, "bus {}", self.bus)?;
+        }
         writeln!(f, "{}", self.table())?;
         let pace = &self.pace;
         writeln!(

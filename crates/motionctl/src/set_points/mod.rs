@@ -6,6 +6,8 @@
 //! [`SetPointSource`] itself.
 
 mod headroom;
+#[cfg(test)]
+mod tests;
 mod timed;
 
 pub(crate) use headroom::AxisHeadroom;
@@ -20,6 +22,8 @@ pub(crate) enum Step {
     Completed,
     /// An order ended it, and every axis is at rest on the path.
     Stopped,
+    /// There were no more set-points, without an end, and every axis is at rest at the last one.
+    RanOut,
 }
 
 /// What a person or a program asks of a motion.
@@ -50,8 +54,8 @@ pub(crate) trait SetPointSource {
     /// Number of axes.
     fn axes(&self) -> usize;
 
-    /// One cycle later: writes the position of every axis, in command counts from where it stood at the start. The row of
-    /// [`Step::Completed`] and [`Step::Stopped`] is the last one, and stays the same from then on.
+    /// One cycle later: writes the position of every axis, in command counts from where it stood at the start. The row of any
+    /// other step than [`Step::Goes`] is the last one, and stays the same from then on.
     fn next(&mut self, row: &mut [i32]) -> Step;
 
     /// Obeys an order from the next cycle on.

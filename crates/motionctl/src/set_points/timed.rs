@@ -40,7 +40,7 @@ impl<M: MotionInTime> TimedMotion<M> {
         let cycles = (FULL_CHANGE_US / cycle_us).max(1);
         let most_percent = (highest_rate(&axes) * 100.0).min(f64::from(TimeScale::MOST_PERCENT));
         Self {
-            exact: vec![0.0; axes.len()],
+            exact: vec![0.0; motion.axes()],
             motion,
             axes,
             scale: TimeScale::running(cycles).unwrap_or(AT_ONCE),
@@ -56,6 +56,11 @@ impl<M: MotionInTime> TimedMotion<M> {
     /// The highest rate that an override can reach.
     pub(crate) fn highest_rate(&self) -> f64 {
         f64::from(self.most_percent) / 100.0
+    }
+
+    /// No faster than this, whatever the axes could do.
+    pub(crate) fn hold_to(&mut self, rate: f64) {
+        self.most_percent = self.most_percent.min((rate * 100.0) as u16);
     }
 
     fn set_override(&mut self, percent: u16) {
@@ -78,7 +83,7 @@ fn cycles(time: Time) -> f64 {
 
 impl<M: MotionInTime> SetPointSource for TimedMotion<M> {
     fn axes(&self) -> usize {
-        self.axes.len()
+        self.motion.axes()
     }
 
     fn next(&mut self, row: &mut [i32]) -> Step {

@@ -13,6 +13,7 @@ use super::error::SimError;
 use super::faults::Script;
 use super::setup::{MOST_AXES, Setup};
 use crate::trajectory::{MotionFile, MotionOptions};
+use crate::twist::TwistOptions;
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 
 const EXAMPLES: &str = "\
@@ -27,6 +28,7 @@ Examples:
   cargo sim -- --faults examples/faults.toml    see what the master does when things go wrong
   cargo sim -- --candump run.log                and the bus traffic as a candump log
   cargo sim -- --drives zlac                    two hub motors of a differential drive on CANopen
+  cargo sim -- --drives zlac --twist examples/square-twist.csv --track 0.4 --wheel-radius 0.085
 
 Exit status: 0 every promise kept, 1 a promise broken (a sum differs, a cycle was late, an axis
 faulted), 2 the input cannot be used and nothing was run.";
@@ -46,6 +48,11 @@ pub(crate) struct Arguments {
     /// Hub motors: speeds count 1/N r/min, up to 1000 of them (202Fh:05).
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=10))]
     pub(super) speed_resolution: u16,
+    /// Hub motors: time of the drives' own ramps to their largest speed, in milliseconds (6083h, 6084h); 0 is as fast as they can.
+    #[arg(long, value_name = "MS", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=32_767))]
+    pub(super) ramp_ms: u16,
+    #[command(flatten)]
+    pub(super) twist: TwistOptions,
     /// Largest step of an axis in one cycle, in command counts.
     #[arg(long, value_name = "COUNTS", default_value_t = 16_384)]
     max_step: i32,
@@ -56,7 +63,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "HZ", default_value_t = 50)]
     position_hz: u32,
     #[command(flatten)]
-    drive_options: VirtualDriveOptions,
+    pub(super) drive_options: VirtualDriveOptions,
     /// Order in which the master's controller sends its mailboxes.
     #[arg(long, value_enum, default_value_t)]
     tx_order: TxOrderOption,
@@ -134,12 +141,7 @@ impl Arguments {
 
     /// An option that was given and that a simulation of wheels does not have.
     pub(super) fn not_for_wheels(&self) -> Option<&'static str> {
-        let given = [
-            (self.report.is_some(), "--report"),
-            (self.csv.is_some(), "--csv"),
-            (self.faults.is_some(), "--faults"),
-            (self.live, "--live"),
-        ];
+        let given = [(self.report.is_some(), "--report"), (self.live, "--live")];
         given
             .into_iter()
             .find(|(is_given, _)| *is_given)
@@ -152,17 +154,22 @@ impl Arguments {
     }
 
     fn script(&self, drives: &[DriveId]) -> Result<Script, SimError> {
-        let Some(path) = &self.faults else {
+        let Some((path, text)) = self.script_text()? else {
             return Ok(Script::default());
         };
-        let text = read_script(path).map_err(|source| SimError::Read {
-            path: path.clone(),
-            source,
-        })?;
-        Script::parse(&text, drives).map_err(|source| SimError::Script {
-            path: path.clone(),
-            source,
-        })
+        Script::parse(&text, drives).map_err(|source| SimError::Script { path, source })
+    }
+
+    /// The fault script, where there is one, and its path.
+    pub(super) fn script_text(&self) -> Result<Option<(PathBuf, String)>, SimError> {
+        let read = |path: &PathBuf| match read_script(path) {
+            Ok(text) => Ok((path.clone(), text)),
+            Err(source) => Err(SimError::Read {
+                path: path.clone(),
+                source,
+            }),
+        };
+        self.faults.as_ref().map(read).transpose()
     }
 }
 

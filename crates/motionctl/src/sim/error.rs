@@ -9,6 +9,8 @@ use dyn_can::RangeError;
 
 use super::faults::ScriptError;
 use crate::trajectory::MotionError;
+use crate::twist::TwistError;
+use diff_drive::ValueError;
 
 /// A simulation that cannot be run, or whose result cannot be written.
 #[derive(Debug)]
@@ -22,6 +24,8 @@ pub(crate) enum SimError {
     },
     /// The fault script is not usable.
     Script { path: PathBuf, source: ScriptError },
+    /// The fault script for hub motors is not usable.
+    WheelScript { path: PathBuf, what: String },
     /// A picture cannot be drawn.
     Picture(String),
     /// The live view cannot use the terminal.
@@ -54,8 +58,14 @@ pub(crate) enum SimError {
     },
     /// A speed beyond what the drive can be told at this resolution.
     WheelSpeed { most_rpm: u32, actual_rpm: u32 },
+    /// A file of twists cannot be used.
+    Twist { path: PathBuf, source: TwistError },
+    /// A measure of the vehicle is out of range.
+    Vehicle(ValueError),
     /// An option that a simulation of wheels does not have.
     NotForWheels { option: &'static str },
+    /// An option that a simulation of servos does not have.
+    NotForServos { option: &'static str },
 }
 
 impl fmt::Display for SimError {
@@ -64,6 +74,7 @@ impl fmt::Display for SimError {
             Self::Motion(source) => source.fmt(f),
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Script { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::WheelScript { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Picture(reason) => write!(f, "cannot draw the report: {reason}"),
             Self::Terminal(source) => write!(
                 f,
@@ -96,9 +107,15 @@ impl fmt::Display for SimError {
                 f,
                 "at this resolution a wheel can be told at most {most_rpm} r/min, the file has {actual_rpm}: lower --speed-resolution"
             ),
+            Self::Twist { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Vehicle(source) => source.fmt(f),
+            Self::NotForServos { option } => write!(
+                f,
+                "{option} is for hub motors: add --drives zlac, or zlac:LEFT,RIGHT"
+            ),
             Self::NotForWheels { option } => write!(
                 f,
-                "{option} is for servo drives: with --drives zlac use --json or --candump"
+                "{option} is for servo drives: with --drives zlac use --json, --csv or --candump"
             ),
         }
     }

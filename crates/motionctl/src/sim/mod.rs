@@ -38,6 +38,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     if let Some(nodes) = arguments.motion.hub_motors() {
         return wheels::run(arguments, nodes);
     }
+    if arguments.twist.twist.is_some() {
+        return Err(SimError::NotForServos { option: "--twist" });
+    }
     let motion = arguments.motion.read().map_err(SimError::Motion)?;
     let setup = arguments.setup(&motion)?;
     let plan = motion

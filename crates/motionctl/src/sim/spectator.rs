@@ -7,12 +7,16 @@ use super::faults::Fault;
 use super::recording::Recording;
 use super::setup::MOST_AXES;
 use super::summary::Summary;
+use crate::control::Wish;
+use crate::set_points::Speed;
 
 /// What a spectator wants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Order {
     /// Ramp down and end the motion.
     Stop,
+    /// Pause, speed and stop of the motion, on its path.
+    Motion(Wish),
     /// Let something go wrong.
     Fault(Fault),
 }
@@ -28,6 +32,9 @@ pub(crate) trait Spectator {
         master: &ServoMaster<MOST_AXES>,
         places: &[usize],
     ) -> Result<Vec<Order>, SimError>;
+
+    /// How fast the motion goes, before each picture.
+    fn speed(&mut self, speed: Speed);
 
     /// Called once, when nothing will change any more.
     fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError>;
@@ -48,6 +55,8 @@ impl Spectator for Nobody {
     ) -> Result<Vec<Order>, SimError> {
         Ok(Vec::new())
     }
+
+    fn speed(&mut self, _speed: Speed) {}
 
     fn end(&mut self, _recording: &Recording, _summary: &Summary) -> Result<(), SimError> {
         Ok(())

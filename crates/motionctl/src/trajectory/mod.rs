@@ -13,6 +13,7 @@ mod exact;
 #[cfg(test)]
 mod fuzz;
 mod header;
+mod layout;
 mod lines;
 mod motion_error;
 mod motion_report;
@@ -29,6 +30,7 @@ mod variants;
 use columns::ColumnChoice;
 use curve::Interpolation;
 use error::TrajectoryError;
+pub(crate) use layout::{FieldError, Layout, TimedCounts};
 pub(crate) use motion_error::MotionError;
 use motion_report::FileReport;
 pub(crate) use motion_report::{MotionReport, WithMotion};

@@ -26,6 +26,8 @@ pub(crate) enum MotionError {
     DriveCount { expected: usize, actual: usize },
     /// No gear number makes so many counts of a turn.
     CountsPerTurn { actual: f64 },
+    /// A stream without drives.
+    DrivesOfStream,
     /// Hub motors were asked for where servo drives are moved.
     HubMotors,
     /// Wheels do not stand in the first or the last line.
@@ -43,6 +45,9 @@ impl fmt::Display for MotionError {
             Self::CountsPerTurn { actual } => write!(
                 f,
                 "--counts-per-turn must be 4 times the gear number of the drive, 2000..=65536, got {actual}"
+            ),
+            Self::DrivesOfStream => f.write_str(
+                "--stream: nothing says which drives it moves: expected --drives with their ids in the order of the axes",
             ),
             Self::HubMotors => f.write_str(
                 "hub motors follow speeds on a bus of their own: use `motionctl sim --drives zlac`",

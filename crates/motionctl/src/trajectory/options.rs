@@ -9,7 +9,10 @@ use zlac8030l::NodeId;
 
 use crate::drive_ids::{DriveSet, drive_set};
 
+use super::columns::{Column, Columns};
+use super::layout::{Layout, check_axes};
 use super::motion_error::MotionError;
+use super::name::Name;
 use super::resolve;
 use super::table::Reading;
 use super::unit::{AxisScale, TimeUnit, Unit};
@@ -31,12 +34,12 @@ const FACTORY_COUNTS_PER_TURN: f64 = 16_384.0;
 const MOST_NUMBERS: usize = 1 << 24;
 
 /// What to move.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct MotionOptions {
     /// Motion file: time and one position an axis in each line, separated by commas, semicolons, tabs or blanks, with a header
     /// line of names. The motion starts where the drives stand. Without it the built-in pick-and-place runs.
     #[arg(long, value_name = "FILE")]
-    trajectory: Option<PathBuf>,
+    pub(crate) trajectory: Option<PathBuf>,
     /// Position columns: names from the header line, numbers from 1, or ranges as in 2-7. Default: the columns whose names say
     /// so; speeds, torques, counters and the like are left out and shown.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
@@ -152,15 +155,7 @@ impl MotionOptions {
             self.check_options_of_wheels()?;
             resolve::check_speeds(columns).map(|()| Vec::new())
         } else {
-            resolve::position_units(&self.unit, columns).and_then(|units| {
-                resolve::scales(
-                    &units,
-                    columns,
-                    &or_default(&self.gear_ratio, 1.0),
-                    &self.counts_per_turn(),
-                    &self.mm_per_turn,
-                )
-            })
+            self.scales(columns)
         };
         let scales = scales.map_err(|source| self.in_file(source))?;
         Ok(MotionFile {
@@ -169,14 +164,95 @@ impl MotionOptions {
         })
     }
 
+    /// Drives that are streamed to, which must be named: nothing else says how many axes there are.
+    pub(crate) fn drives_of_stream(&self) -> Result<Vec<DriveId>, MotionError> {
+        match &self.drives {
+            Some(DriveSet::Dyn(drives)) => Ok(drives.clone()),
+            Some(DriveSet::Zlac(_)) => Err(MotionError::HubMotors),
+            None => Err(MotionError::DrivesOfStream),
+        }
+    }
+
+    /// The gear numbers of so many drives.
+    pub(crate) fn gears_of_stream(&self, axes: usize) -> Result<Vec<GearNumber>, MotionError> {
+        let all = match self.counts_per_turn[..] {
+            [] => vec![FACTORY_COUNTS_PER_TURN; axes],
+            [one] => vec![one; axes],
+            _ => self.counts_per_turn.clone(),
+        };
+        if all.len() != axes {
+            let source = TrajectoryError::ListLength {
+                what: "--counts-per-turn",
+                expected: axes,
+                actual: all.len(),
+            };
+            let path = "--stream".to_owned();
+            return Err(MotionError::Trajectory { path, source });
+        }
+        gear_numbers(all.iter().map(|counts| counts.abs()))
+    }
+
+    /// The columns of a line of names, for so many axes; `None` when it is no line of names.
+    pub(crate) fn layout(
+        &self,
+        line: u64,
+        text: &str,
+        axes: usize,
+    ) -> Result<Option<Layout>, TrajectoryError> {
+        if Layout::has_numbers(text, self.decimal_comma) {
+            return Ok(None);
+        }
+        self.layout_of(line, &Layout::names(text, self.decimal_comma), axes)
+            .map(Some)
+    }
+
+    /// The same of names that are known one by one.
+    pub(crate) fn named_layout(
+        &self,
+        line: u64,
+        names: &[String],
+        axes: usize,
+    ) -> Result<Layout, TrajectoryError> {
+        let names: Vec<Name> = names.iter().map(|name| Name::parse(name)).collect();
+        self.layout_of(line, &names, axes)
+    }
+
+    fn layout_of(&self, line: u64, names: &[Name], axes: usize) -> Result<Layout, TrajectoryError> {
+        let columns = Columns::named(&self.choice(), line, names)?;
+        check_axes(line, axes, columns.positions().len())?;
+        let time_unit = resolve::time_unit(self.time_unit, columns.time())?;
+        let scales = self.scales(columns.positions())?;
+        Ok(Layout::new(columns, names.len(), time_unit, scales))
+    }
+
+    /// Whether numbers have decimal commas.
+    pub(crate) fn decimal_comma(&self) -> bool {
+        self.decimal_comma
+    }
+
+    fn scales(&self, columns: &[Column]) -> Result<Vec<AxisScale>, TrajectoryError> {
+        let units = resolve::position_units(&self.unit, columns)?;
+        resolve::scales(
+            &units,
+            columns,
+            &or_default(&self.gear_ratio, 1.0),
+            &self.counts_per_turn(),
+            &self.mm_per_turn,
+        )
+    }
+
+    fn choice(&self) -> ColumnChoice {
+        ColumnChoice {
+            time: self.time_column.clone(),
+            positions: self.columns.clone(),
+            axes: self.axes,
+            speeds: self.hub_motors().is_some(),
+        }
+    }
+
     fn table(&self) -> Result<Table, MotionError> {
         let reading = Reading {
-            choice: ColumnChoice {
-                time: self.time_column.clone(),
-                positions: self.columns.clone(),
-                axes: self.axes,
-                speeds: self.hub_motors().is_some(),
-            },
+            choice: self.choice(),
             time_unit: self.time_unit,
             decimal_comma: self.decimal_comma,
             most_duration_s: self.max_duration,
@@ -268,6 +344,18 @@ impl MotionFile<'_> {
         })
     }
 
+    /// The same drives as were named elsewhere, when there is one for each axis.
+    pub(crate) fn takes_drives(&self, drives: Vec<DriveId>) -> Result<Vec<DriveId>, MotionError> {
+        let expected = self.axes()?;
+        if drives.len() == expected {
+            return Ok(drives);
+        }
+        Err(MotionError::DriveCount {
+            expected,
+            actual: drives.len(),
+        })
+    }
+
     /// The drive of each axis.
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
         let axes = self.axes()?;
@@ -276,25 +364,11 @@ impl MotionFile<'_> {
             Some(DriveSet::Zlac(_)) => return Err(MotionError::HubMotors),
             None => DriveId::all().take(axes).collect(),
         };
-        if drives.len() != axes {
-            return Err(MotionError::DriveCount {
-                expected: axes,
-                actual: drives.len(),
-            });
-        }
-        Ok(drives)
+        self.takes_drives(drives)
     }
 
     /// The gear number of the drive of each axis: a quarter of the counts of a turn.
     pub(crate) fn gear_numbers(&self) -> Result<Vec<GearNumber>, MotionError> {
-        let gear = |counts: f64| {
-            let number = counts / 4.0;
-            let is_whole = number.fract() == 0.0 && (0.0..=65_535.0).contains(&number);
-            let gear = is_whole
-                .then(|| GearNumber::new(number as i32).ok())
-                .flatten();
-            gear.ok_or(MotionError::CountsPerTurn { actual: counts })
-        };
         let counts: Vec<f64> = match &self.content {
             Content::File(file) => {
                 let counts = file.scales.iter().map(|scale| scale.counts_per_turn.abs());
@@ -305,7 +379,7 @@ impl MotionFile<'_> {
                 ref each => each.to_vec(),
             },
         };
-        counts.into_iter().map(gear).collect()
+        gear_numbers(counts.into_iter())
     }
 
     /// The positions at every cycle, checked against the step that each axis can follow.
@@ -418,6 +492,18 @@ fn or_default(given: &[f64], default: f64) -> Vec<f64> {
         [] => vec![default],
         given => given.to_vec(),
     }
+}
+
+fn gear_numbers(counts: impl Iterator<Item = f64>) -> Result<Vec<GearNumber>, MotionError> {
+    let gear = |counts: f64| {
+        let number = counts / 4.0;
+        let is_whole = number.fract() == 0.0 && (0.0..=65_535.0).contains(&number);
+        let gear = is_whole
+            .then(|| GearNumber::new(number as i32).ok())
+            .flatten();
+        gear.ok_or(MotionError::CountsPerTurn { actual: counts })
+    };
+    counts.map(gear).collect()
 }
 
 /// A factor that neither loses nor invents a motion.

@@ -16,6 +16,8 @@ pub(crate) struct Plan {
     source: Source,
     last_cycle: usize,
     peaks: Vec<Peaks>,
+    /// The first position of the table, in command counts.
+    first_counts: Vec<f64>,
 }
 
 /// Where the positions come from.
@@ -52,6 +54,7 @@ impl Plan {
         let last_cycle = (duration_s / cycle_s).ceil() as usize;
         let mut curves = Vec::with_capacity(scales.len());
         let mut peaks = Vec::with_capacity(scales.len());
+        let mut first_counts = Vec::with_capacity(scales.len());
         for (axis, scale) in scales.iter().enumerate() {
             let start = table.row(0)[axis];
             let counts = |value: f64| (value - start) * scale.counts_per_unit();
@@ -67,11 +70,13 @@ impl Plan {
             let of_axis = check(&curve, table, axis, limits[axis], cycle_us, last_cycle)?;
             curves.push(curve);
             peaks.push(of_axis);
+            first_counts.push(start * scale.counts_per_unit());
         }
         Ok(Self {
             source: Source::Curves { curves, cycle_s },
             last_cycle,
             peaks,
+            first_counts,
         })
     }
 
@@ -79,6 +84,7 @@ impl Plan {
     pub(crate) fn of_program(checked: Checked) -> Self {
         Self {
             last_cycle: checked.cycles - 1,
+            first_counts: vec![0.0; checked.axes()],
             source: Source::Program(checked),
             peaks: Vec::new(),
         }
@@ -121,6 +127,19 @@ impl Plan {
         match &self.source {
             Source::Curves { .. } => self.row(self.last_cycle),
             Source::Program(checked) => checked.last(),
+        }
+    }
+
+    /// The first position of an axis as the file has it, in command counts.
+    pub(crate) fn first_counts(&self, axis: usize) -> f64 {
+        self.first_counts.get(axis).copied().unwrap_or_default()
+    }
+
+    /// The largest step of each axis from one cycle to the next, in command counts.
+    pub(crate) fn largest_steps(&self) -> Vec<u16> {
+        match &self.source {
+            Source::Curves { .. } => self.peaks.iter().map(|peaks| peaks.step).collect(),
+            Source::Program(checked) => checked.peaks.iter().map(|peaks| peaks.step).collect(),
         }
     }
 

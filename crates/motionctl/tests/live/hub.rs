@@ -500,3 +500,151 @@ fn a_bus_is_planned_for_its_wheels() {
             .contains("longer cycle")
     );
 }
+
+/// The example, from this package.
+const SQUARE: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../examples/square-twist.csv"
+);
+
+#[test]
+fn a_vehicle_drives_a_square_on_the_bench() {
+    undisturbed(|| {
+        let options = ["--speed-resolution", "10"];
+        let bench = BenchProcess::start_with("hub-square", "zlac:4,5", &options);
+        let log = Backup::new("hub-square");
+        let end = json(
+            &bench,
+            &[
+                "run",
+                "--drives",
+                "zlac:4,5",
+                "--twist",
+                SQUARE,
+                "--track",
+                "0.4",
+                "--wheel-radius",
+                "0.085",
+                "--odometry",
+                log.path(),
+                "--yes",
+            ],
+        );
+        assert_eq!(
+            (&end["complete"], &end["stands"]),
+            (&true.into(), &true.into()),
+            "{end}"
+        );
+        // A PC is late now and then, and the feedback of the two wheels comes at different times.
+        let closed_m = end["pose"]["from_start_m"].as_f64().expect("a number");
+        assert!(closed_m < 0.05, "{end}");
+        assert!(
+            log.text()
+                .starts_with("time_s,x_m,y_m,heading_rad,left_counts,right_counts\n")
+        );
+        let wheels = end["wheels"].clone();
+        let report = bench.stop();
+        for place in [0, 1] {
+            let read = wheels[place]["counts"].as_i64().expect("counts");
+            let travel = drive(&report, place)["travel_counts"]
+                .as_i64()
+                .expect("counts");
+            assert!((read - travel).abs() <= 2, "{read} {travel}");
+        }
+    });
+}
+
+#[test]
+fn a_stream_of_twists_that_falls_silent_stops_the_wheels() {
+    use std::io::Write as _;
+    undisturbed(|| {
+        let options = ["--speed-resolution", "10"];
+        let bench = BenchProcess::start_with("hub-twists", "zlac:4,5", &options);
+        let mut command = motionctl(&[
+            "run",
+            "--slcan",
+            bench.path(),
+            "--drives",
+            "zlac:4,5",
+            "--twist",
+            "-",
+            "--track",
+            "0.4",
+            "--wheel-radius",
+            "0.085",
+            "--yes",
+        ]);
+        command.stdin(std::process::Stdio::piped());
+        let mut child = start_and_wait_for(command, "Ctrl-C slows them down");
+        let mut stream = child.stdin.take().expect("it is piped");
+        writeln!(stream, "0,0.1,0").expect("it reads");
+        let errors = child.stderr.as_mut().expect("it is piped");
+        let mut heard = Vec::new();
+        while !String::from_utf8_lossy(&heard).contains("no twist came in time") {
+            let mut byte = [0];
+            let length = std::io::Read::read(errors, &mut byte).expect("its error output");
+            assert_eq!(length, 1, "{}", String::from_utf8_lossy(&heard));
+            heard.push(byte[0]);
+        }
+        writeln!(stream, "9,0.1,nonsense").expect("it reads");
+        drop(stream);
+        let output = child.wait_with_output().expect("its output");
+        assert_eq!(output.status.code(), Some(1), "{output:?}");
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            errors.contains("line 2, column 3: expected a number (omega in rad/s)"),
+            "{errors}"
+        );
+        let report = bench.stop();
+        for place in [0, 1] {
+            assert_eq!(drive(&report, place)["enabled"], false);
+            assert_eq!(drive(&report, place)["speed_rpm"], 0.0);
+            assert!(
+                drive(&report, place)["travel_counts"].as_i64() > Some(100),
+                "{report}"
+            );
+        }
+    });
+}
+
+#[test]
+fn speeds_of_a_file_run_on_the_bench_and_wrong_ones_are_refused() {
+    undisturbed(|| {
+        let bench = start("hub-run", "zlac:4,5");
+        let file = crate::bench::Scratch::new(
+            "hub-run.csv",
+            "t,l,r\n0,0,0\n0.5,30,60\n1,30,60\n1.5,0,0\n",
+        );
+        let words = [
+            "run",
+            "--drives",
+            "zlac:4,5",
+            "--trajectory",
+            file.path(),
+            "--yes",
+        ];
+        let end = json(&bench, &words);
+        assert_eq!(end["complete"], true, "{end}");
+        for (wheel, turns) in [(0, 0.5), (1, 1.0)] {
+            let counts = end["wheels"][wheel]["counts"].as_f64().expect("counts");
+            assert!((counts / 4_096.0 - turns).abs() < 0.03, "{end}");
+        }
+        let slow = ["--max-acceleration", "100"];
+        let errors = fails(&bench, 2, &[&words[..], &slow].concat());
+        assert!(errors.contains("--max-acceleration allows 100"), "{errors}");
+        let one = [
+            "run",
+            "--drives",
+            "zlac:4",
+            "--twist",
+            SQUARE,
+            "--track",
+            "0.4",
+            "--wheel-radius",
+            "0.085",
+            "--yes",
+        ];
+        let errors = fails(&bench, 2, &one);
+        assert!(errors.contains("zlac:LEFT,RIGHT"), "{errors}");
+    });
+}

@@ -8,7 +8,7 @@ mod keyframes;
 use crate::fixed::part_of;
 use crate::quantity::Position;
 
-pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion};
+pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion, Playhead};
 
 /// The share of a duration that has passed, 0 to 1, in steps of 2^-32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +30,22 @@ impl Share {
             Some(share) => Self(share << 32),
             None => WHOLE,
         }
+    }
+
+    /// This share of a way of fewer than 2^20 counts, rounded to the nearest to 2^-11 counts.
+    #[inline]
+    pub(crate) const fn of_few_counts(self, way: i32) -> i32 {
+        let share = (self.0 >> 33) as i64;
+        ((share * way as i64 + (1 << 30)) >> 31) as i32
+    }
+
+    /// This share of a way, rounded to the nearest count, a half upward.
+    pub(crate) const fn of_counts(self, way: i32) -> i32 {
+        // Digits of 31 bits make every product one signed multiplication of the processor.
+        let high = (self.0 >> 33) as i64 * way as i64;
+        let low = ((self.0 >> 2) & 0x7FFF_FFFF) as i64;
+        let low = (low * way as i64) >> 31;
+        ((high + low + (1 << 30)) >> 31) as i32
     }
 
     /// The share of the way of a [`Piece::minimum_jerk`] that has passed: a [`Piece::line`] there is the same curve, computed once for any

@@ -6,6 +6,7 @@ use can_motion::{Event, EventKind, Instant};
 use drive_sim::CandumpLine;
 
 use super::{Bench, GROUP};
+use crate::control::Wish;
 use crate::output::tell;
 use crate::sim::error::SimError;
 use crate::sim::recording::{AxisSample, Sample};
@@ -81,9 +82,11 @@ impl Bench<'_> {
         self.cycle_mark = self.bench.bus().load_mark();
     }
 
-    pub(super) fn obey_spectator(&mut self) -> Result<(), SimError> {
+    /// Returns what is asked of the motion.
+    pub(super) fn obey_spectator(&mut self) -> Result<Vec<Wish>, SimError> {
+        let mut wishes = Vec::new();
         let Some(recording) = &self.recording else {
-            return Ok(());
+            return Ok(wishes);
         };
         for order in self
             .spectator
@@ -94,9 +97,10 @@ impl Bench<'_> {
                     self.master.stop(self.now(), GROUP);
                     self.stopped = true;
                 }
+                Order::Motion(wish) => wishes.push(wish),
                 Order::Fault(fault) => self.apply(fault),
             }
         }
-        Ok(())
+        Ok(wishes)
     }
 }

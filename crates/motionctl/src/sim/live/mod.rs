@@ -16,6 +16,7 @@ use super::recording::Recording;
 use super::setup::{MOST_AXES, Setup};
 use super::spectator::{Order, Spectator};
 use super::summary::Summary;
+use crate::set_points::Speed as MotionSpeed;
 use crate::trajectory::Plan;
 use keys::{Key, Panel, Wish};
 use pace::Pace;
@@ -31,6 +32,7 @@ pub(super) struct LiveView {
     pace: Pace,
     last_picture: Option<Instant>,
     motion_us: u64,
+    speed: Option<MotionSpeed>,
 }
 
 impl LiveView {
@@ -47,6 +49,7 @@ impl LiveView {
             pace: Pace::new(),
             last_picture: None,
             motion_us: plan.cycles() as u64 * u64::from(setup.cycle_us),
+            speed: None,
         })
     }
 
@@ -77,6 +80,7 @@ impl LiveView {
             panel: &self.panel,
             motion_us: self.motion_us,
             is_behind: self.pace.is_behind(),
+            speed: self.speed,
             verdict,
         };
         self.terminal
@@ -120,7 +124,7 @@ impl Spectator for LiveView {
             .map(|axis| axis.state.to_string())
             .collect();
         let mut orders = self.picture(recording, &states)?;
-        while self.panel.is_paused() {
+        while self.panel.is_frozen() {
             self.draw(recording, &states, None)?;
             orders.extend(self.read_keys(PICTURE)?);
             self.pace.restart(now_us);
@@ -131,6 +135,10 @@ impl Spectator for LiveView {
             orders.extend(self.picture(recording, &states)?);
         }
         Ok(orders)
+    }
+
+    fn speed(&mut self, speed: MotionSpeed) {
+        self.speed = Some(speed);
     }
 
     fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError> {

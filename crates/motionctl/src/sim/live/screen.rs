@@ -8,11 +8,13 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Cell, Paragraph, Row, Sparkline, Table, Wrap};
 
 use super::keys::Panel;
+use crate::set_points::Speed;
 use crate::sim::recording::{AxisSample, Happening, Kind, Recording};
 
 /// Virtual time that the picture of the load covers.
 const LOAD_WINDOW_US: u64 = 2_000_000;
-const KEYS: &str = " up/down select  a alarm  p pull/plug  s stop  space pause  + - speed  q quit";
+const KEYS: &str =
+    " up/down  a alarm  p plug  space pause  + - 1 speed  s stop  f [ ] time  q quit";
 
 /// Name, unit and width of each column of the axes.
 const COLUMNS: [(&str, &str, Constraint); 10] = [
@@ -42,6 +44,8 @@ pub(super) struct Screen<'a> {
     pub(super) motion_us: u64,
     /// The simulation cannot keep up with real time.
     pub(super) is_behind: bool,
+    /// How fast the motion goes.
+    pub(super) speed: Option<Speed>,
     /// The result, once there is one.
     pub(super) verdict: Option<&'a str>,
 }
@@ -68,7 +72,9 @@ impl Screen<'_> {
     }
 
     fn head(&self) -> Paragraph<'_> {
-        let status = if self.panel.is_paused() {
+        let status = if self.panel.is_frozen() {
+            "FROZEN"
+        } else if self.speed.is_some_and(|speed| speed.is_paused) {
             "PAUSED"
         } else if self.is_behind {
             "too slow for real time"
@@ -76,9 +82,10 @@ impl Screen<'_> {
             ""
         };
         let time = format!(
-            " {:8.3} s   motion {:.1} s   speed {}x   ",
+            " {:8.3} s   motion {:.1} s at {:.0} %   time {}x   ",
             self.recording.end_s(),
             self.motion_us as f64 * 1e-6,
+            self.speed.map_or(100.0, |speed| speed.actual_percent),
             self.panel.speed()
         );
         let status = Span::styled(status, Style::new().fg(Color::Yellow).bold());
@@ -302,6 +309,7 @@ mod tests {
             panel,
             motion_us: 6_000_000,
             is_behind: false,
+            speed: None,
             verdict,
         };
         let mut terminal = Terminal::new(TestBackend::new(width, 24)).unwrap();
@@ -316,7 +324,7 @@ mod tests {
         panel.press(Key::Plug);
         let text = drawn(&panel, None, 110);
         for wanted in [
-            "1.500 s   motion 6.0 s   speed 1x",
+            "1.500 s   motion 6.0 s at 100 %   time 1x",
             "123456",
             "off the bus, faulted",
             "12.3",
@@ -324,7 +332,7 @@ mod tests {
             "1 late cycles",
             "1.400 s  drive 2  the drive does not answer",
             "keys a and p are for drive 2",
-            "p pull/plug",
+            "p plug",
         ] {
             assert!(text.contains(wanted), "{wanted} in\n{text}");
         }
