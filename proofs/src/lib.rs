@@ -17,6 +17,7 @@ pub mod homing;
 pub mod hub_motors;
 pub mod master;
 pub mod opaque;
+pub mod path;
 pub mod serial;
 pub mod text;
 pub mod trajectory;

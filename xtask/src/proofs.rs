@@ -24,7 +24,7 @@ const BESIDE: [(&str, &str); 2] = [
     (HOT_PAIR, "set-point-and-position-without-codec"),
 ];
 /// The images that link only without a panic.
-const IMAGES: [&str; 17] = [
+const IMAGES: [&str; 18] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
@@ -38,6 +38,7 @@ const IMAGES: [&str; 17] = [
     FOUR_HUB_MOTORS,
     "wheels",
     "diff-drive",
+    "path",
     "trajectory",
     "board-link",
     ONE_AXIS,

@@ -37,6 +37,7 @@ mod own_moves;
 mod plain_words;
 mod plan;
 mod probe;
+mod program;
 mod pty;
 mod read;
 mod reset;

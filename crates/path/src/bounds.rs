@@ -6,6 +6,7 @@
 use trajectory::Limits;
 
 use crate::machine::Machine;
+use crate::order::Order as _;
 use crate::roots::{cube_root_below, hypotenuse, square_root};
 use crate::shape::{Kind, Shape};
 
@@ -46,11 +47,11 @@ pub(crate) fn pace<const S: usize, const A: usize>(
     let slopes = slopes(shape, machine);
     let mut velocity = fastest;
     for (slopes, limits) in slopes.iter().zip(limits) {
-        velocity = velocity.min(slopes.velocity(limits));
+        velocity = velocity.lower(slopes.velocity(limits));
     }
     let mut acceleration = f32::MAX;
     for (slopes, limits) in slopes.iter().zip(limits) {
-        acceleration = acceleration.min(slopes.acceleration(limits, velocity, filter));
+        acceleration = acceleration.lower(slopes.acceleration(limits, velocity, filter));
     }
     Pace {
         velocity,
@@ -67,10 +68,10 @@ impl Slopes {
         };
         let mut most = MARGIN * limits.velocity() / self.first;
         if self.second > 0.0 {
-            most = most.min(square_root(share * limits.acceleration() / self.second));
+            most = most.lower(square_root(share * limits.acceleration() / self.second));
         }
         if self.third > 0.0 && limits.jerk().is_finite() {
-            most = most.min(cube_root_below(JERK_SHARE * limits.jerk() / self.third));
+            most = most.lower(cube_root_below(JERK_SHARE * limits.jerk() / self.third));
         }
         most
     }
@@ -89,7 +90,7 @@ impl Slopes {
         }
         let needed = self.third * velocity * velocity * velocity;
         let per_acceleration = 2.0 * self.first / filter + 3.0 * self.second * velocity;
-        most.min((j - needed) / per_acceleration)
+        most.lower((j - needed) / per_acceleration)
     }
 }
 
@@ -164,39 +165,44 @@ fn of_blend<const S: usize, const A: usize>(
     inverse: f32,
     machine: &impl Machine<S, A>,
 ) {
-    let mut widen = |power: usize, of: &dyn Fn(&[f32; 5]) -> f32| {
+    // Rates are linear: of each power once.
+    let mut powers = [[0.0; 5]; A];
+    for power in 0..5 {
         let mut vector = [0.0; S];
         for (part, coefficients) in vector.iter_mut().zip(coefficients) {
-            *part = of(coefficients);
+            *part = coefficients.get(power).copied().unwrap_or(0.0);
         }
-        for (slopes, rate) in slopes.iter_mut().zip(machine.rates(&vector)) {
-            let slope = match power {
-                1 => &mut slopes.first,
-                2 => &mut slopes.second,
-                _ => &mut slopes.third,
-            };
-            *slope = slope.max(rate.abs());
+        for (powers, rate) in powers.iter_mut().zip(machine.rates(&vector)) {
+            if let Some(slot) = powers.get_mut(power) {
+                *slot = rate;
+            }
         }
-    };
-    widen(1, &|[c, ..]| *c);
-    widen(1, &|[c, d, ..]| c + 0.5 * d);
-    widen(1, &|[c, d, e, ..]| c + d + 0.5 * e);
-    widen(1, &|[c, d, e, f, _]| c + 1.5 * d + 1.5 * e + f);
-    widen(1, &|[c, d, e, f, g]| {
-        c + 2.0 * d + 3.0 * e + 4.0 * f + 5.0 * g
-    });
-    widen(2, &|[_, d, ..]| 2.0 * d);
-    widen(2, &|[_, d, e, ..]| 2.0 * (d + e));
-    widen(2, &|[_, d, e, f, _]| 2.0 * d + 4.0 * (e + f));
-    widen(2, &|[_, d, e, f, g]| {
-        2.0 * d + 6.0 * e + 12.0 * f + 20.0 * g
-    });
-    widen(3, &|[_, _, e, ..]| 6.0 * e);
-    widen(3, &|[_, _, e, f, _]| 6.0 * e + 12.0 * f);
-    widen(3, &|[_, _, e, f, g]| 6.0 * e + 24.0 * f + 60.0 * g);
-    for slopes in slopes {
+    }
+    for (slopes, [c, d, e, f, g]) in slopes.iter_mut().zip(powers) {
+        slopes.first = largest([
+            c,
+            c + 0.5 * d,
+            c + d + 0.5 * e,
+            c + 1.5 * (d + e) + f,
+            c + 2.0 * d + 3.0 * e + 4.0 * f + 5.0 * g,
+        ]);
+        slopes.second = largest([
+            2.0 * d,
+            2.0 * (d + e),
+            2.0 * d + 4.0 * (e + f),
+            2.0 * d + 6.0 * e + 12.0 * f + 20.0 * g,
+        ]);
+        slopes.third = largest([6.0 * e, 6.0 * e + 12.0 * f, 6.0 * e + 24.0 * f + 60.0 * g]);
         slopes.first *= inverse;
         slopes.second *= inverse * inverse;
         slopes.third *= inverse * inverse * inverse;
     }
+}
+
+fn largest<const N: usize>(values: [f32; N]) -> f32 {
+    let larger = |most: f32, value: f32| {
+        let size = value.abs();
+        if size > most { size } else { most }
+    };
+    values.into_iter().fold(0.0, larger)
 }

@@ -1,6 +1,7 @@
 //! Where two pieces meet: straight on, through a blend, or at rest.
 
 use crate::length;
+use crate::order::Order as _;
 use crate::roots::square_root;
 use crate::shape::{Passage, Shape, difference, norm};
 
@@ -42,15 +43,15 @@ pub(crate) fn corner<const S: usize>(
     let (end, start) = (before.0.passage(before.1), after.0.passage(0));
     let bend = norm(&difference(&start.tangent, &end.tangent));
     let curve = norm(&difference(&start.curvature, &end.curvature));
-    let tightest = norm(&start.curvature).max(norm(&end.curvature));
+    let tightest = norm(&start.curvature).higher(norm(&end.curvature));
     if bend <= SAME_TANGENT && curve <= SAME_CURVATURE * tightest {
         return Corner::Smooth;
     }
     let room = length::units(before.1.min(after.1)) * 0.5;
     let reach = reach(bend, curve, TOLERANCE_SHARE * tolerance)
-        .min(room)
-        .min(LONGEST)
-        .min(MOST_TURN / tightest);
+        .lower(room)
+        .lower(LONGEST)
+        .lower(MOST_TURN / tightest);
     // Not for what is no number either.
     if bend > TURNS_BACK || reach.is_nan() || reach < SHORTEST {
         return Corner::Rest;

@@ -1,10 +1,18 @@
 //! The front of the motion: the place and the velocity of a profile with a limit of the acceleration.
 
 use crate::length;
+use crate::order::Order as _;
 use crate::queue::{Piece, Ring, Room};
 
 /// Times that the velocity of a cycle is corrected: the way to a slower piece may be one over several others.
-const CORRECTIONS: usize = 4;
+const CORRECTIONS: usize = 3;
+
+/// What it costs to collect the limits in force, in pieces that could be planned instead.
+const LOOKING_BACK: usize = 2;
+
+/// Pieces whose limits are looked at in a cycle, more in a long queue, so that all are in this number of cycles.
+const SEARCHED_IN_A_CYCLE: usize = 6;
+pub(crate) const SEARCH_CYCLES: usize = 6;
 
 /// A way to the end that is gone in one cycle, in 2^-20 units.
 const DUST: i64 = 32;
@@ -18,6 +26,8 @@ pub(crate) struct Front {
     /// With [`length::LENGTH_BITS`].
     pub(crate) velocity: u32,
     in_force: InForce,
+    /// While the limits are collected anew: the next piece to look at, and what was found so far.
+    search: Option<(usize, InForce)>,
 }
 
 /// The lowest of the limits in force.
@@ -39,9 +49,9 @@ impl InForce {
     };
 
     fn and<const S: usize>(&mut self, piece: &Piece<S>) {
-        self.velocity = self.velocity.min(piece.velocity);
-        self.feed = self.feed.min(piece.feed);
-        self.acceleration = self.acceleration.min(piece.acceleration);
+        self.velocity = self.velocity.lower(piece.velocity);
+        self.feed = self.feed.lower(piece.feed);
+        self.acceleration = self.acceleration.lower(piece.acceleration);
         self.until = self.until.min(piece.leave);
     }
 }
@@ -52,6 +62,7 @@ impl Front {
         place: 0,
         velocity: 0,
         in_force: InForce::NONE,
+        search: None,
     };
 
     /// Starts anew at rest at the start of a piece.
@@ -61,6 +72,7 @@ impl Front {
         self.velocity = 0;
         self.in_force = InForce::NONE;
         self.in_force.and(piece);
+        self.search = None;
     }
 
     pub(crate) const fn is_at_rest(&self) -> bool {
@@ -74,30 +86,34 @@ impl Front {
     }
 
     /// A cycle. `rate` is the override, 0 for a pause; `guard` a place before which it must be able to stop.
+    /// Returns what it has cost, in pieces that could have been planned instead.
     pub(crate) fn advance<const S: usize, const Q: usize>(
         &mut self,
         ring: &Ring<S, Q>,
         rate: f32,
         guard: Option<Room>,
-    ) {
+    ) -> usize {
         let Some(piece) = ring.get(self.piece) else {
-            return;
+            return 0;
         };
         let next = ring.get(self.piece + 1);
-        if self.place >= self.in_force.until {
-            self.look_back(ring);
+        let mut effort = 0;
+        if self.search.is_some() || self.place >= self.in_force.until {
+            self.look_back(ring, SEARCHED_IN_A_CYCLE.max(Q / SEARCH_CYCLES));
+            effort = LOOKING_BACK;
         }
-        let change = length::velocity(self.in_force.acceleration.min(length::FASTEST));
+        let change = length::velocity(self.in_force.acceleration.lower(length::FASTEST));
         let raised = length::velocity_units(self.velocity.saturating_add(change));
         let mut most = (self.in_force.feed * rate)
-            .min(self.in_force.velocity)
-            .min(raised);
+            .lower(self.in_force.velocity)
+            .lower(raised);
         if let Some(guard) = guard
             && most * most + 2.0 * guard.acceleration * most > guard.square
         {
             most = guard.velocity(0.0);
         }
-        let velocity = length::velocity(self.kept(ring, most))
+        let (kept, corrections) = self.kept(ring, most);
+        let velocity = length::velocity(kept)
             .min(self.velocity.saturating_add(change))
             .max(self.velocity.saturating_sub(change));
         let end = match next {
@@ -113,12 +129,13 @@ impl Front {
         };
         self.place += i64::from(self.velocity);
         self.enter(ring);
+        effort + corrections
     }
 
     /// The highest velocity of this cycle, at most `most`, with which everything ahead can still be kept behind it.
-    fn kept<const S: usize, const Q: usize>(&self, ring: &Ring<S, Q>, most: f32) -> f32 {
+    fn kept<const S: usize, const Q: usize>(&self, ring: &Ring<S, Q>, most: f32) -> (f32, usize) {
         let mut velocity = most;
-        for _ in 0..CORRECTIONS {
+        for corrections in 0..CORRECTIONS {
             let place = self.place + i64::from(length::velocity(velocity));
             let mut index = self.piece;
             let mut slowest = f32::MAX;
@@ -127,23 +144,24 @@ impl Front {
                 && next.enter <= place
             {
                 index += 1;
-                slowest = slowest.min(next.velocity);
+                slowest = slowest.lower(next.velocity);
             }
             let Some(piece) = ring.get(index) else {
-                return velocity;
+                break;
             };
-            let room = piece.room(place, ring.get(index + 1));
+            let room = piece.room(place, piece.goal(ring.get(index + 1)));
             if velocity <= slowest && velocity * velocity <= room.square {
-                return velocity;
+                return (velocity, corrections);
             }
-            velocity = room.velocity(velocity).min(slowest).min(velocity);
+            velocity = room.velocity(velocity).lower(slowest).lower(velocity);
         }
-        velocity
+        (velocity, CORRECTIONS)
     }
 
     /// With front and tool at the same place at rest, pieces that were passed are not in force.
     pub(crate) fn forget_the_past<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>) {
-        self.look_back(ring);
+        self.search = None;
+        self.look_back(ring, Q);
     }
 
     fn enter<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>) {
@@ -156,23 +174,22 @@ impl Front {
         }
     }
 
-    /// Collects the limits anew once one of them has ended.
-    fn look_back<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>) {
-        self.in_force = InForce::NONE;
-        let mut place = self.piece;
-        loop {
-            if let Some(piece) = ring.get(place)
-                && (piece.leave > self.place || place == self.piece)
-            {
-                self.in_force.and(piece);
+    /// Collects the limits anew once one of them has ended, some pieces in a cycle; those of before are in force until that is done.
+    fn look_back<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>, pieces: usize) {
+        let (from, mut found) = self.search.unwrap_or((ring.first(), InForce::NONE));
+        let from = from.max(ring.first());
+        let to = (from + pieces).min(self.piece + 1);
+        let (place, latest) = (self.place, ring.get(self.piece).map(|piece| piece.start));
+        for piece in ring.range(from, to.saturating_sub(1)) {
+            if piece.leave > place || Some(piece.start) == latest {
+                found.and(piece);
             }
-            if place <= ring.first() {
-                break;
-            }
-            place -= 1;
         }
-        if self.in_force.until <= self.place {
-            self.in_force.until = i64::MAX;
+        if to <= self.piece {
+            self.search = Some((to, found));
+            return;
         }
+        self.in_force = found;
+        self.search = None;
     }
 }

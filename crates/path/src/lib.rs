@@ -1,4 +1,4 @@
-//! paths
+#![doc = include_str!("../README.md")]
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -13,10 +13,12 @@ mod filter;
 mod front;
 mod length;
 pub mod machine;
+mod order;
 mod path;
 mod queue;
 mod roots;
 mod shape;
+pub mod tables;
 
 pub use error::PathError;
 pub use machine::Machine;

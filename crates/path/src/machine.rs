@@ -85,8 +85,16 @@ impl Scale {
     /// Counts at a coordinate.
     #[must_use]
     pub const fn counts(&self, coordinate: Position) -> Position {
-        let product = coordinate.units() as i128 * self.fixed as i128;
-        Position::from_units((product >> Self::BITS) as i64)
+        // Four products of 32 bits instead of one of 128.
+        let (units, fixed) = (coordinate.units(), self.fixed);
+        let (high, low) = (units >> 32, units as u32 as i64);
+        let (fixed_high, fixed_low) = (fixed >> 32, fixed as u32 as u64);
+        let lowest = (low as u64).wrapping_mul(fixed_low) >> 32;
+        Position::from_units(
+            high.wrapping_mul(fixed)
+                .wrapping_add(low.wrapping_mul(fixed_high))
+                .wrapping_add(lowest as i64),
+        )
     }
 
     /// Counts per unit.
@@ -176,5 +184,108 @@ impl Machine<2, 3> for Gantry {
             along * other.counts_per_unit,
             across * self.cross.counts_per_unit,
         ]
+    }
+}
+
+/// Takes up the play of an axis where it turns: an option behind a machine.
+///
+/// The counts are moved by half of the play in the direction in which the axis went last. At a turn they get there in steps of at most
+/// [`Self::new`]'s counts per cycle, which come on top of the limits of the path: leave room for them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Backlash {
+    half: i64,
+    step: i64,
+    latest: i64,
+    offset: i64,
+    direction: i64,
+}
+
+impl Backlash {
+    /// An axis that stands at a position, with so much play, taken up by at most so much in a cycle.
+    #[must_use]
+    pub const fn new(at: Position, play: Position, step: Position) -> Self {
+        Self {
+            half: play.units().saturating_abs() / 2,
+            step: step.units().saturating_abs(),
+            latest: at.units(),
+            offset: 0,
+            direction: 0,
+        }
+    }
+
+    /// The set-point of the next cycle.
+    pub const fn apply(&mut self, position: Position) -> Position {
+        let units = position.units();
+        if units > self.latest {
+            self.direction = 1;
+        } else if units < self.latest {
+            self.direction = -1;
+        }
+        self.latest = units;
+        let left = self.direction * self.half - self.offset;
+        self.offset += if left > self.step {
+            self.step
+        } else if left < -self.step {
+            -self.step
+        } else {
+            left
+        };
+        position.moved_by(Position::from_units(self.offset))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_are_exact_and_have_a_range() {
+        let scale =
+            Scale::from_ratio(trajectory::units::Ratio::new(-16_384, 5_000).unwrap()).unwrap();
+        let counts = scale.counts(Position::from_counts(100_000_000));
+        assert!(
+            (counts.units() - Position::from_counts(-327_680_000).units()).abs()
+                <= Position::UNITS / 8
+        );
+        assert!(Scale::from_fixed(0).is_err());
+        assert!(Scale::from_fixed((1 << 52) + 1).is_err());
+        assert!(Scale::from_fixed(-(1 << 16)).is_ok());
+    }
+
+    #[test]
+    fn wheels_of_a_drive_turn_against_each_other_on_the_spot() {
+        let machine = DifferentialDrive {
+            left: Scale::ONE,
+            right: Scale::ONE,
+        };
+        let [left, right] =
+            machine.axes([Position::from_counts(1_000), Position::from_counts(200)]);
+        assert_eq!((left.counts(), right.counts()), (900, 1_100));
+        assert_eq!(machine.rates(&[0.0, 2.0]), [-1.0, 1.0]);
+    }
+
+    #[test]
+    fn both_motors_of_a_gantry_go_the_same_way() {
+        let other = Scale::from_fixed(-2 << 32).unwrap();
+        let machine = Gantry {
+            pair: [Scale::ONE, other],
+            cross: Scale::ONE,
+        };
+        let axes = machine.axes([Position::from_counts(50), Position::from_counts(7)]);
+        assert_eq!(axes.map(Position::counts), [50, -100, 7]);
+        assert_eq!(machine.rates(&[1.0, 0.5]), [1.0, -2.0, 0.5]);
+    }
+
+    #[test]
+    fn play_is_taken_up_in_steps_where_the_axis_turns() {
+        let mut axis = Backlash::new(
+            Position::ZERO,
+            Position::from_counts(10),
+            Position::from_counts(2),
+        );
+        let mut at = |counts| axis.apply(Position::from_counts(counts)).counts();
+        assert_eq!([0, 1, 2, 3, 4].map(&mut at), [0, 3, 6, 8, 9]);
+        assert_eq!(at(4), 9);
+        assert_eq!([3, 2, 1, 0, -1, -2].map(&mut at), [6, 3, 0, -3, -6, -7]);
     }
 }

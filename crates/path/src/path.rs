@@ -7,19 +7,21 @@ use crate::bounds::{Pace, pace};
 use crate::corner::{Corner, corner};
 use crate::error::PathError;
 use crate::filter::{Average, LONGEST};
-use crate::front::Front;
+use crate::front::{Front, SEARCH_CYCLES};
 use crate::length;
 use crate::machine::Machine;
+use crate::order::Order as _;
 use crate::queue::{Piece, Ring, Room};
 use crate::shape::{self, Point, Shape};
 
-/// Pieces that are planned anew in a cycle; more where the queue has more than 8 times as many.
-const PLANNED_IN_A_CYCLE: usize = 8;
+/// Pieces that are planned anew in a cycle; more where a queue is long, fewer where the front has
+/// had much to do.
+const PLANNED_IN_A_CYCLE: usize = 3;
 /// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.
 const EDGE_CYCLES: f32 = 3.0;
 
 /// Cycles of the front that it may be behind a border when it learns of it.
-const BEHIND: f32 = 1.5;
+const BEHIND: f32 = 1.5 + SEARCH_CYCLES as f32;
 
 /// How a piece follows the one before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -255,7 +257,8 @@ where
         if actual > most {
             return Err(PathError::End { actual, most });
         }
-        let round = arc.sweep as f32 / 4_294_967_296.0 * core::f32::consts::TAU * radius;
+        let turns = length::to_float(arc.sweep, 32);
+        let round = turns * core::f32::consts::TAU * radius;
         let length = crate::roots::square_root(round * round + across);
         if length > LONGEST_PIECE {
             return Err(PathError::Radius { actual: radius });
@@ -316,7 +319,7 @@ where
     }
 
     fn pace(&self, shape: &Shape<SPACE>, feed: f32) -> Pace {
-        let fastest = (feed * self.most_rate).min(length::FASTEST);
+        let fastest = (feed * self.most_rate).lower(length::FASTEST);
         let cycles = self.average.cycles() as f32;
         pace(shape, &self.machine, &self.limits, fastest, cycles)
     }
@@ -373,7 +376,7 @@ where
                 self.connect(place, last, next, None)
             }
             Corner::Blend { shape, reach } => {
-                let feed = last.feed.min(piece.feed);
+                let feed = last.feed.lower(piece.feed);
                 let pace = self.pace(&shape, feed);
                 if !(pace.velocity > 0.0 && pace.acceleration > LEAST_ACCELERATION) {
                     return false;
@@ -407,17 +410,17 @@ where
         let cycles = self.average.cycles() as f32;
         // A cycle must not pass more than a few pieces.
         let piece = Piece {
-            velocity: piece.velocity.min(4.0 * length::units(piece.length)),
+            velocity: piece.velocity.lower(4.0 * length::units(piece.length)),
             start: before.end(),
             ..piece
         };
-        let way = piece.velocity.min(before.velocity) * (0.5 * cycles + EDGE_CYCLES);
+        let way = piece.velocity.lower(before.velocity) * (0.5 * cycles + EDGE_CYCLES);
         let enter = before.enter.max(before.end() - length::from_units(way));
         // What is in force until the one before it leaves.
         let alone = left(before, cycles) + length::from_units(BEHIND * before.velocity);
         let alone = before.alone.max(alone);
         let shared = if before.alone > enter {
-            before.shared.min(before.acceleration)
+            before.shared.lower(before.acceleration)
         } else {
             before.acceleration
         };
@@ -425,7 +428,7 @@ where
             enter,
             leave: left(&piece, cycles),
             alone,
-            shared: shared.min(piece.acceleration),
+            shared: shared.lower(piece.acceleration),
             entry: 0.0,
             from_rest: false,
             ..piece
@@ -447,14 +450,12 @@ where
         next: Piece<SPACE>,
         rest: Option<Piece<SPACE>>,
     ) -> bool {
-        let mut acceleration = next.shared.min(last.shared).min(last.acceleration);
+        let mut acceleration = next.shared.lower(last.shared).lower(last.acceleration);
         if let Some(rest) = &rest {
-            acceleration = acceleration.min(rest.shared);
+            acceleration = acceleration.lower(rest.shared);
         }
-        for place in self.front.piece..place {
-            if let Some(piece) = self.ring.get(place) {
-                acceleration = acceleration.min(piece.shared);
-            }
+        for piece in self.ring.range(self.front.piece, place) {
+            acceleration = acceleration.lower(piece.shared);
         }
         let mut guard = Guard {
             place: next.enter,
@@ -491,14 +492,14 @@ where
 
     /// The next cycle: the positions of the axes in counts.
     pub fn advance(&mut self) -> [Position; AXES] {
-        self.plan_some();
         let rate = if self.is_paused || self.is_stopping {
             0.0
         } else {
             self.rate
         };
         let guard = self.guard.map(|guard| guard.room(self.front.place));
-        self.front.advance(&self.ring, rate, guard);
+        let effort = self.front.advance(&self.ring, rate, guard);
+        self.plan_some(effort);
         let way = self.average.add(self.front.velocity);
         if way != 0 {
             self.move_tool(way);
@@ -521,7 +522,7 @@ where
             self.tool += 1;
         }
         if let Some(piece) = self.ring.get(self.tool) {
-            let at = part_of(self.tool_way, self.share).clamp(0, piece.length);
+            let at = part_of(self.tool_way, self.share).min(piece.length).max(0);
             self.place = piece.shape.point(piece.begin + at);
         }
         self.forget();
@@ -575,8 +576,9 @@ where
     }
 
     /// Plans backward from the end: how fast each piece may be entered.
-    fn plan_some(&mut self) {
-        for _ in 0..PLANNED_IN_A_CYCLE.max(QUEUE / 8) {
+    fn plan_some(&mut self, effort: usize) {
+        let count = PLANNED_IN_A_CYCLE.saturating_sub(effort);
+        for _ in 0..count.max(QUEUE / 64) {
             let Some(place) = self.plan else {
                 return;
             };
@@ -584,13 +586,15 @@ where
                 self.finish_plan();
                 return;
             }
-            let next = self.ring.get(place + 1).copied();
-            let Some(piece) = self.ring.get_mut(place) else {
+            let Some(piece) = self.ring.get(place) else {
                 self.finish_plan();
                 return;
             };
-            if !piece.from_rest {
-                piece.entry = piece.entry_before(next.as_ref());
+            let entry = piece.entry_before(piece.goal(self.ring.get(place + 1)));
+            if let Some(piece) = self.ring.get_mut(place)
+                && !piece.from_rest
+            {
+                piece.entry = entry;
             }
             self.plan = Some(place - 1);
         }
@@ -618,7 +622,7 @@ impl Guard {
     fn and(self, other: Option<Self>) -> Self {
         other.map_or(self, |other| Self {
             place: self.place.min(other.place),
-            acceleration: self.acceleration.min(other.acceleration),
+            acceleration: self.acceleration.lower(other.acceleration),
         })
     }
 

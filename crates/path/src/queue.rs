@@ -66,6 +66,13 @@ impl Room {
     }
 }
 
+/// What a piece asks of the one before it: at this place at most this square of a velocity.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Entry {
+    place: i64,
+    square: f32,
+}
+
 impl<const S: usize> Piece<S> {
     pub(crate) const EMPTY: Self = Self {
         shape: Shape::EMPTY,
@@ -87,12 +94,34 @@ impl<const S: usize> Piece<S> {
         self.start + self.length
     }
 
-    /// What a front at a place in this piece must keep, before the next one or before the end.
-    pub(crate) fn room(&self, place: i64, next: Option<&Self>) -> Room {
-        let (goal, square) = match next {
-            Some(next) if !next.from_rest => (next.enter, next.entry),
-            _ => (self.end(), 0.0),
-        };
+    /// What this piece asks of the one before it.
+    pub(crate) const fn asks(&self) -> Entry {
+        if self.from_rest {
+            return Entry {
+                place: self.start,
+                square: 0.0,
+            };
+        }
+        Entry {
+            place: self.enter,
+            square: self.entry,
+        }
+    }
+
+    /// What the piece before the next one must keep: what that asks for, or rest at its own end.
+    pub(crate) fn goal(&self, next: Option<&Self>) -> Entry {
+        match next {
+            Some(next) => next.asks(),
+            None => Entry {
+                place: self.end(),
+                square: 0.0,
+            },
+        }
+    }
+
+    /// What a front at a place in this piece must keep, before its goal.
+    pub(crate) fn room(&self, place: i64, goal: Entry) -> Room {
+        let (goal, square) = (goal.place, goal.square);
         let alone = PLANNED * self.acceleration;
         if place >= self.alone {
             return Room {
@@ -109,9 +138,10 @@ impl<const S: usize> Piece<S> {
     }
 
     /// [`Self::entry`], so that the next one can be entered.
-    pub(crate) fn entry_before(&self, next: Option<&Self>) -> f32 {
-        let square = self.room(self.enter, next).square;
-        square.min(self.velocity * self.velocity)
+    pub(crate) fn entry_before(&self, goal: Entry) -> f32 {
+        let square = self.room(self.enter, goal).square;
+        let most = self.velocity * self.velocity;
+        if square < most { square } else { most }
     }
 }
 
@@ -144,6 +174,18 @@ impl<const S: usize, const Q: usize> Ring<S, Q> {
             return None;
         }
         self.pieces.get_mut(place.checked_rem(Q)?)
+    }
+
+    /// Those from one place to another, the last one included.
+    pub(crate) fn range(&self, from: usize, to: usize) -> impl Iterator<Item = &Piece<S>> {
+        let from = from.max(self.first);
+        let count = (to + 1).min(self.end).saturating_sub(from);
+        let start = from.checked_rem(Q).unwrap_or(0);
+        let behind = (start + count).saturating_sub(Q);
+        let ahead = start + count - behind;
+        let ahead = self.pieces.get(start..ahead).unwrap_or_default();
+        let behind = self.pieces.get(..behind).unwrap_or_default();
+        ahead.iter().chain(behind)
     }
 
     pub(crate) fn push(&mut self, piece: Piece<S>) {

@@ -105,7 +105,7 @@ impl<const S: usize> Shape<S> {
             let rest = end - from - of_plane(plane, turned, place);
             *way = inverse.times(rest);
         }
-        let turns = sweep as f32 / 4_294_967_296.0;
+        let turns = length::to_float(sweep, 32);
         Self {
             from,
             kind: Kind::Arc {
@@ -208,7 +208,7 @@ impl<const S: usize> Shape<S> {
             let places = self.scale as i32 - 64 + 20 - COORDINATE_BITS;
             let unit = f32::from_bits(((127 + places).clamp(1, 254).cast_unsigned()) << 23);
             for (tangent, way) in tangent.iter_mut().zip(way) {
-                *tangent = *way as f32 * unit;
+                *tangent = length::to_float(*way, 0) * unit;
             }
         }
         if let Kind::Arc {
@@ -240,7 +240,7 @@ impl<const S: usize> Shape<S> {
 
 /// The coordinate in units, to 24 bits.
 pub(crate) fn coordinate(coordinate: i64) -> f32 {
-    coordinate as f32 * (1.0 / 16_777_216.0)
+    length::to_float(coordinate, COORDINATE_BITS as u32)
 }
 
 pub(crate) fn norm<const S: usize>(vector: &Vector<S>) -> f32 {

@@ -26,7 +26,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, CheckError> {
     let drives = motion.drives().map_err(CheckError::Motion)?;
     let gears = motion.gear_numbers().map_err(CheckError::Motion)?;
     let report = Report::new(arguments, &plan, &drives, &gears);
-    let motion = motion.report(&plan, &drives, StepLimit::MAX);
+    let motion = motion
+        .report(&plan, &drives, StepLimit::MAX)
+        .map_err(CheckError::Motion)?;
     if let Some(path) = &arguments.svg {
         let picture = svg::draw(&plan, &report, arguments.cycle_us).map_err(CheckError::Draw)?;
         std::fs::write(path, picture).map_err(|source| CheckError::Write {

@@ -9,7 +9,8 @@ use super::buses::{self, Bus, admit_all};
 use super::error::RunError;
 use super::{Axis, ask, listen, open_control};
 use crate::control::Wishes;
-use crate::set_points::TimedMotion;
+use crate::program::ProgramInMotion;
+use crate::set_points::{SetPointSource, TimedMotion};
 use crate::station::Needs;
 use crate::trajectory::{MotionFile, Plan};
 
@@ -20,7 +21,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
         .map_err(RunError::Motion)?;
     let axes = axes(arguments, &motion, &plan)?;
     let drives: Vec<_> = axes.iter().map(|axis| axis.drive).collect();
-    let report = motion.report(&plan, &drives, StepLimit::MAX);
+    arguments
+        .motion
+        .path_picture(&plan, false)
+        .map_err(RunError::Motion)?;
+    let report = motion
+        .report(&plan, &drives, StepLimit::MAX)
+        .map_err(RunError::Motion)?;
     if !arguments.json {
         report.show();
     }
@@ -32,11 +39,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let control = open_control(arguments, &wishes)?;
     let mut buses = buses::open(arguments, axes)?;
     let mut source = source(arguments, &mut buses, &plan)?;
+    let source = source.as_mut();
     let seconds = plan.cycles() as f64 * f64::from(arguments.cycle_us) * 1e-6;
     ask(arguments, &drives, &format!("for {seconds:.1} s"))?;
     let follows = buses::ready(arguments, &mut buses)?;
     let listening = listen(arguments, control, &wishes)?;
-    let summaries = buses::follow_all(follows, &mut source, &wishes, !arguments.json);
+    let summaries = buses::follow_all(follows, source, &wishes, !arguments.json);
     drop(listening);
     buses::show(arguments, &summaries, Some(&report), None)
 }
@@ -75,8 +83,14 @@ fn source<'plan>(
     arguments: &Arguments,
     buses: &mut [Bus],
     plan: &'plan Plan,
-) -> Result<TimedMotion<&'plan Plan>, RunError> {
+) -> Result<Box<dyn SetPointSource + 'plan>, RunError> {
     admit_all(arguments, buses)?;
+    if let Some(checked) = plan.program() {
+        let program = ProgramInMotion::new(checked);
+        return Ok(Box::new(
+            program.map_err(|source| RunError::Motion(source.into()))?,
+        ));
+    }
     let headroom = |axis: &Axis| {
         arguments
             .limits
@@ -94,5 +108,5 @@ fn source<'plan>(
         }
         source.hold_to(1.0);
     }
-    Ok(source)
+    Ok(Box::new(source))
 }

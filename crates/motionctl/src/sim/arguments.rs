@@ -22,6 +22,7 @@ Examples:
   cargo sim -- --trajectory plan.csv            the columns that the header line names as positions
   cargo sim -- --trajectory plan.csv --time-column 1 --axes 6   a file without names: the next six columns
   cargo sim -- --trajectory plan.csv --columns shoulder,elbow --gear-ratio 50
+  cargo sim -- --program examples/programs/circle.ngc --axes 2 --mm-per-turn 5 --axis-rpm 3000   G-code, see docs/paths.md
   cargo sim -- --report out                     and a page with pictures, out/index.html
   cargo sim -- --live                           watch it in the terminal and interfere
   cargo sim -- --faults examples/faults.toml    see what the master does when things go wrong
@@ -100,10 +101,11 @@ enum TxOrderOption {
 impl Arguments {
     pub(crate) fn setup(&self, motion: &MotionFile<'_>) -> Result<Setup, SimError> {
         let period_us = |hz: u32| 1_000_000_u32.checked_div(hz);
-        if motion.axes() > MOST_AXES {
+        let axes = motion.axes().map_err(SimError::Motion)?;
+        if axes > MOST_AXES {
             return Err(SimError::AxisCount {
                 most: MOST_AXES,
-                actual: motion.axes(),
+                actual: axes,
             });
         }
         let drives = motion.drives().map_err(SimError::Motion)?;

@@ -51,7 +51,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     if let Some(folder) = &arguments.report {
         report::make_folder(folder)?;
     }
-    let motion = motion.report(&plan, &setup.drives, setup.max_step);
+    let picture = arguments
+        .motion
+        .path_picture(&plan, arguments.report.is_some())
+        .map_err(SimError::Motion)?;
+    let motion = motion
+        .report(&plan, &setup.drives, setup.max_step)
+        .map_err(SimError::Motion)?;
     if !arguments.json {
         motion.show();
     }
@@ -61,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
             csv::write(table, &recording).map_err(SimError::Log)?;
         }
         if let Some(folder) = &arguments.report {
-            let page = report::write(folder, &recording, &summary)?;
+            let page = report::write(folder, &recording, &summary, picture.as_deref())?;
             tell(format_args!("report: {}", page.display()));
         }
     }

@@ -32,6 +32,7 @@ use curve::Interpolation;
 use error::TrajectoryError;
 pub(crate) use layout::{FieldError, Layout, TimedCounts};
 pub(crate) use motion_error::MotionError;
+use motion_report::FileReport;
 pub(crate) use motion_report::{MotionReport, WithMotion};
 pub(crate) use options::{MotionFile, MotionOptions};
 pub(crate) use plan::Plan;

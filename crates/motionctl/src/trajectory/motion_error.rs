@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::TrajectoryError;
 use crate::counted::counted;
+use crate::program::ProgramFileError;
 
 /// Options that make no motion.
 #[derive(Debug)]
@@ -19,6 +20,8 @@ pub(crate) enum MotionError {
         path: String,
         source: TrajectoryError,
     },
+    /// The program is not usable.
+    Program(ProgramFileError),
     /// The number of drive ids, of which there are 63, is not the number of axes.
     DriveCount { expected: usize, actual: usize },
     /// No gear number makes so many counts of a turn.
@@ -37,6 +40,7 @@ impl fmt::Display for MotionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
+            Self::Program(source) => source.fmt(f),
             Self::Trajectory { path, source } => write!(f, "{path}: {source}"),
             Self::CountsPerTurn { actual } => write!(
                 f,
@@ -67,3 +71,9 @@ impl fmt::Display for MotionError {
 }
 
 impl std::error::Error for MotionError {}
+
+impl From<ProgramFileError> for MotionError {
+    fn from(source: ProgramFileError) -> Self {
+        Self::Program(source)
+    }
+}

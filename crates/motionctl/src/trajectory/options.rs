@@ -16,7 +16,8 @@ use super::name::Name;
 use super::resolve;
 use super::table::Reading;
 use super::unit::{AxisScale, TimeUnit, Unit};
-use super::{ColumnChoice, Interpolation, MotionReport, Plan, Table, TrajectoryError};
+use super::{ColumnChoice, FileReport, Interpolation, MotionReport, Plan, Table, TrajectoryError};
+use crate::program::{Axes, ProgramFile, ProgramFileError, ProgramOptions, ProgramReport};
 
 /// The motion that runs when no file is given.
 const EXAMPLE: &str = include_str!("../../../../examples/pick-and-place.csv");
@@ -96,12 +97,25 @@ pub(crate) struct MotionOptions {
     /// are speeds in r/min: zlac for nodes 4, 5 ..., zlac:7,9 for others.
     #[arg(long, value_name = "IDS", value_parser = drive_set)]
     drives: Option<DriveSet>,
+    #[command(flatten)]
+    pub(crate) program: ProgramOptions,
 }
 
-/// A motion file that was read, with the columns that it moves.
+/// A motion that was read, with the axes that it moves.
 #[derive(Debug)]
 pub(crate) struct MotionFile<'a> {
     options: &'a MotionOptions,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    File(FileContent),
+    Program(ProgramFile),
+}
+
+#[derive(Debug)]
+struct FileContent {
     table: Table,
     /// One an axis; empty for wheels, whose scale their drives set.
     scales: Vec<AxisScale>,
@@ -126,6 +140,15 @@ impl MotionOptions {
 
     /// Reads the file, finds its columns and their units.
     pub(crate) fn read(&self) -> Result<MotionFile<'_>, MotionError> {
+        if let Some(path) = &self.program.program {
+            if self.hub_motors().is_some() {
+                return Err(MotionError::HubMotors);
+            }
+            return Ok(MotionFile {
+                options: self,
+                content: Content::Program(ProgramFile::open(path)?),
+            });
+        }
         let table = self.table()?;
         let columns = &table.columns.positions;
         let scales = if self.hub_motors().is_some() {
@@ -137,8 +160,7 @@ impl MotionOptions {
         let scales = scales.map_err(|source| self.in_file(source))?;
         Ok(MotionFile {
             options: self,
-            table,
-            scales,
+            content: Content::File(FileContent { table, scales }),
         })
     }
 
@@ -210,15 +232,11 @@ impl MotionOptions {
 
     fn scales(&self, columns: &[Column]) -> Result<Vec<AxisScale>, TrajectoryError> {
         let units = resolve::position_units(&self.unit, columns)?;
-        let or_default = |given: &[f64], default| match given {
-            [] => vec![default],
-            given => given.to_vec(),
-        };
         resolve::scales(
             &units,
             columns,
             &or_default(&self.gear_ratio, 1.0),
-            &or_default(&self.counts_per_turn, FACTORY_COUNTS_PER_TURN),
+            &self.counts_per_turn(),
             &self.mm_per_turn,
         )
     }
@@ -267,6 +285,43 @@ impl MotionOptions {
         }
     }
 
+    /// The path of a program as SVG, where a file is asked for or `is_needed`; the file is written.
+    pub(crate) fn path_picture(
+        &self,
+        plan: &Plan,
+        is_needed: bool,
+    ) -> Result<Option<String>, MotionError> {
+        let path = self.program.path_svg.as_ref();
+        let Some(checked) = plan.program().filter(|_| is_needed || path.is_some()) else {
+            return Ok(None);
+        };
+        let picture = checked.picture()?;
+        if let Some(path) = path {
+            std::fs::write(path, &picture).map_err(|source| ProgramFileError::Write {
+                path: path.clone(),
+                source,
+            })?;
+        }
+        Ok(Some(picture))
+    }
+
+    fn counts_per_turn(&self) -> Vec<f64> {
+        or_default(&self.counts_per_turn, FACTORY_COUNTS_PER_TURN)
+    }
+
+    fn axes_of_program<'a>(&'a self, counts_per_turn: &'a [f64]) -> Axes<'a> {
+        Axes {
+            count: self.axes,
+            mm_per_turn: &self.mm_per_turn,
+            gear_ratio: match &self.gear_ratio[..] {
+                [] => &[1.0],
+                given => given,
+            },
+            counts_per_turn,
+            max_duration_s: self.max_duration,
+        }
+    }
+
     fn file_name(&self) -> String {
         self.trajectory.as_ref().map_or_else(
             || self.example().1.to_owned(),
@@ -282,24 +337,28 @@ impl MotionOptions {
 
 impl MotionFile<'_> {
     /// Number of axes that move.
-    pub(crate) fn axes(&self) -> usize {
-        self.table.columns.positions.len()
+    pub(crate) fn axes(&self) -> Result<usize, MotionError> {
+        Ok(match &self.content {
+            Content::File(file) => file.table.columns.positions.len(),
+            Content::Program(_) => self.options.axes_of_program(&[]).count()?,
+        })
     }
 
     /// The same drives as were named elsewhere, when there is one for each axis.
     pub(crate) fn takes_drives(&self, drives: Vec<DriveId>) -> Result<Vec<DriveId>, MotionError> {
-        if drives.len() == self.axes() {
+        let expected = self.axes()?;
+        if drives.len() == expected {
             return Ok(drives);
         }
         Err(MotionError::DriveCount {
-            expected: self.axes(),
+            expected,
             actual: drives.len(),
         })
     }
 
     /// The drive of each axis.
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
-        let axes = self.axes();
+        let axes = self.axes()?;
         let drives: Vec<DriveId> = match &self.options.drives {
             Some(DriveSet::Dyn(drives)) => drives.clone(),
             Some(DriveSet::Zlac(_)) => return Err(MotionError::HubMotors),
@@ -310,19 +369,40 @@ impl MotionFile<'_> {
 
     /// The gear number of the drive of each axis: a quarter of the counts of a turn.
     pub(crate) fn gear_numbers(&self) -> Result<Vec<GearNumber>, MotionError> {
-        gear_numbers(self.scales.iter().map(|scale| scale.counts_per_turn.abs()))
+        let counts: Vec<f64> = match &self.content {
+            Content::File(file) => {
+                let counts = file.scales.iter().map(|scale| scale.counts_per_turn.abs());
+                counts.collect()
+            }
+            Content::Program(_) => match self.options.counts_per_turn()[..] {
+                [all] => vec![all; self.axes()?],
+                ref each => each.to_vec(),
+            },
+        };
+        gear_numbers(counts.into_iter())
     }
 
     /// The positions at every cycle, checked against the step that each axis can follow.
     pub(crate) fn plan(&self, cycle_us: u32, max_step: StepLimit) -> Result<Plan, MotionError> {
-        Plan::new(
-            &self.table,
-            &self.scales,
-            self.options.interpolation,
-            cycle_us,
-            &vec![max_step; self.axes()],
-        )
-        .map_err(|source| self.options.in_file(source))
+        let options = self.options;
+        match &self.content {
+            Content::File(file) => Plan::new(
+                &file.table,
+                &file.scales,
+                options.interpolation,
+                cycle_us,
+                &vec![max_step; file.table.columns.positions.len()],
+            )
+            .map_err(|source| options.in_file(source)),
+            Content::Program(file) => {
+                let turns = options.counts_per_turn();
+                let axes = options.axes_of_program(&turns);
+                let checked = options
+                    .program
+                    .check(file.clone(), &axes, cycle_us, max_step)?;
+                Ok(Plan::of_program(checked))
+            }
+        }
     }
 
     /// What the motion is about to do.
@@ -331,29 +411,45 @@ impl MotionFile<'_> {
         plan: &Plan,
         drives: &[DriveId],
         max_step: StepLimit,
-    ) -> MotionReport {
+    ) -> Result<MotionReport, MotionError> {
         let drives: Vec<u8> = drives.iter().map(|drive| drive.get()).collect();
-        let file = self.options.file_name();
-        MotionReport::new(file, &self.table, plan, &self.scales, &drives, max_step)
+        match (&self.content, plan.program()) {
+            (Content::Program(_), Some(checked)) => {
+                let turns = self.options.counts_per_turn();
+                let axes = self.options.axes_of_program(&turns);
+                let counts_per_mm = self.options.program.counts_per_mm(&axes)?;
+                let report = ProgramReport::new(checked, &counts_per_mm, &drives);
+                Ok(MotionReport::Program(report))
+            }
+            _ => {
+                let file = self.file()?;
+                let name = self.options.file_name();
+                let report =
+                    FileReport::new(name, &file.table, plan, &file.scales, &drives, max_step);
+                Ok(MotionReport::File(report))
+            }
+        }
     }
 
     /// Speeds of wheels at every cycle, in 1/n r/min; the columns are r/min, at rest in the beginning and in the end.
     pub(crate) fn speeds(&self, cycle_us: u32, speed_resolution: u16) -> Result<Plan, MotionError> {
-        for point in [0, self.table.points() - 1] {
-            if let Some(&rpm) = self.table.row(point).iter().find(|rpm| **rpm != 0.0) {
+        let table = &self.file()?.table;
+        for point in [0, table.points() - 1] {
+            if let Some(&rpm) = table.row(point).iter().find(|rpm| **rpm != 0.0) {
                 return Err(MotionError::NotAtRest {
                     path: self.options.file_name(),
-                    line: self.table.lines[point],
+                    line: table.lines[point],
                     rpm,
                 });
             }
         }
+        let axes = table.columns.positions.len();
         Plan::new(
-            &self.table,
-            &self.wheel_scales(speed_resolution),
+            table,
+            &vec![wheel_scale(speed_resolution); axes],
             Interpolation::Linear,
             cycle_us,
-            &vec![StepLimit::MAX; self.axes()],
+            &vec![StepLimit::MAX; axes],
         )
         .map_err(|source| self.options.in_file(source))
     }
@@ -364,21 +460,37 @@ impl MotionFile<'_> {
         plan: &Plan,
         nodes: &[NodeId],
         speed_resolution: u16,
-    ) -> MotionReport {
+    ) -> Result<MotionReport, MotionError> {
+        let table = &self.file()?.table;
         let nodes: Vec<u8> = nodes.iter().map(|node| node.get()).collect();
-        let scales = self.wheel_scales(speed_resolution);
-        let file = self.options.file_name();
-        MotionReport::new(file, &self.table, plan, &scales, &nodes, StepLimit::MAX)
+        let scales = vec![wheel_scale(speed_resolution); nodes.len()];
+        let name = self.options.file_name();
+        let report = FileReport::new(name, table, plan, &scales, &nodes, StepLimit::MAX);
+        Ok(MotionReport::File(report))
     }
 
-    fn wheel_scales(&self, speed_resolution: u16) -> Vec<AxisScale> {
-        let scale = AxisScale {
-            unit: Unit::Rpm,
-            gear_ratio: 1.0,
-            counts_per_turn: speed_resolution.into(),
-            mm_per_turn: 1.0,
-        };
-        vec![scale; self.axes()]
+    /// The motion file; a program is none.
+    fn file(&self) -> Result<&FileContent, MotionError> {
+        match &self.content {
+            Content::File(file) => Ok(file),
+            Content::Program(_) => Err(MotionError::HubMotors),
+        }
+    }
+}
+
+fn wheel_scale(speed_resolution: u16) -> AxisScale {
+    AxisScale {
+        unit: Unit::Rpm,
+        gear_ratio: 1.0,
+        counts_per_turn: speed_resolution.into(),
+        mm_per_turn: 1.0,
+    }
+}
+
+fn or_default(given: &[f64], default: f64) -> Vec<f64> {
+    match given {
+        [] => vec![default],
+        given => given.to_vec(),
     }
 }
 

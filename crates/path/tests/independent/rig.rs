@@ -139,9 +139,8 @@ pub(crate) fn run_until(
     };
     for cycle in 0..100_000 {
         if cycle < at && tool.has_room() {
-            match rest.next() {
-                Some(piece) => feed_one(tool, piece, feed, join, &mut ideal),
-                None => {}
+            if let Some(piece) = rest.next() {
+                feed_one(tool, piece, feed, join, &mut ideal);
             }
         }
         if cycle == at {

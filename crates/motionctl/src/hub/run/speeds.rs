@@ -44,7 +44,7 @@ impl Motion for Rows {
 /// Checks everything, asks, runs the speeds, prints the summary.
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     let motion = arguments.motion.read().map_err(input)?;
-    let nodes = nodes_of(arguments, motion.axes())?;
+    let nodes = nodes_of(arguments, motion.axes().map_err(input)?)?;
     let mut bus = Bus::open(&arguments.link)?;
     let looks: Vec<Look> = nodes
         .iter()
@@ -53,7 +53,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     let resolution = same_resolution(&looks)?;
     let plan = motion.speeds(CYCLE_US, resolution).map_err(input)?;
     check(arguments, &plan, resolution)?;
-    let report = motion.wheel_report(&plan, &nodes, resolution);
+    let report = motion
+        .wheel_report(&plan, &nodes, resolution)
+        .map_err(input)?;
     if !arguments.json {
         report.show();
     }

@@ -24,14 +24,15 @@ pub(super) fn make_folder(folder: &Path) -> Result<(), SimError> {
     })
 }
 
-/// Writes `index.html` into a folder.
+/// Writes `index.html` into a folder, with the picture of a path if there is one.
 pub(super) fn write(
     folder: &Path,
     recording: &Recording,
     summary: &Summary,
+    path: Option<&str>,
 ) -> Result<PathBuf, SimError> {
     let page = folder.join("index.html");
-    let text = page::page(recording, summary).map_err(SimError::Picture)?;
+    let text = page::page(recording, summary, path).map_err(SimError::Picture)?;
     match std::fs::write(&page, text) {
         Ok(()) => Ok(page),
         Err(source) => Err(SimError::Write { path: page, source }),

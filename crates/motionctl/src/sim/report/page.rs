@@ -15,7 +15,11 @@ const SCRIPT: &str = include_str!("strip.js");
 const MOST_EVENTS: usize = 1_000;
 
 /// The whole page, or why a picture cannot be drawn.
-pub(super) fn page(recording: &Recording, summary: &Summary) -> Result<String, String> {
+pub(super) fn page(
+    recording: &Recording,
+    summary: &Summary,
+    path: Option<&str>,
+) -> Result<String, String> {
     let mut axes = String::new();
     for axis in 0..recording.drives.len() {
         let picture = charts::axis(recording, axis)?;
@@ -31,6 +35,7 @@ pub(super) fn page(recording: &Recording, summary: &Summary) -> Result<String, S
         ("verdict", verdict(summary)),
         ("facts", facts(recording, summary)),
         ("summary", summary_rows(summary)),
+        ("path", path.map_or_else(String::new, path_figure)),
         ("axes", axes),
         ("bus", charts::bus(recording)?),
         ("jitter", charts::jitter(recording)?),
@@ -41,6 +46,12 @@ pub(super) fn page(recording: &Recording, summary: &Summary) -> Result<String, S
         ("script", SCRIPT.to_owned()),
     ];
     Ok(fill(&parts))
+}
+
+fn path_figure(picture: &str) -> String {
+    format!(
+        "<figure><figcaption>Path of the program, seen from above</figcaption>{picture}</figure>"
+    )
 }
 
 const AXIS_LEGEND: &str = "<ul class=\"legend\"><li class=\"target\">target</li><li class=\"sent\">sent</li><li class=\"drive\">drive</li>\

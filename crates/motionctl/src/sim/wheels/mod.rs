@@ -42,14 +42,19 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         return drive(arguments, nodes, Path::new(file));
     }
     let motion = arguments.motion.read().map_err(SimError::Motion)?;
-    let setup = setup_of(arguments, nodes_of(nodes, motion.axes())?)?;
+    let setup = setup_of(
+        arguments,
+        nodes_of(nodes, motion.axes().map_err(SimError::Motion)?)?,
+    )?;
     let plan = motion
         .speeds(setup.cycle_us, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
     let candump = arguments.candump.as_deref().map(create).transpose()?;
     let table = table_of(arguments, &setup)?;
-    let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
+    let motion = motion
+        .wheel_report(&plan, &setup.nodes, setup.speed_resolution)
+        .map_err(SimError::Motion)?;
     if !arguments.json {
         motion.show();
     }
