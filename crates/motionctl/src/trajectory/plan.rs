@@ -256,7 +256,7 @@ mod tests {
     fn starts_at_zero_and_ends_exactly_at_the_last_point() {
         let plan = plan("5.0 90\n5.1 180\n", 16_384).unwrap();
         assert_eq!(plan.cycles(), 101);
-        assert_eq!(plan.row(0).collect::<Vec<_>>(), [0]);
+        assert_eq!(plan.row(0), [0]);
         assert_eq!(plan.last(), [4_096]);
         assert_eq!(plan.rows().count(), 101);
     }

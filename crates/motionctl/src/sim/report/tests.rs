@@ -46,7 +46,7 @@ fn sample(at_us: u64) -> Sample {
 }
 
 fn text() -> String {
-    page::page(&recording(), &Summary::default()).unwrap()
+    page::page(&recording(), &Summary::default(), None).unwrap()
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn what_is_said_again_and_again_is_counted() {
     for at_us in [1_500, 1_600, 1_700] {
         recording.happened(at_us, None, Kind::Notice, "bus-off");
     }
-    let page = page::page(&recording, &Summary::default()).unwrap();
+    let page = page::page(&recording, &Summary::default(), None).unwrap();
     assert!(page.contains(">bus-off (3 times)<") && page.contains("0.001500"));
 }
 
