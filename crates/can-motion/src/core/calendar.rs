@@ -55,7 +55,7 @@ impl Due {
         let rank = match outlook.overdue_cycles {
             Some(i32::MAX) => URGENT,
             // What has waited longer than any machine runs is as late as can be.
-            Some(cycles) => cycles.max(SOONEST).min(URGENT / 2),
+            Some(cycles) => cycles.clamp(SOONEST, URGENT / 2),
             None => 2 * SOONEST,
         };
         Self {
