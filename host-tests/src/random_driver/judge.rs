@@ -266,10 +266,11 @@ impl Judge {
             (AxisState::Loaded, _) => books.own = None,
             (AxisState::DriveMoving | AxisState::DriveStopping, _) => {
                 // Where it is now is where its drive said that it is, unless it never heard of the motion.
-                if books.own.take().is_some_and(|own| own.is_sent) {
+                let has_heard = books.own.take().is_some_and(|own| own.is_sent);
+                if has_heard {
                     books.offset = None;
-                    books.has_arrived = true;
                 }
+                books.has_arrived |= has_heard;
             }
             // Loaded before the fault, and cleared.
             (AxisState::Faulted, AxisState::Loaded) => {}

@@ -24,7 +24,7 @@ pub(crate) struct Plan {
 #[derive(Debug)]
 enum Source {
     Curves { curves: Vec<Curve>, cycle_s: f64 },
-    Program(Checked),
+    Program(Box<Checked>),
 }
 
 /// The largest values of one axis, in command counts and seconds.
@@ -85,7 +85,7 @@ impl Plan {
         Self {
             last_cycle: checked.cycles - 1,
             first_counts: vec![0.0; checked.axes()],
-            source: Source::Program(checked),
+            source: Source::Program(Box::new(checked)),
             peaks: Vec::new(),
         }
     }
