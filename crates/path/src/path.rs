@@ -578,7 +578,7 @@ where
     /// Plans backward from the end: how fast each piece may be entered.
     fn plan_some(&mut self, effort: usize) {
         let count = PLANNED_IN_A_CYCLE.saturating_sub(effort);
-        for _ in 0..count.max(QUEUE / 64) {
+        for _ in 0..count.max(if QUEUE > 64 { QUEUE / 8 } else { 0 }) {
             let Some(place) = self.plan else {
                 return;
             };
