@@ -1,6 +1,7 @@
 //! The dry run: the whole program, before anything moves.
 
 use std::cell::RefCell;
+use std::collections::VecDeque;
 
 use dyn_can::{Counts28, StepLimit};
 
@@ -31,14 +32,42 @@ pub(crate) struct Checked {
     cursor: RefCell<Option<Cursor>>,
 }
 
-/// A reading of the program, and its latest row.
+/// Rows that are at hand behind the latest: who plays a motion looks some of them ahead, and then at the present one.
+const REMEMBERED: usize = 16_384;
+
+/// A reading of the program, and its latest rows.
 #[derive(Debug)]
 struct Cursor {
     player: Player,
-    cycle: usize,
-    /// Of this cycle and of the one before.
-    row: [i32; 3],
-    before: [i32; 3],
+    /// The cycle of the first of the rows.
+    first: usize,
+    rows: VecDeque<[i32; 3]>,
+}
+
+impl Cursor {
+    fn new(player: Player) -> Self {
+        Self {
+            player,
+            first: 0,
+            rows: VecDeque::from([[0; 3]]),
+        }
+    }
+
+    /// Adds the next row, or the same again where the program has none that `is_checked`.
+    fn play_on(&mut self, is_checked: impl Fn([i32; 3], [i32; 3]) -> bool) {
+        let before = self.rows.back().copied().unwrap_or_default();
+        // After an error, the way to rest.
+        let next = self.player.next().or_else(|_| self.player.next());
+        let row = match next.map(|next| next.map(|row| row.map(i32::try_from))) {
+            Ok(Some([Ok(x), Ok(y), Ok(z)])) if is_checked([x, y, z], before) => [x, y, z],
+            _ => before,
+        };
+        if self.rows.len() > REMEMBERED {
+            self.rows.pop_front();
+            self.first += 1;
+        }
+        self.rows.push_back(row);
+    }
 }
 
 impl Checked {
@@ -144,39 +173,23 @@ impl Checked {
         &self.machine
     }
 
-    /// The counts at a cycle. The program is played on from the cycle that was asked for last; the one before that is remembered, an earlier one starts it anew. A file that
-    /// cannot be read any more, or has been changed in its place, ends where the tool is then, and its end is not that of the check.
+    /// The counts at a cycle. The program is played on from the farthest cycle that was asked for; the [`REMEMBERED`] before it are at hand, an
+    /// earlier one starts it anew. A file that cannot be read any more, or has been changed in its place, ends where the tool is then, and
+    /// its end is not that of the check.
     pub(crate) fn row(&self, cycle: usize) -> Vec<i32> {
+        let cycle = cycle.min(self.cycles - 1);
         let mut slot = self.cursor.borrow_mut();
-        if slot.as_ref().is_none_or(|cursor| cursor.cycle > cycle + 1) {
-            *slot = self.player().ok().map(|player| Cursor {
-                player,
-                cycle: 0,
-                row: [0; 3],
-                before: [0; 3],
-            });
+        if slot.as_ref().is_none_or(|cursor| cycle < cursor.first) {
+            *slot = self.player().ok().map(Cursor::new);
         }
         let Some(cursor) = slot.as_mut() else {
             return vec![0; self.axes];
         };
-        while cursor.cycle < cycle.min(self.cycles - 1) {
-            cursor.cycle += 1;
-            cursor.before = cursor.row;
-            // After an error, the way to rest.
-            let next = cursor.player.next().or_else(|_| cursor.player.next());
-            if let Ok(Some(row)) = next
-                && let [Ok(x), Ok(y), Ok(z)] = row.map(i32::try_from)
-                && self.is_checked([x, y, z], cursor.before)
-            {
-                cursor.row = [x, y, z];
-            }
+        while cycle >= cursor.first + cursor.rows.len() {
+            cursor.play_on(|row, before| self.is_checked(row, before));
         }
-        let row = if cycle < cursor.cycle {
-            cursor.before
-        } else {
-            cursor.row
-        };
-        row.into_iter().take(self.axes).collect()
+        let row = cursor.rows.get(cycle - cursor.first);
+        row.into_iter().flatten().copied().take(self.axes).collect()
     }
 
     /// The counts between two cycles, in a straight line from one to the next; in ascending order too.
