@@ -138,10 +138,11 @@ pub(crate) fn run_until(
         ideal: Ideal::at([0.0; 3]),
     };
     for cycle in 0..100_000 {
-        if cycle < at && tool.has_room() {
-            if let Some(piece) = rest.next() {
-                feed_one(tool, piece, feed, join, &mut ideal);
-            }
+        if cycle < at
+            && tool.has_room()
+            && let Some(piece) = rest.next()
+        {
+            feed_one(tool, piece, feed, join, &mut ideal);
         }
         if cycle == at {
             tool.stop();
