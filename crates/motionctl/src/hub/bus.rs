@@ -111,7 +111,7 @@ impl Bus {
     /// Writes an object of a node, once.
     ///
     /// # Errors
-    /// [`HubError::NotConfirmedByNode`] when nobody knows whether it arrived, [`HubError::Refused`], or the link's.
+    /// [`HubError::WriteInDoubt`] when nobody knows whether it arrived, [`HubError::Refused`], or the link's.
     pub(super) fn write(&mut self, node: NodeId, request: SdoRequest) -> Result<(), HubError> {
         let address = request.address();
         match self.transfer(node, request)? {
