@@ -160,13 +160,19 @@ impl<'link> Follow<'link> {
             self.tell(text);
         }
         let end = self.station.shut_down();
-        let warning = match &end {
-            Ok(end) if end.unconfirmed.is_empty() => None,
-            Ok(end) => Some(unconfirmed_warning(&end.unconfirmed)),
-            Err(fault) => Some(format!(
+        let link_fault = match (&moved, &end) {
+            (_, Err(fault)) => Some(*fault),
+            // There was nothing left to do, and nothing could have been done either.
+            (Err(Outcome::LinkFailed(fault)), Ok(end)) if !end.left_on.is_empty() => Some(*fault),
+            _ => None,
+        };
+        let unconfirmed = end.as_ref().map_or(&[][..], |end| &end.unconfirmed);
+        let warning = match link_fault {
+            Some(fault) => Some(format!(
                 "the link failed: {fault}. {}",
                 self.station.link_warning()
             )),
+            None => (!unconfirmed.is_empty()).then(|| unconfirmed_warning(unconfirmed)),
         };
         if let Some(warning) = &warning {
             // Where it is seen whatever becomes of the summary.
