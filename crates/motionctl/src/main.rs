@@ -22,6 +22,8 @@ mod jog;
 mod lawicel;
 mod limits;
 mod link;
+mod live_view;
+mod man;
 mod monitor;
 mod origin;
 mod output;
@@ -31,6 +33,9 @@ mod plan;
 mod probe;
 mod pty;
 mod read;
+mod record;
+mod recording;
+mod report;
 mod reset;
 mod restore;
 mod revision;
@@ -100,8 +105,12 @@ enum Command {
     Disable(disable::Arguments),
     /// Turn one motor a little, slowly.
     Jog(jog::Arguments),
+    /// Write the traffic of a bus into log files, one after the other, until Ctrl-C.
+    Record(record::Arguments),
     /// Show the state of drives again and again.
     Monitor(monitor::Arguments),
+    /// Print the manual page of the tool or of a command, or write all of them.
+    Man(man::Arguments),
     /// Print a script that completes this command line in a shell.
     Completions(completions::Arguments),
 }
@@ -138,6 +147,8 @@ fn main() -> ExitCode {
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
+        Command::Record(arguments) => record::run(arguments).map_err(Failure::coded),
+        Command::Man(arguments) => man::run(arguments, Arguments::command()).map_err(Into::into),
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)
         }

@@ -83,6 +83,18 @@ impl LinkOptions {
     }
 }
 
+impl LinkOptions {
+    /// The bit rate of the bus in kbit/s.
+    pub(crate) fn bit_rate_kbit(&self) -> u32 {
+        self.speeds.kbit_per_s()
+    }
+
+    /// The network interface, when it is one.
+    pub(crate) fn interface(&self) -> Option<&str> {
+        self.port.can.as_deref()
+    }
+}
+
 impl SpeedOptions {
     /// The same, for drives that come with another bit rate.
     pub(crate) fn of_drives_with(&self, usual: BitRate) -> Self {

@@ -3,6 +3,7 @@
 use can_motion::PollPeriods;
 
 use crate::link::LinkOptions;
+use crate::recording::RecordingOptions;
 use crate::station::{AxisOptions, MotionLimits};
 use crate::trajectory::MotionOptions;
 
@@ -12,16 +13,18 @@ Examples:
   motionctl run --slcan /tmp/can-adapter                    the built-in pick-and-place on drives 1 to 4
   motionctl run --slcan /dev/ttyACM0 --trajectory plan.csv --drives 5,7 --axes 2
   motionctl run --can can0 --trajectory plan.csv --cycle-us 2000 --yes --json
+  motionctl run --can can0 --report out --mcap run.mcap     a page, and a file for Foxglove and PlotJuggler
 
 Drives that are disabled are enabled, follow the motion from where they stand, and are disabled: at the end, after
 a fault, after Ctrl-C; a vertical axis without a brake falls then. Drives that are enabled already stay enabled.
 Ctrl-C slows down first, a second Ctrl-C stops at once; Ctrl-Z and Ctrl-\\ do the same, because a program that is
 paused or killed leaves its drives enabled. A motion that needs more speed, acceleration or way than
 --max-rpm, --max-acceleration and --max-turns allow is refused. A PC keeps time as well as it can: cycles that began
-late or never are counted and reported, and the axes catch up a quarter faster than the motion is.
+late or never are counted and reported, and the axes catch up a quarter faster than the motion is. A recording
+that fails stops and says so; the motion goes on.
 
-Exit status: 0 the motion is complete and every set-point was sent, 1 it is not, or a drive did not confirm that it
-is disabled, 2 the input cannot be used, or a drive has another scale: nothing was switched, 3 the link failed or
+Exit status: 0 the motion is complete, every set-point was sent and everything is recorded, 1 it is not, or a drive
+did not confirm that it is disabled, 2 the input cannot be used, or a drive has another scale: nothing was switched, 3 the link failed or
 stood still, 130 stopped by Ctrl-C.";
 
 /// Options of `motionctl run`.
@@ -45,6 +48,11 @@ pub(crate) struct Arguments {
     /// Position polls of each axis in Hz, 0 for none.
     #[arg(long, value_name = "HZ", default_value_t = 50)]
     position_hz: u32,
+    #[command(flatten)]
+    pub(super) recording: RecordingOptions,
+    /// Show axes, load and events in the terminal while the motion runs; a key stops it.
+    #[arg(long, conflicts_with = "json")]
+    pub(super) live: bool,
     /// Start without asking.
     #[arg(long)]
     pub(super) yes: bool,

@@ -9,6 +9,7 @@ use dyn_can::{DriveId, GearNumber, units};
 use crate::confirm::NotConfirmed;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
+use crate::recording::RecordingError;
 use crate::station::{LimitError, LookError};
 use crate::trajectory::MotionError;
 
@@ -46,6 +47,10 @@ pub(crate) enum RunError {
     Interrupt(io::Error),
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
+    /// A recording cannot begin.
+    Recording(RecordingError),
+    /// The live view cannot use the terminal.
+    Terminal(io::Error),
     /// The summary cannot be written.
     Print(io::Error),
 }
@@ -74,6 +79,11 @@ impl fmt::Display for RunError {
             Self::Gear(axes) => gear_text(f, axes),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::NotConfirmed(source) => source.fmt(f),
+            Self::Recording(source) => source.fmt(f),
+            Self::Terminal(source) => write!(
+                f,
+                "the live view needs a terminal ({source}): leave out --live, or use --report"
+            ),
             Self::Print(source) => write!(f, "cannot write the summary: {source}"),
         }
     }

@@ -8,6 +8,7 @@ use super::summary::{AxisSummary, Outcome, Summary};
 use crate::interrupt;
 use crate::link::LinkFault;
 use crate::output::tell;
+use crate::recording::Recorded;
 use crate::station::{BringUpError, Station, fault_text, found_on, unconfirmed_warning};
 use crate::trajectory::Plan;
 
@@ -73,18 +74,17 @@ impl<'link> Follow<'link> {
         drives: &[DriveId],
         read_back: Vec<ReadBackScale>,
     ) -> Self {
-        let place = |drive| drives.iter().filter(|&other| other < drive).count();
         Self {
             station,
             drives: drives.to_vec(),
             read_back,
-            places: drives.iter().map(place).collect(),
+            places: places(drives),
             anchors: vec![0; drives.len()],
         }
     }
 
     /// Enables, moves, disables.
-    pub(super) fn run(mut self, plan: &Plan, show_progress: bool) -> Summary {
+    pub(super) fn run(mut self, plan: &Plan, show_progress: bool) -> (Summary, Recorded) {
         let moved = self.start_up(show_progress).and_then(|()| {
             self.follow(plan, show_progress)?;
             self.settle()
@@ -95,6 +95,7 @@ impl<'link> Follow<'link> {
             // At once: slowing down and confirming take their time.
             tell(text);
         }
+        self.phase("the motion ends");
         let end = self.station.shut_down();
         let warning = match &end {
             Ok(end) if end.unconfirmed.is_empty() => None,
@@ -130,7 +131,15 @@ impl<'link> Follow<'link> {
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;
-        Summary::new(outcome, end.unwrap_or_default(), warning, axes, pace, late)
+        let end = end.unwrap_or_default();
+        let summary = Summary::new(outcome, end, warning, axes, pace, late);
+        (summary, self.station.finish_recording())
+    }
+
+    fn phase(&mut self, text: &str) {
+        if let Some(recorder) = self.station.recorder() {
+            recorder.phase(text);
+        }
     }
 
     fn snapshots(&mut self) -> Vec<can_motion::AxisSnapshot> {
@@ -147,6 +156,9 @@ impl<'link> Follow<'link> {
     fn start_up(&mut self, show_progress: bool) -> Result<(), Stop> {
         self.station.bring_up().map_err(Stop::BringUp)?;
         self.anchors = self.targets();
+        if let Some(recorder) = self.station.recorder() {
+            recorder.motion_begins();
+        }
         if show_progress {
             if let Some(text) = found_on(self.station.found_on()) {
                 tell(text);
@@ -215,6 +227,12 @@ impl<'link> Follow<'link> {
         }
         Ok(())
     }
+}
+
+/// Place in the master of each drive: the master wants them in ascending order.
+pub(super) fn places(drives: &[DriveId]) -> Vec<usize> {
+    let place = |drive| drives.iter().filter(|&other| other < drive).count();
+    drives.iter().map(place).collect()
 }
 
 fn progress_bar(cycles: u64, show: bool) -> ProgressBar {

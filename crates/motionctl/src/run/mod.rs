@@ -3,11 +3,13 @@
 mod arguments;
 mod error;
 mod follow;
+mod live;
+mod recording;
 mod summary;
 
 use std::process::ExitCode;
 
-use can_motion::AxisConfig;
+use can_motion::{AxisConfig, ReadBackScale};
 use dyn_can::{DriveId, GearNumber, StepLimit};
 
 use crate::confirm::confirm;
@@ -15,11 +17,13 @@ use crate::drive_ids::about;
 use crate::interrupt;
 use crate::link::Link;
 use crate::output::{print, print_json, tell};
+use crate::recording::WithRecording;
 use crate::station::{Needs, Station, look};
 use crate::trajectory::{Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
-use follow::Follow;
+use follow::{Follow, places};
+use recording::{RunRecording, write_page};
 
 /// One axis of the motion, in the order of the columns.
 #[derive(Debug)]
@@ -58,7 +62,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
         let within = arguments.limits.check(axis.drive, &axis.needs);
         within.map_err(RunError::Limit)?;
     }
+    let recording = RunRecording::begin(arguments, motion.axes_about(&drives))?;
     let mut link = arguments.link.open().map_err(RunError::Open)?;
+    if recording.is_some() {
+        link.keep_frames();
+    }
     admit(arguments, &mut link, &axes)?;
     confirm(&question(arguments, &drives, &plan), arguments.yes).map_err(RunError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(RunError::Interrupt)?;
@@ -70,20 +78,32 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
             );
         }
     }
-    let station = station(arguments, &mut link, &axes)?;
+    let mut station = station(arguments, &mut link, &axes)?;
     let scales = axes.iter().map(|axis| arguments.axes.scale(axis.gear));
-    let follow = Follow::new(station, &drives, scales.collect());
-    let summary = follow.run(&plan, !arguments.json);
+    let scales: Vec<ReadBackScale> = scales.collect();
+    let view = match recording {
+        Some(recording) => recording.attach(arguments, &mut station, &places(&drives), &scales)?,
+        None => None,
+    };
+    let follow = Follow::new(station, &drives, scales);
+    let (summary, recorded) = follow.run(&plan, !arguments.json && view.is_none());
+    if let Some(view) = view {
+        view.end(&summary.verdict(), summary.is_completed());
+    }
+    let is_recorded = write_page(arguments, &recorded, &summary) && recorded.report.is_complete();
     if arguments.json {
         print_json(&WithMotion {
             motion: &report,
-            result: &summary,
+            result: &WithRecording {
+                result: &summary,
+                recording: &recorded.report,
+            },
         })
         .map_err(RunError::Print)?;
     } else {
         print(&summary).map_err(RunError::Print)?;
     }
-    Ok(summary.exit_code())
+    Ok(summary.exit_code(is_recorded))
 }
 
 /// The axes as the master wants them: with their limits around these positions, in ascending order of drive id.

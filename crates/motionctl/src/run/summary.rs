@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::counted::counted;
 use crate::exit;
 use crate::link::LinkFault;
+use crate::recording::{AxisOutcome, Outcome as PageOutcome};
 use crate::station::{End, PaceCounts, left_on};
 use crate::table::align_numbers;
 
@@ -181,8 +182,52 @@ impl Summary {
         }
     }
 
-    pub(super) fn exit_code(&self) -> ExitCode {
-        self.exit_code.into()
+    /// `is_recorded` says whether everything that was to be recorded is.
+    pub(super) fn exit_code(&self, is_recorded: bool) -> ExitCode {
+        match self.exit_code {
+            0 if !is_recorded => exit::BROKEN_PROMISE.into(),
+            code => code.into(),
+        }
+    }
+
+    /// The result as its page has it.
+    pub(super) fn for_page(&self) -> PageOutcome {
+        let pace = format!("{}.", self.pace_text());
+        let facts = [Some(pace), self.reason.clone()].into_iter().flatten();
+        let warnings = self.warnings.iter().cloned();
+        let axes = self.axes.iter().map(|axis| AxisOutcome {
+            set_points: Some(axis.set_points.into()),
+            received_counts: None,
+            reply_timeouts: Some(axis.reply_timeouts),
+            state: axis.fault.as_ref().unwrap_or(&axis.state).clone(),
+        });
+        PageOutcome {
+            verdict: self.verdict(),
+            is_good: self.completed,
+            facts: facts.chain(warnings).collect(),
+            axes: axes.collect(),
+        }
+    }
+
+    /// The result in one sentence.
+    pub(super) fn verdict(&self) -> String {
+        format!("The motion: {}.", self.outcome)
+    }
+
+    pub(super) fn is_completed(&self) -> bool {
+        self.completed
+    }
+
+    fn pace_text(&self) -> String {
+        let pace = &self.pace;
+        format!(
+            "{} begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
+            counted(pace.cycles, "cycle", "cycles"),
+            pace.late,
+            pace.worst_us as f64 / 1_000.0,
+            pace.merged,
+            self.late_hand_overs
+        )
     }
 
     fn table(&self) -> Table {
@@ -217,19 +262,10 @@ impl Summary {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.table())?;
-        let pace = &self.pace;
-        writeln!(
-            f,
-            "{} begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
-            counted(pace.cycles, "cycle", "cycles"),
-            pace.late,
-            pace.worst_us as f64 / 1_000.0,
-            pace.merged,
-            self.late_hand_overs
-        )?;
+        writeln!(f, "{}", self.pace_text())?;
         if let Some(text) = &self.left_on {
             writeln!(f, "{text}")?;
         }
-        write!(f, "The motion: {}.", self.outcome)
+        f.write_str(&self.verdict())
     }
 }

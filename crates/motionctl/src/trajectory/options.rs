@@ -2,12 +2,13 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dyn_can::{DriveId, GearNumber, StepLimit};
 use zlac8030l::NodeId;
 
 use crate::drive_ids::{DriveSet, drive_set};
+use crate::recording::AxisAbout;
 
 use super::motion_error::MotionError;
 use super::resolve;
@@ -111,6 +112,11 @@ impl MotionOptions {
             Some(DriveSet::Zlac(nodes)) => Some(nodes),
             Some(DriveSet::Dyn(_)) | None => None,
         }
+    }
+
+    /// The motion file, when one is given.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        self.trajectory.as_deref()
     }
 
     /// The built-in example and its name.
@@ -225,6 +231,24 @@ impl MotionFile<'_> {
             });
         }
         Ok(drives)
+    }
+
+    /// Name, unit and scale of each axis, for a recording.
+    pub(crate) fn axes_about(&self, drives: &[DriveId]) -> Vec<AxisAbout> {
+        let start = self.table.row(0);
+        let columns = self.table.columns.positions.iter().zip(&self.scales);
+        let axes = columns.zip(drives).zip(start);
+        axes.map(|(((column, scale), drive), &start)| AxisAbout {
+            name: match column.label.name.as_str() {
+                "" => format!("column {}", column.label.number),
+                name => name.to_owned(),
+            },
+            unit: scale.unit.to_string(),
+            counts_per_unit: scale.counts_per_unit(),
+            start,
+            ..AxisAbout::of_drive(*drive)
+        })
+        .collect()
     }
 
     /// The gear number of the drive of each axis: a quarter of the counts of a turn.

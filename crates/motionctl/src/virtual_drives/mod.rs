@@ -24,6 +24,11 @@ pub(crate) struct VirtualDriveOptions {
 }
 
 impl VirtualDriveOptions {
+    /// Seed of the response delays.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// A simulated drive.
     pub(crate) fn drive(&self, drive: DriveId) -> DynDrive {
         self.drive_of(DynDriveConfig::new(drive))

@@ -9,6 +9,8 @@ mod identity;
 mod other_signals;
 mod power;
 mod power_matrix;
+mod record;
+mod recording;
 mod relay;
 mod run;
 mod serial;
@@ -16,4 +18,6 @@ mod serial_echo;
 mod settings;
 mod settings_refusals;
 mod terminal;
+#[path = "../tool/mod.rs"]
+mod tool;
 mod undisturbed;

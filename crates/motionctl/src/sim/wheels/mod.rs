@@ -10,9 +10,9 @@ use zlac8030l::NodeId;
 
 use super::arguments::Arguments;
 use super::error::SimError;
-use super::output_file::create;
 use crate::exit;
 use crate::output::{print, print_json};
+use crate::recording::create;
 use crate::trajectory::{Plan, WithMotion};
 use bench::Bench;
 use setup::{MOST_SPEED, MOST_WHEELS, Setup};
@@ -36,7 +36,13 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .speeds(setup.cycle_us, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
-    let candump = arguments.candump.as_deref().map(create).transpose()?;
+    let candump = match &arguments.recording.candump {
+        Some(path) => Some(create(path).map_err(|source| SimError::Write {
+            path: path.clone(),
+            source,
+        })?),
+        None => None,
+    };
     let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
     if !arguments.json {
         motion.show();
