@@ -14,7 +14,7 @@ The files are candump logs; a new one begins when one is full, and the oldest of
 more than --keep. It sends nothing. When little room is left on the disk it says so, and it ends before the disk is
 full. Ctrl-C ends it with whole files.
 
-Exit status: 0 ended by Ctrl-C and every frame is in a file, 1 frames are missing (they are counted) or the disk is
+Exit status: 0 ended by Ctrl-C and every frame is in a file, 1 some frames are missing (they are counted) or the disk is
 full, 2 a file cannot be made, 3 the bus cannot be opened, or has failed.";
 
 /// Options of `motionctl record`.

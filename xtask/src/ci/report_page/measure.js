@@ -56,18 +56,22 @@ addEventListener("load", () => {
   const canvas = document.getElementById("strip"), pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
   if (!pixels.some((value, place) => place % 4 === 3 && value > 0)) note("no frame is drawn");
 
+  // At its middle, at a dot, on a curve.
   function hovers(picture, figure) {
     const box = picture.getBoundingClientRect();
-    const said = () => [...figure.querySelectorAll(".reading, .chart-head b, .chart-time")].map((it) => it.textContent.trim()).join("");
-    for (let y = 0.1; y < 1; y += 0.1) {
-      for (let x = 0.1; x < 1; x += 0.02) {
-        picture.dispatchEvent(new PointerEvent("pointermove", {
-          clientX: box.left + box.width * x, clientY: box.top + box.height * y, bubbles: true,
-        }));
-        if (said() !== "") return true;
-      }
+    const places = [[box.left + box.width / 2, box.top + box.height / 2]];
+    for (const dot of [...picture.querySelectorAll("circle.dot:not([visibility=hidden])")].slice(0, 3)) {
+      places.push([box.left + dot.cx.baseVal.value, box.top + dot.cy.baseVal.value]);
     }
-    return false;
+    const curve = picture.querySelector("path.curve");
+    if (curve && curve.getTotalLength() > 0) {
+      const { x, y } = curve.getPointAtLength(curve.getTotalLength() / 2);
+      places.push([box.left + x, box.top + y]);
+    }
+    return places.some(([clientX, clientY]) => {
+      picture.dispatchEvent(new PointerEvent("pointermove", { clientX, clientY, bubbles: true }));
+      return [...figure.querySelectorAll(".reading, .chart-head b, .chart-time")].some((it) => it.textContent.trim() !== "");
+    });
   }
 
   function contrast(it) {
