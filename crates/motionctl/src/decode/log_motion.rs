@@ -123,10 +123,10 @@ impl LogMotion {
         };
         match message.content {
             Content::Request(Request::GoRelativePosPd(step)) => {
-                if matches!(message.note, Some(Note::Repeated { .. })) {
-                    self.repeated += 1;
-                    return;
-                }
+                // It counts: who heard it twice is no other than a drive that did. And a master that catches up sends two equal
+                // steps this soon, in the times of the computer that wrote the log.
+                let is_repeated = matches!(message.note, Some(Note::Repeated { .. }));
+                self.repeated += u64::from(is_repeated);
                 if self.drive(id).is_in_row {
                     self.end_row();
                 }
@@ -293,9 +293,8 @@ impl LogMotion {
         }
         if self.repeated > 0 {
             facts.push(format!(
-                "{} came twice within a bit error's time and {} counted once; the drive may have taken both.",
+                "{} came twice within 200 us, and both count: either the master sent two, or CAN repeated one after an error, which a drive takes twice.",
                 counted(self.repeated, "set-point", "set-points"),
-                if self.repeated == 1 { "is" } else { "are" },
             ));
         }
         let axis = |drive: &Drive| AxisOutcome {

@@ -18,7 +18,7 @@ use crate::interrupt;
 use crate::link::Link;
 use crate::output::{print, print_json, tell};
 use crate::recording::WithRecording;
-use crate::station::{Needs, Station, look};
+use crate::station::{Needs, Seen, Station, look};
 use crate::trajectory::{Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
@@ -78,7 +78,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
             );
         }
     }
-    let mut station = station(arguments, &mut link, &axes)?;
+    let seen = match ask(arguments, &mut link, &axes) {
+        Ok(seen) => seen,
+        Err(error) => {
+            if let Some(recording) = recording {
+                recording.give_up(&mut link);
+            }
+            return Err(error);
+        }
+    };
+    let configs = configs(arguments, &axes, |drive| {
+        let seen = seen.iter().find(|seen| seen.drive == drive);
+        seen.map_or(0, |seen| seen.position_counts)
+    });
+    let mut station =
+        Station::new(&mut link, &configs, arguments.cycle_us).map_err(RunError::Config)?;
     let scales = axes.iter().map(|axis| arguments.axes.scale(axis.gear));
     let scales: Vec<ReadBackScale> = scales.collect();
     let view = match recording {
@@ -137,11 +151,7 @@ fn admit(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<(), Ru
 }
 
 /// Asks the drives what they are and where they stand, and refuses a scale that is not theirs.
-fn station<'link>(
-    arguments: &Arguments,
-    link: &'link mut Link,
-    axes: &[Axis],
-) -> Result<Station<'link>, RunError> {
+fn ask(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<Vec<Seen>, RunError> {
     let mut ascending: Vec<DriveId> = axes.iter().map(|axis| axis.drive).collect();
     ascending.sort_unstable();
     let seen = look(link, arguments.axes, &ascending).map_err(RunError::Look)?;
@@ -159,10 +169,7 @@ fn station<'link>(
     if differences.iter().any(GearDifference::is_one) {
         return Err(RunError::Gear(differences));
     }
-    let configs = configs(arguments, axes, |drive| {
-        of(drive).map_or(0, |seen| seen.position_counts)
-    });
-    Station::new(link, &configs, arguments.cycle_us).map_err(RunError::Config)
+    Ok(seen)
 }
 
 fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {

@@ -6,6 +6,7 @@ use super::arguments::Arguments;
 use super::error::RunError;
 use super::live::LiveView;
 use super::summary::Summary;
+use crate::link::Link;
 use crate::output::tell;
 use crate::recording::{About, AxisAbout, Origin, Recorded, Recorder};
 use crate::report;
@@ -39,6 +40,14 @@ impl RunRecording {
             about,
             start,
         }))
+    }
+
+    /// Closes the files of a motion that did not begin, with the frames that say why.
+    pub(super) fn give_up(self, link: &mut Link) {
+        let (start, bit_ns) = (self.start, self.about.bit_ns);
+        let recorder = StationRecorder::new(self.recorder, start, &[], &[], bit_ns);
+        // What is not complete was told.
+        drop(recorder.finish(link));
     }
 
     /// Lets the station feed it, and opens the view when one is wanted.

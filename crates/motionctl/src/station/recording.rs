@@ -110,7 +110,8 @@ impl StationRecorder {
         (self.busy_ns, self.cycle_at_us, self.late) = (0, at_us, late);
     }
 
-    pub(super) fn finish(mut self, link: &mut Link) -> Recorded {
+    /// Takes the last frames, and closes every file.
+    pub(crate) fn finish(mut self, link: &mut Link) -> Recorded {
         self.frames(link);
         self.recorder.finish()
     }

@@ -290,3 +290,19 @@ fn the_live_view_of_a_motion_shows_fourteen_axes_in_80_columns_and_24_lines_and_
         );
     });
 }
+
+#[test]
+fn what_was_heard_before_a_motion_that_did_not_begin_is_in_the_log() {
+    undisturbed(|| {
+        let folder = Folder::new("run-missing");
+        std::fs::create_dir_all(&folder.0).expect("a folder");
+        // Drive 2 is not there.
+        let bench = BenchProcess::start("run-missing-bench", "1");
+        let motion = Scratch::new("run-missing.csv", SHORT);
+        let log = folder.file("run.log");
+        let output = run(&bench, motion.path(), &["--candump", &log]);
+        assert_ne!(output.status.code(), Some(0), "{output:?}");
+        let text = std::fs::read_to_string(&log).expect("the log");
+        assert!(text.contains(" 029#"), "a request to drive 1: {text}");
+    });
+}

@@ -109,7 +109,11 @@ fn numbers(block: &Value) -> Vec<u64> {
 /// 0, 1, 2, 3 ... are 0, -1, 1, -2 ...
 fn signed(number: u64) -> i64 {
     let half = (number / 2) as i64;
-    if number.is_multiple_of(2) { half } else { -half - 1 }
+    if number.is_multiple_of(2) {
+        half
+    } else {
+        -half - 1
+    }
 }
 
 fn running_sums(block: &Value) -> Vec<i64> {

@@ -53,13 +53,13 @@ fn steps_are_summed_from_where_the_drive_stood() {
 }
 
 #[test]
-fn a_set_point_that_the_bus_repeated_counts_once_and_is_named() {
+fn a_set_point_that_came_twice_counts_twice_and_is_named() {
     let (recording, outcome) = motion(&[
         (1_000, 0x03C, &[0x02]),
         (1_080, 0x03C, &[0x02]),
         (2_000, 0x03C, &[0x02]),
     ]);
-    assert_eq!(sent(&recording, 0), [2, 4]);
+    assert_eq!(sent(&recording, 0), [2, 4, 6]);
     assert!(outcome.facts.join(" ").contains("1 set-point came twice"));
 }
 
