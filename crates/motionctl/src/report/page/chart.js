@@ -1,7 +1,7 @@
 // Curves over time as SVG: drawn for the width that there is, from every sample, at any zoom.
 
 const SVG = "http://www.w3.org/2000/svg";
-const LEFT = 60, RIGHT = 10, TOP = 8, BOTTOM = 22, LABEL = 12;
+const LEFT = 70, RIGHT = 10, TOP = 8, BOTTOM = 22, LABEL = 12;
 
 function element(parent, tag, attributes = {}, content = "") {
   const made = parent.namespaceURI === SVG || tag === "svg"
@@ -52,8 +52,11 @@ function ticks(from, to, most) {
 
 function tickText(value, step) {
   if (Math.abs(value) < step * 1e-6) return "0";
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return Math.abs(value) >= 1e7 || digits > 6 ? value.toExponential(1) : value.toFixed(digits).replace("-", "\u2212");
+  // No label is longer than its place, nine letters.
+  const [unit, sign] = Math.abs(value) >= 1e8 ? [1e6, "M"] : Math.abs(value) >= 1e5 ? [1e3, "k"] : [1, ""];
+  const digits = Math.max(0, -Math.floor(Math.log10(step / unit) + 1e-9));
+  const plain = (value / unit).toFixed(Math.min(digits, 20)) + sign;
+  return (plain.length <= 9 ? plain : value.toExponential(2)).replace("-", "\u2212");
 }
 
 // The first place at which the values, which ascend, are not below.

@@ -86,7 +86,8 @@ function velocity(x, y, numbers) {
     const between = (from) => (numbers && !isLog ? (numbers[n] - numbers[from]) * (data.cycleUs / 1e6) : x[n] - x[from]);
     while (before + 1 < n && between(before + 1) >= span) before++;
     const seconds = between(before);
-    if (seconds <= 0) continue;
+    // Two frames that a computer wrote down at once tell no velocity.
+    if (seconds < span * 0.5) continue;
     result.x.push(x[n]);
     result.y.push((y[n] - y[before]) / seconds);
   }
