@@ -87,13 +87,10 @@ fn the_page_of_a_simulation_and_that_of_its_log_show_the_same_positions() {
             let (sent, summed) = (page.sent(axis), of_log.sent(same));
             // Set-points are whole counts on both sides: no tolerance.
             let mut compared = 0;
-            for place in start..sent.len() {
-                let at_us = page.times_us[place];
-                assert_eq!(
-                    of_log.sent_at(&summed, at_us),
-                    Some(sent[place]),
-                    "{at_us} us"
-                );
+            let shown = page.times_us.iter().zip(&sent).skip(start);
+            for (&at_us, &counts) in shown {
+                let there = of_log.sent_at(&summed, at_us);
+                assert_eq!(there, Some(counts), "{at_us} us");
                 compared += 1;
             }
             assert!(compared > 300, "{compared}");
