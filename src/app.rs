@@ -1,15 +1,17 @@
 //! The application: the cycle of the master at its fixed rate, and the bus in between.
 
 use can_motion::facts::{Input, Latch, Motion, Power, accepts};
-use can_motion::{BusUser, ConfigError, EventKind, Instant, Outcome, ServoMaster, Sink};
-use dyn_can::{Address, Dialect, Request, ServoSwitch};
+use can_motion::family::Family;
+use can_motion::{BusUser, Instant, Outcome, Sink};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::board::{InputPins, StatusLed, Watchdog};
 use crate::bus::Bus;
-use crate::config::{self, AXES, GROUP};
+use crate::config::{self, AXES, Drives, GROUP};
 use crate::cycle_clock::{Beat, Beats};
 use crate::debounce::Debounced;
+use crate::drives::{Board as _, BoardMaster};
+use crate::home::{Homing as _, Step};
 use crate::led::{self, LedPattern};
 use crate::misbehaviour::{self, Fault};
 use crate::playback::Playback;
@@ -24,6 +26,23 @@ const JOIN_REPORT_CYCLES: u32 = 1_000_000 / config::CYCLE_US;
 const DISABLE_PATIENCE_CYCLES: u32 = 10_000_u32.div_ceil(config::CYCLE_US);
 /// A drive that has not confirmed a disable command by then is shown: the first repetition was not enough either.
 const UNCONFIRMED_CYCLES: u32 = 2 * config::MASTER.timeouts.confirm_us / config::CYCLE_US;
+
+// With 14 axes everything static, the log and its buffer included, has 8 KiB: `cargo xtask cost` counts the whole image. These are the
+// parts that grow unseen.
+const _: () = {
+    assert!(
+        size_of::<can_motion::ServoMaster<14>>() <= 6_376,
+        "a master of 14 axes has outgrown its room"
+    );
+    assert!(
+        size_of::<can_motion::ServoMaster<14>>() - size_of::<can_motion::ServoMaster<13>>() <= 352,
+        "an axis has outgrown its room"
+    );
+    assert!(
+        size_of::<App>() <= 288 + 4 * AXES + size_of::<config::Homing>(),
+        "the application has outgrown its room"
+    );
+};
 
 /// What the application works with.
 pub(crate) struct Parts {
@@ -42,7 +61,7 @@ pub(crate) struct Parts {
 /// The configuration cannot work; what is left of the board.
 pub(crate) struct Refused {
     /// Why.
-    pub(crate) error: ConfigError,
+    pub(crate) error: <Drives as Family>::ConfigError,
     /// The status LED.
     pub(crate) status_led: StatusLed,
     /// The watchdog, running.
@@ -53,7 +72,7 @@ pub(crate) struct Refused {
 /// panics.
 pub(crate) fn place(parts: Parts) -> Result<&'static mut App, Refused> {
     // All of it is zero, so it takes no place in the flash, and it is made a master where it lies: nearly all of the memory is in it.
-    static MASTER: ConstStaticCell<ServoMaster<AXES>> = ConstStaticCell::new(ServoMaster::vacant());
+    static MASTER: ConstStaticCell<BoardMaster> = ConstStaticCell::new(BoardMaster::vacant());
     static APP: StaticCell<App> = StaticCell::new();
     let master = MASTER.take();
     match master.take_on(&config::PLAN) {
@@ -80,7 +99,7 @@ enum Phase {
 
 /// The cycle with everything it works with.
 pub(crate) struct App {
-    master: &'static mut ServoMaster<AXES>,
+    master: &'static mut BoardMaster,
     parts: Parts,
     phase: Phase,
     beats: Beats,
@@ -91,6 +110,7 @@ pub(crate) struct App {
     supervisor: Supervisor,
     /// What the axes show, as of so many changes of their facts.
     seen: (u32, Seen),
+    home: config::Homing,
     playback: Playback,
     statistics: Statistics,
     led: LedPattern,
@@ -107,7 +127,7 @@ struct Seen {
 }
 
 impl App {
-    fn new(master: &'static mut ServoMaster<AXES>, parts: Parts) -> Self {
+    fn new(master: &'static mut BoardMaster, parts: Parts) -> Self {
         Self {
             seen: (master.changes(), look(master)),
             master,
@@ -119,6 +139,7 @@ impl App {
             stop_closed: Debounced::new(),
             enable: Debounced::new(),
             run: Debounced::new(),
+            home: config::Homing::NEW,
             playback: Playback::new(),
             statistics: Statistics::new(),
             led: LedPattern::new(),
@@ -170,9 +191,7 @@ impl App {
     fn disable_from(&mut self, axis: usize, cycles: u32) {
         let waiting = config::AXIS_CONFIGS.iter().enumerate().skip(axis);
         for (axis, config) in waiting {
-            let request = Request::ServoDisable(ServoSwitch::Disable);
-            // The command is the same in every revision.
-            let Ok(frame) = request.encode(Address::Drive(config.drive), &Dialect::V1_6A) else {
+            let Some(frame) = Drives::disable(config) else {
                 continue;
             };
             let is_full = matches!(self.parts.bus.offer(&frame), Outcome::Full);
@@ -191,17 +210,25 @@ impl App {
         self.watch_bus(now);
         self.supervise(planned, now);
         let is_streaming = self.look().axes.streaming;
+        match self.home.cycle(self.master, is_streaming, now) {
+            Step::Wait => {}
+            Step::Found => self.playback.start(self.master, planned),
+            Step::Failed => self.supervisor.refused(),
+        }
         self.playback
-            .set_targets(self.master, is_streaming, planned, now);
+            .set_targets(self.master, &self.home, is_streaming, planned, now);
         self.master.begin_cycle(now);
         self.service();
         misbehaviour::act();
         self.report();
+        for part in self.statistics.parts() {
+            telemetry::tell(Message::Second(*part));
+        }
         if let Some(second) = self
             .statistics
             .note_cycle(beat.delay_us, stretch, self.master, now)
         {
-            telemetry::tell(Message::Second(second));
+            telemetry::keep_second(second);
         }
     }
 
@@ -210,19 +237,28 @@ impl App {
         let now = self.beats.now();
         loop {
             self.parts.bus.begin_service();
-            while self.parts.bus.has_news()
-                && let Some(received) = self.parts.bus.receive()
-            {
-                match received {
-                    Ok(frame) => self.master.on_frame(now, &frame),
-                    Err(kind) => {
-                        self.master.on_receive_error(now, kind);
-                        break;
-                    }
-                }
+            if self.parts.bus.has_news() {
+                self.receive(now);
             }
             let progress = self.master.send(now, &mut self.parts.bus);
             if !self.parts.bus.end_service(progress) {
+                return;
+            }
+        }
+    }
+
+    /// Takes what has come in. Not inlined: most calls of [`Self::service`] find nothing, and would set up for it all the same.
+    #[inline(never)]
+    fn receive(&mut self, now: Instant) {
+        while let Some(received) = self.parts.bus.receive() {
+            match received {
+                Ok(frame) => self.master.on_frame(now, &frame),
+                Err(kind) => {
+                    self.master.on_receive_error(now, kind);
+                    return;
+                }
+            }
+            if !self.parts.bus.has_news() {
                 return;
             }
         }
@@ -310,10 +346,13 @@ impl App {
             Action::Adopt => self.master.adopt(now, GROUP),
             Action::Enable => self.master.enable(now, GROUP),
             Action::Start => {
-                self.playback.start(self.master, planned);
+                if self.home.begin() {
+                    self.playback.start(self.master, planned);
+                }
                 Ok(())
             }
             Action::Finish => {
+                self.home.cancel();
                 self.playback.finish();
                 Ok(())
             }
@@ -330,18 +369,14 @@ impl App {
             let Some(event) = self.master.next_event() else {
                 return;
             };
-            let is_news = match event.kind {
-                EventKind::BusError(_) => self.statistics.is_first_bus_error(),
-                _ => true,
-            };
-            if is_news {
-                telemetry::tell(Message::Event(event));
+            if !Drives::is_bus_error(&event.kind) || self.statistics.is_first_bus_error() {
+                telemetry::tell(Message::Event(event.axis, event.kind));
             }
         }
     }
 }
 
-fn look(master: &ServoMaster<AXES>) -> Seen {
+fn look(master: &BoardMaster) -> Seen {
     let mut axes = Axes {
         ready: true,
         adoptable: true,

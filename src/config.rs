@@ -1,10 +1,17 @@
 //! What a user of this firmware decides: drives, limits, bit rate and the built-in motion. Pins and clocks are in `board`.
 
-use can_motion::plan::BusPlan;
-use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, MotorLimits, Travel};
+use can_motion::plan::{BitRate, BusPlan};
+use can_motion::{AxisConfig, Dyn, GroupId, Limits, MasterConfig, MotorLimits, Travel};
 use dyn_can::units::command_counts_per_turn;
 use dyn_can::{DriveId, GearNumber};
 use trajectory::curve::{Keyframe, KeyframeMotion};
+
+/// The family of the drives. `firmware-tests/configs/hub_motors.rs` is a configuration of the other one, ZLAC8030L hub motors.
+pub(crate) type Drives = Dyn;
+
+/// Homing before the motion: none. `firmware-tests/configs/homing.rs` is a configuration with one.
+#[cfg(target_os = "none")]
+pub(crate) type Homing = crate::home::Nothing;
 
 /// Number of axes.
 pub(crate) const AXES: usize = 2;
@@ -19,6 +26,9 @@ pub(crate) const MASTER: MasterConfig = MasterConfig::DEFAULT;
 
 /// Time from one cycle to the next in microseconds.
 pub(crate) const CYCLE_US: u32 = MASTER.cycle_us;
+
+/// Bit rate of the bus.
+pub(crate) const BIT_RATE: BitRate = MASTER.bus.bit_rate;
 
 /// The proof, made while compiling, that the bus carries these axes in time. When it fails, the error says which frame would be late
 /// and what would help.

@@ -1,4 +1,4 @@
-//! Firmware of the motion board: streams set-points to DYN servo drives on CAN.
+//! Firmware of the motion board: streams set-points to DYN servo drives, or speeds to ZLAC8030L hub motors, on CAN.
 //!
 //! Built for the board (`cargo fw`) this is the image; built for the host it is one line of text, so that `cargo build`,
 //! `cargo test` and `cargo clippy --all-targets` at the root need nothing installed. What needs no chip is tested on the host, the whole
@@ -12,7 +12,9 @@
 //! | `recovery` | the controller's way onto the bus, at the start and after a failure |
 //! | `duty`, `cycle_clock` | the interrupts of the beat and of the bus, above the thread |
 //! | `app` | the cycle |
+//! | `drives` | what differs between the families of drives |
 //! | `supervisor`, `debounce` | what the inputs mean |
+//! | `home` | homing before it |
 //! | `playback` | the built-in motion |
 //! | `telemetry`, `statistics`, `led` | what the board says |
 //! | `brown_out` | the option bytes, which only the image for commissioning writes |
@@ -77,9 +79,11 @@ mod bus;
 #[cfg(target_os = "none")]
 mod cycle_clock;
 #[cfg(target_os = "none")]
+mod drives;
+#[cfg(target_os = "none")]
 mod duty;
 #[cfg(target_os = "none")]
-mod event_words;
+mod home;
 #[cfg(target_os = "none")]
 mod last_words;
 #[cfg(target_os = "none")]

@@ -1,8 +1,11 @@
 //! Plays the built-in motion.
 
-use can_motion::{Instant, ServoMaster};
+use can_motion::Instant;
+use trajectory::curve::Playhead;
 
-use crate::config::{AXES, GROUP, MOTION};
+use crate::config::{self, AXES, Drives, GROUP, MOTION};
+use crate::drives::{Board as _, BoardMaster};
+use crate::home::Homing as _;
 use crate::telemetry::{self, Message};
 
 /// Length of the motion; 32 bits of microseconds are more than an hour.
@@ -20,9 +23,10 @@ const DURATION_US: u32 = {
 struct Start {
     /// When the present repetition began.
     at: Instant,
-    counts: [i32; AXES],
+    targets: [i32; AXES],
     /// It ends with the present repetition.
     is_last: bool,
+    head: Playhead,
 }
 
 /// The motion under way.
@@ -37,13 +41,14 @@ impl Playback {
     }
 
     /// Starts the motion at `at`, from where the axes stand, and repeats it.
-    pub(crate) fn start(&mut self, master: &ServoMaster<AXES>, at: Instant) {
-        let counts = targets(master);
-        telemetry::tell(Message::MotionStarts(counts));
+    pub(crate) fn start(&mut self, master: &BoardMaster, at: Instant) {
+        let targets = targets(master);
+        telemetry::tell_motion(Message::MotionStarts, targets);
         self.start = Some(Start {
             at,
-            counts,
+            targets,
             is_last: false,
+            head: Playhead::START,
         });
     }
 
@@ -57,7 +62,8 @@ impl Playback {
     /// Sets the targets of the cycle that begins at `at`, while every axis streams; `now` is the time for the master.
     pub(crate) fn set_targets(
         &mut self,
-        master: &mut ServoMaster<AXES>,
+        master: &mut BoardMaster,
+        home: &config::Homing,
         is_streaming: bool,
         at: Instant,
         now: Instant,
@@ -74,10 +80,19 @@ impl Playback {
         while at.us_since(start.at) >= u64::from(DURATION_US) {
             start.at = start.at + DURATION_US;
         }
-        let distances = MOTION.position(at.us_since(start.at));
-        for (axis, (from, distance)) in start.counts.into_iter().zip(distances).enumerate() {
+        let distances = MOTION.position_from(&mut start.head, at.us_since(start.at));
+        for (axis, (from, distance)) in start.targets.into_iter().zip(distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
-            if let Err(error) = master.set_target(axis, from.saturating_add(distance)) {
+            let target = from.saturating_add(distance);
+            if !home.allows(axis, target) {
+                defmt::error!(
+                    "axis {=usize}: the motion leaves its travel, stopping",
+                    axis
+                );
+                master.stop(now, GROUP);
+                return self.end(master);
+            }
+            if let Err(error) = master.set_target(axis, target) {
                 defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
                 master.stop(now, GROUP);
                 return self.end(master);
@@ -88,15 +103,15 @@ impl Playback {
         }
     }
 
-    fn end(&mut self, master: &ServoMaster<AXES>) {
+    fn end(&mut self, master: &BoardMaster) {
         self.start = None;
-        telemetry::tell(Message::MotionEnds(targets(master)));
+        telemetry::tell_motion(Message::MotionEnds, targets(master));
     }
 }
 
-fn targets(master: &ServoMaster<AXES>) -> [i32; AXES] {
+fn targets(master: &BoardMaster) -> [i32; AXES] {
     core::array::from_fn(|axis| {
         let snapshot = master.snapshot(axis);
-        snapshot.map_or(0, |snapshot| snapshot.target_counts)
+        snapshot.map_or(0, |snapshot| Drives::target(&snapshot))
     })
 }

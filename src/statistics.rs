@@ -1,13 +1,16 @@
 //! How the cycle does, second by second.
 
-use can_motion::{CycleCounters, Instant, ServoMaster};
+use can_motion::{CycleCounters, Instant};
 use cortex_m::peripheral::DWT;
 
 use crate::board::CORE_HZ;
-use crate::config::{AXES, CYCLE_US};
+use crate::config::{AXES, CYCLE_US, Drives};
+use crate::drives::{Board as _, BoardMaster};
 
 /// Cycles of a second.
 const SECOND_CYCLES: u32 = 1_000_000 / CYCLE_US;
+/// A second has too few cycles to tell its figures one after the other.
+const IS_SLOW: bool = SECOND_CYCLES < AXES as u32 + Part::ALL.len() as u32;
 /// Core clocks of a thousandth of a second of work.
 const CLOCKS_PER_PERMILLE: u32 = CORE_HZ / 1_000;
 
@@ -22,24 +25,47 @@ pub(crate) struct Statistics {
     /// Core clocks, by the chip's own counter.
     worst_cycle_clocks: u32,
     busy_clocks: u32,
-    oldest_status_us: u64,
-    oldest_position_us: u64,
+    oldest_status_ms: u32,
+    oldest_position_ms: u32,
+    /// There is a second before this one.
+    is_later: bool,
+}
+
+/// What one line of the log tells of a second. One of them in a cycle: writing a line takes as long as a good part of the cycle itself.
+#[derive(Clone, Copy)]
+pub(crate) enum Part {
+    /// How often something happened.
+    Counts,
+    /// How long the cycles took.
+    Times,
+    /// How old the readings are.
+    Ages,
+}
+
+impl Part {
+    /// All of them.
+    pub(crate) const ALL: [Self; 3] = [Self::Counts, Self::Times, Self::Ages];
 }
 
 /// An age as the log shows it.
-struct Age(u64);
+struct Age(u32);
 
 impl Age {
     /// Of what was not read yet.
-    const NEVER_US: u64 = u64::MAX;
+    const NEVER_MS: u32 = u32::MAX;
+
+    /// Of a reading; the master shows none that is older than some minutes.
+    fn ms(read: Option<Instant>, now: Instant) -> u32 {
+        read.map_or(Self::NEVER_MS, |at| now.us_since(at) as u32 / 1_000)
+    }
 }
 
 impl defmt::Format for Age {
     fn format(&self, formatter: defmt::Formatter<'_>) {
-        if self.0 == Self::NEVER_US {
+        if self.0 == Self::NEVER_MS {
             defmt::write!(formatter, "never read");
         } else {
-            defmt::write!(formatter, "{=u64} ms", self.0 / 1_000);
+            defmt::write!(formatter, "{=u32} ms", self.0);
         }
     }
 }
@@ -75,8 +101,9 @@ impl Statistics {
             worst_delay_us: 0,
             worst_cycle_clocks: 0,
             busy_clocks: 0,
-            oldest_status_us: 0,
-            oldest_position_us: 0,
+            oldest_status_ms: 0,
+            oldest_position_ms: 0,
+            is_later: false,
         }
     }
 
@@ -100,7 +127,7 @@ impl Statistics {
         &mut self,
         delay_us: u32,
         stretch: Stretch,
-        master: &ServoMaster<AXES>,
+        master: &BoardMaster,
         now: Instant,
     ) -> Option<Self> {
         let clocks = stretch.clocks();
@@ -108,43 +135,67 @@ impl Statistics {
         self.worst_delay_us = self.worst_delay_us.max(delay_us);
         self.worst_cycle_clocks = self.worst_cycle_clocks.max(clocks);
         self.busy_clocks = self.busy_clocks.wrapping_add(clocks);
-        if self.cycles < SECOND_CYCLES {
+        let left = SECOND_CYCLES.saturating_sub(self.cycles);
+        if IS_SLOW {
+            (0..AXES).for_each(|axis| self.note_poll_ages(master, axis, now));
+        } else if (left as usize) < AXES {
+            self.note_poll_ages(master, left as usize, now);
+        }
+        if left > 0 {
             return None;
         }
         self.counters = master.cycle_counters();
-        self.note_poll_ages(master, now);
-        Some(core::mem::replace(self, Self::new()))
+        let next = Self {
+            is_later: true,
+            ..Self::new()
+        };
+        Some(core::mem::replace(self, next))
     }
 
-    fn note_poll_ages(&mut self, master: &ServoMaster<AXES>, now: Instant) {
-        for snapshot in (0..AXES).filter_map(|axis| master.snapshot(axis)) {
-            let feedback = snapshot.feedback;
-            let status_us = feedback
-                .status
-                .map_or(Age::NEVER_US, |status| now.us_since(status.at));
-            let position_us = feedback
-                .position
-                .map_or(Age::NEVER_US, |position| now.us_since(position.at));
-            self.oldest_status_us = self.oldest_status_us.max(status_us);
-            self.oldest_position_us = self.oldest_position_us.max(position_us);
+    /// What is to be told in this cycle of the second before.
+    pub(crate) fn parts(&self) -> &'static [Part] {
+        let part = self.cycles as usize;
+        if part >= Part::ALL.len() || !self.is_later {
+            return &[];
+        }
+        match Part::ALL.get(part..part + 1) {
+            _ if IS_SLOW => &Part::ALL,
+            part => part.unwrap_or(&[]),
+        }
+    }
+
+    fn note_poll_ages(&mut self, master: &BoardMaster, axis: usize, now: Instant) {
+        if let Some(snapshot) = master.snapshot(axis) {
+            let [status_ms, position_ms] =
+                Drives::read_at(&snapshot).map(|read_at| Age::ms(read_at, now));
+            self.oldest_status_ms = self.oldest_status_ms.max(status_ms);
+            self.oldest_position_ms = self.oldest_position_ms.max(position_ms);
         }
     }
 
     /// One line of the log.
-    pub(crate) fn write(&self) {
+    pub(crate) fn write(&self, part: Part) {
         let counters = &self.counters;
-        defmt::info!(
-            "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors; begun up to {=u32} us late, up to {=u32} clocks long, load {=u32}/1000; oldest status {}, position {}",
-            counters.cycles,
-            counters.late,
-            counters.missed,
-            counters.events_dropped,
-            self.bus_errors,
-            self.worst_delay_us,
-            self.worst_cycle_clocks,
-            self.busy_clocks / CLOCKS_PER_PERMILLE,
-            Age(self.oldest_status_us),
-            Age(self.oldest_position_us)
-        );
+        match part {
+            Part::Counts => defmt::info!(
+                "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors",
+                counters.cycles,
+                counters.late,
+                counters.missed,
+                counters.events_dropped,
+                self.bus_errors
+            ),
+            Part::Times => defmt::info!(
+                "begun up to {=u32} us late, up to {=u32} clocks long, load {=u32}/1000",
+                self.worst_delay_us,
+                self.worst_cycle_clocks,
+                self.busy_clocks / CLOCKS_PER_PERMILLE
+            ),
+            Part::Ages => defmt::info!(
+                "oldest status {}, position {}",
+                Age(self.oldest_status_ms),
+                Age(self.oldest_position_ms)
+            ),
+        }
     }
 }

@@ -1,17 +1,19 @@
 //! What the board says: the cycle hands messages over, and the thread, which everything else may interrupt, writes them to the log.
 
+use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use can_motion::{CommandError, Event, EventKind, Fault};
+use can_motion::CommandError;
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
-use crate::config::AXES;
-use crate::event_words::EventWords;
+use crate::config::{AXES, Drives};
+use crate::drives::{Board as _, BoardEventKind, BoardFault};
 use crate::last_words::{History, LastWords};
 use crate::recovery::FaultState;
 use crate::start::Cause;
-use crate::statistics::Statistics;
+use crate::statistics::{Part, Statistics};
 use crate::supervisor::{Action, State};
 
 /// Messages on their way. When it is full the master keeps its events, and the next message of another kind is lost.
@@ -21,10 +23,17 @@ const MESSAGES: usize = 8;
 static IS_NEWS: AtomicBool = AtomicBool::new(false);
 static CHANNEL: Channel<CriticalSectionRawMutex, Message, MESSAGES> = Channel::new();
 
+/// The counts of the latest [`Message::MotionStarts`] or [`Message::MotionEnds`], and the figures of the latest [`Message::Second`]: in
+/// the messages they would take this room as often as there are places.
+static COUNTS: CriticalSectionMutex<Cell<[i32; AXES]>> =
+    CriticalSectionMutex::new(Cell::new([0; AXES]));
+static SECOND: CriticalSectionMutex<Cell<Statistics>> =
+    CriticalSectionMutex::new(Cell::new(Statistics::new()));
+
 /// Something to tell.
 pub(crate) enum Message {
-    /// An event of the master.
-    Event(Event<EventKind>),
+    /// An event of the master: of an axis, by its place in the configuration, or of the bus.
+    Event(Option<u8>, BoardEventKind),
     /// The controller takes part in the traffic for the first time.
     OnTheBus,
     /// It has waited for a second to take part.
@@ -34,15 +43,26 @@ pub(crate) enum Message {
     /// The supervisor did something.
     Action(Action),
     /// The master refused what the supervisor wanted.
-    Refused(Action, CommandError<Fault>),
+    Refused(Action, CommandError<BoardFault>),
     /// The supervisor is somewhere else.
     State(State),
-    /// The motion starts from these command counts.
-    MotionStarts([i32; AXES]),
-    /// The motion has ended, at these command counts.
-    MotionEnds([i32; AXES]),
-    /// A second has passed.
-    Second(Statistics),
+    /// The motion starts.
+    MotionStarts,
+    /// The motion has ended.
+    MotionEnds,
+    /// A second has passed: a part of its figures.
+    Second(Part),
+}
+
+/// Tells that the motion starts or has ended, at these command counts.
+pub(crate) fn tell_motion(message: Message, counts: [i32; AXES]) {
+    COUNTS.lock(|latest| latest.set(counts));
+    tell(message);
+}
+
+/// The figures of the latest second, for [`Message::Second`].
+pub(crate) fn keep_second(statistics: Statistics) {
+    SECOND.lock(|latest| latest.set(statistics));
 }
 
 /// Hands a message over, if there is room. Never waits.
@@ -67,14 +87,14 @@ pub(crate) fn run() -> ! {
                 write(&message);
             }
         }
-        // An interrupt since the last look ends this at once.
-        cortex_m::asm::wfe();
+        // What an interrupt tells in between waits for the next one, a cycle at most.
+        cortex_m::asm::wfi();
     }
 }
 
 fn write(message: &Message) {
     match message {
-        Message::Event(event) => write_event(event),
+        Message::Event(axis, kind) => Drives::write(*axis, kind),
         Message::OnTheBus => defmt::info!("on the bus"),
         Message::BusNeverIdle => {
             defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
@@ -92,37 +112,13 @@ fn write(message: &Message) {
             defmt::info!("state: release the enable input, then make it active");
         }
         Message::State(state) => defmt::info!("state: {}", state),
-        Message::MotionStarts(counts) => defmt::info!("the motion starts from {} counts", counts),
-        Message::MotionEnds(counts) => defmt::info!("the motion has ended at {} counts", counts),
-        Message::Second(statistics) => statistics.write(),
-    }
-}
-
-fn write_event(event: &Event<EventKind>) {
-    let words = EventWords(event);
-    match event.kind {
-        EventKind::Fault(Fault::Gear {
-            expected,
-            actual: Some(actual),
-        }) => defmt::error!(
-            "{}: its gear number is {=u16}, the configuration says {=u16}: correct one of the two; it is not enabled",
-            words,
-            actual,
-            expected
-        ),
-        EventKind::FoundOn => defmt::warn!(
-            "{}: it is left alone until enable becomes active, or the stop circuit opens",
-            words
-        ),
-        EventKind::DisableUnconfirmed { .. } => defmt::error!(
-            "{}: the drive may still have power; the command is repeated until the drive confirms it",
-            words
-        ),
-        EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", words),
-        EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
-            defmt::info!("{}", words);
+        Message::MotionStarts => {
+            defmt::info!("the motion starts from {} counts", COUNTS.lock(Cell::get));
         }
-        _ => defmt::warn!("{}", words),
+        Message::MotionEnds => {
+            defmt::info!("the motion has ended at {} counts", COUNTS.lock(Cell::get));
+        }
+        Message::Second(part) => SECOND.lock(Cell::get).write(*part),
     }
 }
 

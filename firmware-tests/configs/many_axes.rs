@@ -1,14 +1,19 @@
 // A configuration for the tests: as many axes as the variable FIRMWARE_TEST_AXES says, with drive ids from 1.
 
-use can_motion::plan::BusPlan;
-use can_motion::{AxisConfig, GroupId, Limits, MasterConfig, PollPeriods, StepChange, Travel};
+use can_motion::plan::{BitRate, BusPlan};
+use can_motion::{AxisConfig, Dyn, GroupId, Limits, MasterConfig, PollPeriods, StepChange, Travel};
 use dyn_can::{DriveId, GearNumber, StepLimit};
 use trajectory::curve::{Keyframe, KeyframeMotion};
+
+pub(crate) type Drives = Dyn;
+#[cfg(target_os = "none")]
+pub(crate) type Homing = crate::home::Nothing;
 
 pub(crate) const AXES: usize = number(env!("FIRMWARE_TEST_AXES"));
 pub(crate) const GROUP: GroupId = GroupId(0);
 pub(crate) const MASTER: MasterConfig = MasterConfig::DEFAULT;
 pub(crate) const CYCLE_US: u32 = MASTER.cycle_us;
+pub(crate) const BIT_RATE: BitRate = MASTER.bus.bit_rate;
 
 pub(crate) const PLAN: BusPlan<'static> = BusPlan::new(&MASTER, &AXIS_CONFIGS);
 const _: () = PLAN.assert_schedulable();

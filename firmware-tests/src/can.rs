@@ -1,14 +1,15 @@
 //! The CAN controller of the chip, whichever it has.
 
-use drive_sim::{Bench, DynDrive, Frame, NodeId, ScriptedFaults};
+use drive_sim::{Bench, Frame, NodeId, ScriptedFaults};
 
 use crate::bxcan::BxCan;
 use crate::chip::{Chip, Controller};
 use crate::clock::Clock;
+use crate::drive::Drive;
 use crate::fdcan::FdCan;
 
 /// The bus with its drives, and faults that a test scripts.
-pub type Wire = Bench<DynDrive, ScriptedFaults>;
+pub type Wire = Bench<Drive, ScriptedFaults>;
 
 /// Number and level of an interrupt line.
 pub type Line = (u16, bool);

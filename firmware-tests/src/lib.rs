@@ -36,6 +36,7 @@ pub mod chip;
 pub mod clock;
 mod connection;
 pub mod cpu;
+pub mod drive;
 pub mod fdcan;
 pub mod gpio;
 pub mod hooks;

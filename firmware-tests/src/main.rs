@@ -4,10 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use drive_sim::DynDriveConfig;
+use drive_sim::{DynDriveConfig, ZlacDriveConfig};
 use dyn_can::GearNumber;
 use firmware_tests::rig::MS;
 use firmware_tests::{Contact, Image, Rig, Stop};
+use zlac8030l::NodeId;
 
 /// When each contact is closed.
 const OPERATOR: [(u64, Contact); 3] = [
@@ -21,7 +22,8 @@ const OPERATOR: [(u64, Contact); 3] = [
 #[command(
     name = "emulate",
     after_help = "The stop circuit is closed after 0.1 s, enable after 0.5 s, run after 1.5 s.\n\n\
-    Example:\n  cargo xtask emulate --config my-machine.rs -- --drives 5,6:8192,9 --ms 4000"
+    Examples:\n  cargo xtask emulate --config my-machine.rs -- --drives 5,6:8192,9 --ms 4000\n  \
+    cargo xtask emulate --config firmware-tests/configs/hub_motors.rs -- --hub-motors 1,2"
 )]
 struct Arguments {
     /// The image
@@ -29,6 +31,9 @@ struct Arguments {
     /// Ids of the drives on the bus, each with its gear number behind a colon when that is not 4096
     #[arg(long, value_delimiter = ',', default_value = "1,2", value_parser = parse_drive)]
     drives: Vec<DynDriveConfig>,
+    /// Nodes of ZLAC8030L hub motors on a bus of 500 kbit/s, in place of the servo drives
+    #[arg(long, value_delimiter = ',', conflicts_with = "drives", value_parser = parse_hub_motor)]
+    hub_motors: Vec<ZlacDriveConfig>,
     /// Milliseconds to run
     #[arg(long, default_value_t = 4_000)]
     ms: u64,
@@ -46,6 +51,13 @@ fn parse_drive(text: &str) -> Result<DynDriveConfig, String> {
     Ok(drive)
 }
 
+fn parse_hub_motor(text: &str) -> Result<ZlacDriveConfig, String> {
+    let node = text.parse::<i32>();
+    let node = node.map_err(|error| format!("{text}: {error}"))?;
+    let node = NodeId::new(node).map_err(|error| error.to_string())?;
+    Ok(ZlacDriveConfig::new(node))
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let image = match Image::read(&arguments.image) {
@@ -55,7 +67,11 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    let mut rig = Rig::with_drives(image, arguments.drives);
+    let mut rig = if arguments.hub_motors.is_empty() {
+        Rig::with_drives(image, arguments.drives)
+    } else {
+        Rig::with_hub_motors(image, arguments.hub_motors)
+    };
     let mut printed = 0;
     for ms in 0..arguments.ms {
         for (_, contact) in OPERATOR.iter().filter(|(at_ms, _)| *at_ms == ms) {
@@ -79,13 +95,27 @@ fn main() -> ExitCode {
 fn print_end(rig: &Rig, ms: u64) {
     println!("--- after {ms} ms");
     let now_ns = ms * MS;
-    for drive in rig.wire().devices() {
+    for drive in rig.servos() {
         println!(
             "drive {:>2}: {:>8} set-points, {:>8} counts commanded, now at {:>8}, {}",
             drive.id().map_or(0, |id| id.get()),
             drive.books().pd_frames,
             drive.commanded_counts(),
             drive.position_counts(now_ns),
+            if drive.is_enabled() {
+                "enabled"
+            } else {
+                "disabled"
+            }
+        );
+    }
+    for drive in rig.hub_motors() {
+        println!(
+            "node {:>3}: {:>8} commands, now {:>6.1} r/min, {:>8} counts travelled, {}",
+            drive.config().node.get(),
+            drive.books().rpdos,
+            drive.speed_rpm(now_ns),
+            drive.travel_counts(now_ns),
             if drive.is_enabled() {
                 "enabled"
             } else {

@@ -47,7 +47,7 @@ pub fn standing(image: Image, drives: Drives) -> Result<Rig, String> {
     let begun = (0..PATIENCE_MS).any(|_| {
         rig.run_ms(1);
         let streams = |drive: &DynDrive| drive.is_enabled() && drive.books().pd_frames > 0;
-        rig.wire().devices().all(streams)
+        rig.servos().all(streams)
     });
     if !begun {
         return Err(format!(

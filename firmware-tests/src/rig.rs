@@ -6,13 +6,14 @@ use std::path::PathBuf;
 
 use drive_sim::{
     BitRate, Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, Frame, LogMode, NodeId,
-    Record, ScriptedFaults,
+    Record, ScriptedFaults, ZlacDrive, ZlacDriveConfig,
 };
 use embedded_can::nb::Can;
 
 use crate::board::{Board, Stop};
 use crate::can::Wire;
 use crate::chip::{Chip, STM32F405};
+use crate::drive::Drive;
 use crate::gpio::Pin;
 use crate::image::Image;
 
@@ -28,6 +29,8 @@ pub enum Contact {
     Enable,
     /// The run switch.
     Run,
+    /// The switch of a homing, on the pin that `configs/homing.rs` names.
+    Homing,
 }
 
 impl Contact {
@@ -36,6 +39,7 @@ impl Contact {
             Self::Stop => Pin::new('C', 0),
             Self::Enable => Pin::new('C', 1),
             Self::Run => Pin::new('C', 2),
+            Self::Homing => Pin::new('C', 3),
         }
     }
 }
@@ -65,7 +69,21 @@ impl Rig {
     /// When Unicorn fails.
     #[must_use]
     pub fn with_drives(image: Image, drives: impl IntoIterator<Item = DynDriveConfig>) -> Self {
-        Self::with_crystal(image, drives, chip().crystal_hz)
+        let drives = drives.into_iter().map(|drive| DynDrive::new(drive).into());
+        Self::with_crystal(image, BitRate::Kbit1000, drives, chip().crystal_hz)
+    }
+
+    /// A board that has just got its supply, with these hub motors, on a bus of 500 kbit/s.
+    ///
+    /// # Panics
+    /// When Unicorn fails.
+    #[must_use]
+    pub fn with_hub_motors(
+        image: Image,
+        drives: impl IntoIterator<Item = ZlacDriveConfig>,
+    ) -> Self {
+        let drives = drives.into_iter().map(|drive| ZlacDrive::new(drive).into());
+        Self::with_crystal(image, BitRate::Kbit500, drives, chip().crystal_hz)
     }
 
     /// A board that has just got its supply and whose crystal does not run, with the drives 1 and 2.
@@ -75,20 +93,22 @@ impl Rig {
     #[must_use]
     pub fn without_crystal(image: Image) -> Self {
         let config = |id| DynDriveConfig::numbered(id).expect("an id is 1 to 63");
-        Self::with_crystal(image, [1, 2].map(config), 0)
+        let drives = [1, 2].map(|id| DynDrive::new(config(id)).into());
+        Self::with_crystal(image, BitRate::Kbit1000, drives, 0)
     }
 
     fn with_crystal(
         image: Image,
-        drives: impl IntoIterator<Item = DynDriveConfig>,
+        bit_rate: BitRate,
+        drives: impl IntoIterator<Item = Drive>,
         hse_hz: u64,
     ) -> Self {
-        let mut bus = Bus::with_faults(BitRate::Kbit1000, ScriptedFaults::new());
+        let mut bus = Bus::with_faults(bit_rate, ScriptedFaults::new());
         bus.set_log(LogMode::Full);
         let mut wire = Wire::new(bus);
         let drives = drives
             .into_iter()
-            .map(|drive| wire.add_device(DynDrive::new(drive), ControllerConfig::device()))
+            .map(|drive| wire.add_device(drive, ControllerConfig::device()))
             .collect();
         let stranger = wire.add_master(ControllerConfig::device());
         let board = Board::new(chip(), image, hse_hz, wire).expect("the emulator works");
@@ -125,6 +145,43 @@ impl Rig {
     #[must_use]
     pub fn drives(&self) -> &[DeviceId] {
         &self.drives
+    }
+
+    /// The servo drives.
+    pub fn servos(&self) -> impl Iterator<Item = &DynDrive> {
+        self.wire().devices().filter_map(Drive::servo)
+    }
+
+    /// A servo drive.
+    ///
+    /// # Panics
+    /// When it is none.
+    #[must_use]
+    pub fn servo(&self, id: DeviceId) -> &DynDrive {
+        self.wire().device(id).servo().expect("a servo drive")
+    }
+
+    /// A servo drive, to change it.
+    ///
+    /// # Panics
+    /// When it is none.
+    pub fn servo_mut(&mut self, id: DeviceId) -> &mut DynDrive {
+        let drive = self.wire_mut().device_mut(id);
+        drive.servo_mut().expect("a servo drive")
+    }
+
+    /// The hub motors.
+    pub fn hub_motors(&self) -> impl Iterator<Item = &ZlacDrive> {
+        self.wire().devices().filter_map(Drive::hub_motor)
+    }
+
+    /// A hub motor, to change it.
+    ///
+    /// # Panics
+    /// When it is none.
+    pub fn hub_motor_mut(&mut self, id: DeviceId) -> &mut ZlacDrive {
+        let drive = self.wire_mut().device_mut(id);
+        drive.hub_motor_mut().expect("a hub motor")
     }
 
     /// The node beside the drives.

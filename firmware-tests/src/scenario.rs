@@ -26,15 +26,11 @@ impl Rig {
         self.close(Contact::Enable);
         self.run_ms(ENABLE_MS);
         assert!(
-            self.wire().devices().all(DynDrive::is_enabled),
+            self.servos().all(DynDrive::is_enabled),
             "{:#?}",
             self.board().log()
         );
-        assert!(
-            self.wire()
-                .devices()
-                .all(|drive| drive.books().pd_frames > 0)
-        );
+        assert!(self.servos().all(|drive| drive.books().pd_frames > 0));
     }
 
     /// From power-on to a running motion.
@@ -81,8 +77,8 @@ impl Rig {
     /// When some are and some are not.
     #[must_use]
     pub fn are_enabled(&self) -> bool {
-        let all = self.wire().devices().all(DynDrive::is_enabled);
-        let any = self.wire().devices().any(DynDrive::is_enabled);
+        let all = self.servos().all(DynDrive::is_enabled);
+        let any = self.servos().any(DynDrive::is_enabled);
         assert_eq!(all, any, "{:#?}", self.board().log());
         all
     }
@@ -90,10 +86,7 @@ impl Rig {
     /// Command counts that the drives got by set-points, in their order.
     #[must_use]
     pub fn commanded_counts(&self) -> Vec<i64> {
-        self.wire()
-            .devices()
-            .map(DynDrive::commanded_counts)
-            .collect()
+        self.servos().map(DynDrive::commanded_counts).collect()
     }
 
     /// The counts that the latest line of the log with `text` lists in brackets.

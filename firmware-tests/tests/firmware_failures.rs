@@ -20,7 +20,7 @@ fn failed(how: u8) -> Rig {
         "set-points after the failure"
     );
     assert!(
-        rig.wire().devices().all(|drive| !drive.is_enabled()),
+        rig.servos().all(|drive| !drive.is_enabled()),
         "a drive is still enabled"
     );
     rig
@@ -42,7 +42,7 @@ fn stays_locked(mut rig: Rig) {
         }
     }
     assert_eq!(rig.set_points_since(from_ns).count(), 0);
-    assert!(rig.wire().devices().all(|drive| !drive.is_enabled()));
+    assert!(rig.servos().all(|drive| !drive.is_enabled()));
     assert_eq!(rig.board().resets().len(), resets);
 }
 

@@ -23,8 +23,7 @@ fn from_power_on_to_an_alarm_every_line_is_in_words() {
     let mut rig = Rig::with_numbered_drives(rig::image("axes-8"), 8);
     rig.bring_up();
     let drive = rig.drives()[3];
-    rig.wire_mut()
-        .device_mut(drive)
+    rig.servo_mut(drive)
         .faults_mut()
         .raise_alarm(Alarm::OverCurrent);
     rig.run_ms(100);

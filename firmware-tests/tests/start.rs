@@ -68,7 +68,7 @@ fn it_enables_the_drives_that_are_off_and_then_holds_still() {
 }
 
 fn holds_still(rig: &Rig) {
-    for drive in rig.wire().devices() {
+    for drive in rig.servos() {
         assert_eq!(
             (
                 drive.books().commanded_counts,
@@ -106,7 +106,7 @@ fn run_moves_and_its_release_ends_the_motion_where_it_began() {
     assert_eq!(rig.commanded_counts(), [0, 0]);
     rig.open(Contact::Enable);
     rig.run_ms(500);
-    assert!(rig.wire().devices().all(|drive| !drive.is_enabled()));
+    assert!(rig.servos().all(|drive| !drive.is_enabled()));
 }
 
 #[test]

@@ -51,11 +51,11 @@ fn the_stop_circuit_ends_all_set_points_in_the_same_cycle_and_disables_later() {
     // The pin is looked at once a cycle: the one under way is the last.
     assert_eq!(rig.set_points_since(opened_ns + MS).count(), 0);
     assert!(
-        rig.wire().devices().all(|drive| drive.is_enabled()),
+        rig.servos().all(|drive| drive.is_enabled()),
         "the drives must hold to stop the motors"
     );
     rig.run_ms(600);
-    assert!(rig.wire().devices().all(|drive| !drive.is_enabled()));
+    assert!(rig.servos().all(|drive| !drive.is_enabled()));
     rig.close(Contact::Stop);
     comes_back_on_command(&mut rig);
 }
@@ -65,8 +65,7 @@ fn an_alarm_ends_the_set_points_of_all_axes_in_the_same_cycle() {
     let mut rig = moving();
     let drive = devices(&rig)[3];
     let raised_ns = rig.board().soc().now_ns();
-    rig.wire_mut()
-        .device_mut(drive)
+    rig.servo_mut(drive)
         .faults_mut()
         .raise_alarm(Alarm::OverCurrent);
     rig.run_ms(3);
@@ -101,8 +100,7 @@ fn set_points_that_are_taken_back_are_not_counted_as_sent_whenever_the_alarm_com
         let mut rig = moving();
         rig.run_us(delay_us);
         let drive = devices(&rig)[3];
-        rig.wire_mut()
-            .device_mut(drive)
+        rig.servo_mut(drive)
             .faults_mut()
             .raise_alarm(Alarm::OverCurrent);
         rig.run_ms(600);
@@ -183,7 +181,7 @@ fn both_ways_to_stop_count_at_every_moment_of_enabling() {
 fn a_disable_command_that_a_drive_does_not_confirm_is_repeated_logged_and_shown() {
     let mut rig = moving();
     let drive = devices(&rig)[7];
-    rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+    rig.servo_mut(drive).faults_mut().leave_bus();
     rig.open(Contact::Enable);
     let from_ns = rig.board().soc().now_ns();
     rig.run_ms(1_000);
@@ -195,8 +193,8 @@ fn a_disable_command_that_a_drive_does_not_confirm_is_repeated_logged_and_shown(
     assert_eq!(rig.flashes_ms(), UNCONFIRMED_MS);
     let repeated = rig.switches_since(from_ns + 1_000 * MS).count();
     assert!((10..=24).contains(&repeated), "{repeated} in four seconds");
-    assert!(rig.wire().device(drive).is_enabled());
-    rig.wire_mut().device_mut(drive).faults_mut().wake();
+    assert!(rig.servo(drive).is_enabled());
+    rig.servo_mut(drive).faults_mut().wake();
     rig.run_ms(500);
     assert!(!rig.are_enabled());
     let from_ns = rig.board().soc().now_ns();
@@ -223,7 +221,7 @@ fn drive_of(record: &Record) -> Option<u16> {
 fn nobody_confirms(rig: &mut Rig) {
     rig.bring_up();
     for drive in devices(rig) {
-        rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+        rig.servo_mut(drive).faults_mut().leave_bus();
     }
     rig.open(Contact::Enable);
     rig.run_ms(1_000);
@@ -248,7 +246,7 @@ fn a_disable_command_that_no_drive_confirms_is_repeated_to_each_logged_and_shown
         assert!(to_it.count() >= 3, "drive {id}");
     }
     for drive in devices(&rig) {
-        rig.wire_mut().device_mut(drive).faults_mut().wake();
+        rig.servo_mut(drive).faults_mut().wake();
     }
     rig.run_ms(1_000);
     assert!(!rig.are_enabled(), "{:#?}", rig.board().log());
@@ -272,7 +270,7 @@ fn a_drive_that_comes_up_on_while_the_stop_circuit_is_open_is_disabled() {
     rig.run_ms(800);
     assert!(!rig.are_enabled());
     let drive = devices(&rig)[2];
-    rig.wire_mut().device_mut(drive).faults_mut().reboot();
+    rig.servo_mut(drive).faults_mut().reboot();
     rig.run_ms(1_500);
     assert!(!rig.are_enabled(), "{:#?}", rig.board().log());
 }
@@ -282,7 +280,7 @@ fn a_lost_drive_ramps_the_others_down_in_step() {
     let mut rig = moving();
     let drive = devices(&rig)[7];
     rig.run_ms(50);
-    rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+    rig.servo_mut(drive).faults_mut().leave_bus();
     rig.run_ms(500);
     assert!(rig.has_logged("no answer: check power"));
     assert!(rig.has_logged("RampingDown"));
@@ -294,6 +292,6 @@ fn a_lost_drive_ramps_the_others_down_in_step() {
         counts[..7].windows(2).all(|pair| pair[0] == pair[1]),
         "{counts:?}"
     );
-    rig.wire_mut().device_mut(drive).faults_mut().wake();
+    rig.servo_mut(drive).faults_mut().wake();
     comes_back_on_command(&mut rig);
 }

@@ -41,7 +41,7 @@ fn what_the_firmware_sent_is_what_the_drives_got_and_no_cycle_is_late() {
         .map(|(end, start)| end - start)
         .collect();
     assert_eq!(rig.commanded_counts(), moved);
-    for drive in rig.wire().devices() {
+    for drive in rig.servos() {
         let books = drive.books();
         assert_eq!((books.pd_frames_ignored, books.undecodable_frames), (0, 0));
         assert!(books.replies > 900, "polls ran beside the set-points");
@@ -55,7 +55,7 @@ fn interrupted_in_the_middle_the_sums_are_still_equal() {
     rig.open(Contact::Enable);
     assert!(rig.run_until_logged("the motion has ended", 50));
     rig.run_ms(500);
-    assert!(rig.wire().devices().all(|drive| !drive.is_enabled()));
+    assert!(rig.servos().all(|drive| !drive.is_enabled()));
     let commanded = rig.commanded_counts();
     assert!(
         commanded.windows(2).all(|pair| pair[0] == pair[1]),
@@ -68,8 +68,7 @@ fn interrupted_in_the_middle_the_sums_are_still_equal() {
     rig.close(Contact::Run);
     let now_ns = rig.board().soc().now_ns();
     let stands: Vec<i64> = rig
-        .wire()
-        .devices()
+        .servos()
         .map(|drive| drive.position_counts(now_ns))
         .collect();
     assert!(rig.run_until_logged("the motion starts", 100));
@@ -128,7 +127,7 @@ fn polls_keep_status_and_position_fresh() {
     // 50 Hz, and a request waits for its turn.
     assert!(age("oldest status") <= 40, "{}", age("oldest status"));
     assert!(age(", position") <= 40);
-    assert!(rig.wire().devices().all(DynDrive::is_enabled));
+    assert!(rig.servos().all(DynDrive::is_enabled));
 }
 
 #[test]
@@ -142,7 +141,7 @@ fn interrupts_are_never_masked_for_long() {
     // Many lines of the log: every drive is lost, and none confirms that it is off.
     let drives = rig.drives().to_vec();
     for drive in drives {
-        rig.wire_mut().device_mut(drive).faults_mut().leave_bus();
+        rig.servo_mut(drive).faults_mut().leave_bus();
     }
     rig.run_ms(2_000);
     let masked = rig.board().soc().masked;

@@ -17,6 +17,7 @@ pub mod dyn_can_replies;
 pub mod dyn_can_requests;
 pub mod dyn_serial;
 pub mod dyn_units;
+pub mod field_files;
 pub mod frame_fields;
 pub mod options;
 pub mod random_driver;

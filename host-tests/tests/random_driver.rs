@@ -21,6 +21,7 @@ fn servos_keep_the_promises() {
     assert!(tally.set_points > 50_000 && tally.given_back > 500);
     assert!(tally.streams > 200 && tally.faults > 500);
     assert!(tally.compared > 50_000);
+    assert!(tally.arrivals > 100 && tally.triggered > 50);
 }
 
 #[test]

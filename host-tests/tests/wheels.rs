@@ -1,8 +1,8 @@
 //! Wheels on the virtual bus: the same master, from power-on to a stop, and what goes wrong.
 
 use can_motion::wheel::{
-    FeedbackTiming, TransferError, WheelConfig, WheelEventKind, WheelFault, WheelLimits,
-    WheelMasterConfig, WheelMode,
+    FeedbackTiming, TransferError, WheelArrival, WheelConfig, WheelEventKind, WheelFault,
+    WheelLimits, WheelMasterConfig, WheelMode,
 };
 use can_motion::{AxisState, CommandError, Confirmation, Reaction, TargetError};
 use drive_sim::ZlacDriveConfig;
@@ -320,6 +320,101 @@ fn positions_are_followed_with_sync_and_end_where_they_should() {
         assert!((travel - distance).abs() <= 4, "axis {axis}: {travel}");
         assert_eq!(rig.axis(axis).fault, None);
     }
+}
+
+/// One wheel in position mode whose drive makes its own moves.
+fn moving_wheel(arrival: WheelArrival) -> WheelRig {
+    let most = 0x3FFF_FFFF;
+    let wheel = WheelConfig {
+        mode: WheelMode::Position {
+            profile_speed_rpm: 60,
+        },
+        limits: WheelLimits {
+            following_error: u32::MAX,
+            ..WheelLimits::position(-most, most, 1_000_000, 1_000_000)
+        },
+        arrival,
+        ..host_tests::rig::wheel_config(node(1))
+    };
+    rig(WheelMasterConfig::DEFAULT, wheel, 1)
+}
+
+fn arrivals(rig: &WheelRig) -> Vec<WheelEventKind> {
+    let is_one = |kind: &WheelEventKind| {
+        matches!(
+            kind,
+            WheelEventKind::Arrived { .. } | WheelEventKind::NotArrived { .. }
+        )
+    };
+    let events = rig.events.iter().map(|event| event.kind);
+    events.filter(is_one).collect()
+}
+
+#[test]
+fn a_wheel_says_once_that_it_has_arrived_at_each_target() {
+    let mut rig = moving_wheel(WheelArrival {
+        limit_us: Some(5_000_000),
+        ..WheelArrival::DEFAULT
+    });
+    rig.stream();
+    // Half a turn at 60 r/min.
+    rig.master.set_target(0, 2_048).unwrap();
+    rig.cycles(40);
+    assert_eq!(arrivals(&rig), []);
+    rig.cycles(200);
+    // The drive counts whole numbers, and says so before the last of them.
+    let [WheelEventKind::Arrived { counts }] = arrivals(&rig)[..] else {
+        panic!("{:?}", arrivals(&rig));
+    };
+    assert!((2_007..=2_089).contains(&counts), "{counts}");
+    // The same target again is no new way; another one is, and a relative one is the sum of the application.
+    rig.master.set_target(0, 2_048).unwrap();
+    rig.cycles(50);
+    assert_eq!(arrivals(&rig).len(), 1);
+    let from = rig.axis(0).sent;
+    rig.master.set_target(0, from - 1_000).unwrap();
+    rig.cycles(200);
+    assert_eq!(arrivals(&rig).len(), 2);
+    let travel = rig.drive(0).travel_counts(rig.bench.now_ns());
+    assert!((travel - 1_048).abs() <= 1, "{travel}");
+}
+
+#[test]
+fn a_wheel_that_does_not_arrive_in_time_is_said_once_and_may_arrive_later() {
+    let mut rig = moving_wheel(WheelArrival {
+        limit_us: Some(500_000),
+        ..WheelArrival::DEFAULT
+    });
+    rig.stream();
+    rig.master.set_target(0, 4_096).unwrap();
+    rig.cycles(60);
+    let [WheelEventKind::NotArrived { off_counts }] = arrivals(&rig)[..] else {
+        panic!("{:?}", arrivals(&rig));
+    };
+    assert!((-4_096..-1_000).contains(&off_counts), "{off_counts}");
+    rig.cycles(200);
+    assert!(matches!(
+        arrivals(&rig)[..],
+        [
+            WheelEventKind::NotArrived { .. },
+            WheelEventKind::Arrived { .. }
+        ]
+    ));
+}
+
+#[test]
+fn a_move_that_was_stopped_does_not_arrive() {
+    let mut rig = moving_wheel(WheelArrival {
+        limit_us: Some(1_000_000),
+        ..WheelArrival::DEFAULT
+    });
+    rig.stream();
+    rig.master.set_target(0, 40_960).unwrap();
+    rig.cycles(50);
+    let now = rig.now();
+    rig.master.stop(now, GROUP);
+    rig.cycles(300);
+    assert_eq!(arrivals(&rig), []);
 }
 
 #[test]

@@ -34,6 +34,10 @@ fn wheel_faults() -> Vec<WheelFault> {
             sent_decirpm: 1,
             actual_decirpm: 0,
         },
+        WheelFault::OverSpeed {
+            most_decirpm: 1_000,
+            actual_decirpm: -1_234,
+        },
         WheelFault::Bus,
         WheelFault::ConfirmTimeout,
         WheelFault::PositionRange { actual: 1 },

@@ -7,6 +7,7 @@
 
 mod drives;
 pub mod floor;
+pub mod path;
 pub mod trajectory;
 
 use core::hint::black_box;

@@ -17,14 +17,14 @@ pub struct Figure {
 }
 
 impl Figure {
-    const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self {
             sum: AtomicU32::new(0),
             largest: AtomicU32::new(0),
         }
     }
 
-    fn add(&self, instructions: u32) {
+    pub(crate) fn add(&self, instructions: u32) {
         self.sum.fetch_add(instructions, Ordering::Relaxed);
         self.largest.fetch_max(instructions, Ordering::Relaxed);
     }
@@ -42,10 +42,14 @@ pub static FIGURE_STOP: Figure = Figure::new();
 pub static FIGURE_SAMPLE: Figure = Figure::new();
 
 /// A generator of numbers (xorshift), the same in every run.
-struct Numbers(u32);
+pub(crate) struct Numbers(u32);
 
 impl Numbers {
-    fn next(&mut self) -> u32 {
+    pub(crate) const fn new(seed: u32) -> Self {
+        Self(seed)
+    }
+
+    pub(crate) fn next(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
@@ -53,7 +57,7 @@ impl Numbers {
     }
 
     /// From -1 to 1.
-    fn share(&mut self) -> f32 {
+    pub(crate) fn share(&mut self) -> f32 {
         (self.next() as i32) as f32 / 2_147_483_648.0
     }
 

@@ -8,9 +8,7 @@
 
 use core::hint::black_box;
 
-use dyn_can::{
-    ByteOrder, DataFrame, Dialect, DriveId, PdStep, Reply, ReplyKind, go_relative_pos_pd,
-};
+use dyn_can::{ByteOrder, DriveId, PdStep, go_relative_pos_pd};
 use embedded_can::{Id, StandardId};
 use moteus_protocol::command::{PositionCommand, PositionFormat};
 use moteus_protocol::query::QueryResult;
@@ -30,11 +28,7 @@ mod generated {
 }
 
 /// Calls of one image.
-pub const CALLS: u32 = if cfg!(feature = "twice") {
-    2_000
-} else {
-    1_000
-};
+pub const CALLS: u32 = hot_path::CALLS;
 
 /// What the images print where they are built for the host.
 pub const HOST_MESSAGE: &str = "this image is for the target: cargo xtask peers";
@@ -78,26 +72,9 @@ pub fn ours_encode() {
     }
 }
 
-/// The position reply of a DYN drive, 4 bytes: function, number of bytes and range checked.
+/// The position reply of a DYN drive, 4 bytes: function, number of bytes and range checked. As `cargo xtask cost` counts it.
 pub fn ours_decode() {
-    let Ok(frame) = DataFrame::new(0x02E, &[0x02, 0, 0, 1]) else {
-        return;
-    };
-    for _ in 0..CALLS {
-        let decoded = Reply::decode(
-            black_box(&frame),
-            Some(ReplyKind::Position),
-            black_box(&Dialect::V1_6A),
-        );
-        match decoded {
-            Ok((address, Reply::Position(counts))) => {
-                black_box((address, counts));
-            }
-            other => {
-                let _ = black_box(other);
-            }
-        }
-    }
+    hot_path::decode::<4>();
 }
 
 /// `Set_Input_Pos` of an ODrive: that the position is a number is checked.

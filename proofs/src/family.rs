@@ -1,5 +1,6 @@
 //! What a family of another crate builds on: the facts with their one step and one exit, and the ledger of absolute values.
 
+use can_motion::MoveEnd;
 use can_motion::facts::{
     Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work, accepts,
     may_leave, step, transition,
@@ -38,8 +39,21 @@ fn facts() -> Facts {
             Power::OffWanted,
             Power::OffSent,
         ]),
-        motion: pick([Motion::Rest, Motion::Ramp, Motion::Stream]),
-        goal: pick([Goal::Off, Goal::Hold, Goal::Stream]),
+        motion: pick([
+            Motion::Rest,
+            Motion::Ramp,
+            Motion::Stream,
+            Motion::Loaded,
+            Motion::Armed,
+            Motion::DriveMove,
+        ]),
+        goal: pick([
+            Goal::Off,
+            Goal::Hold,
+            Goal::Stream,
+            Goal::Move,
+            Goal::SyncMove,
+        ]),
         latch: pick([Latch::None, Latch::Own, Latch::Group]),
         work: work(),
         brake: pick([Brake::Absent, Brake::Unclear, Brake::Open, Brake::Closed]),
@@ -70,11 +84,15 @@ fn input() -> Input {
         Input::Halt,
         Input::Disable,
         Input::Clear,
+        Input::Move,
+        Input::SyncMove,
         Input::StartWork(work()),
         fault,
         Input::GroupFault { ramp: flag() },
         Input::Start,
+        Input::Arm,
     ]);
+    let end = pick([MoveEnd::Arrived, MoveEnd::Elsewhere, MoveEnd::OtherMode]);
     let readings = pick([
         Input::Checked,
         Input::Stands,
@@ -84,6 +102,7 @@ fn input() -> Input {
         Input::SaysOff,
         Input::BrakeOpened,
         Input::BrakeClosed,
+        Input::MoveEnded(end),
         Input::WorkEnded,
         Input::Restarted,
         Input::Accepted(pick(Class::ALL)),

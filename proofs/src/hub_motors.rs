@@ -6,8 +6,8 @@ use can_motion::facts::Class;
 use can_motion::family::ValueLimits;
 use can_motion::plan::BitRate;
 use can_motion::wheel::{
-    FeedbackTiming, WheelConfig, WheelLimits, WheelMaster, WheelMasterConfig, WheelMode,
-    WheelReactions, WheelStops, WheelTimeouts,
+    FeedbackTiming, WheelArrival, WheelConfig, WheelLimits, WheelMaster, WheelMasterConfig,
+    WheelMode, WheelPolls, WheelReactions, WheelStops, WheelTimeouts,
 };
 use can_motion::{BusUser, Confirmation, Reaction, service};
 use zlac8030l::{
@@ -275,10 +275,12 @@ fn wheel() -> WheelConfig {
             WheelMode::Position {
                 profile_speed_rpm: short(),
             },
+            WheelMode::Torque { slope_ma_s: word() },
         ]),
         limits: opaque::pick([
             WheelLimits::speed(short(), word()),
             WheelLimits::position(number(), number(), word(), word()),
+            WheelLimits::torque(short(), word(), short()),
             limits(),
         ]),
         speed_resolution: short(),
@@ -292,6 +294,13 @@ fn wheel() -> WheelConfig {
             emergency_ms: short(),
         },
         load_can_fall: opaque::flag(),
+        polls: WheelPolls {
+            health_us: opaque::maybe(word()),
+        },
+        arrival: WheelArrival {
+            within_counts: word(),
+            limit_us: opaque::maybe(word()),
+        },
         firmware: opaque::pick([Firmware::Any, Firmware::Version(short())]),
         quirks: SdoQuirks {
             profile_speed_confirmed_as_sub_1: opaque::flag(),

@@ -7,13 +7,17 @@
 //! Nothing here is meant to make sense as a program, and the images are never run.
 #![no_std]
 
+pub mod board_link;
 pub mod codec;
 pub mod commissioning;
+pub mod diff_drive;
 mod fake_can;
 pub mod family;
+pub mod homing;
 pub mod hub_motors;
 pub mod master;
 pub mod opaque;
+pub mod path;
 pub mod serial;
 pub mod text;
 pub mod trajectory;

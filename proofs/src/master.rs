@@ -3,10 +3,10 @@
 use can_motion::facts::Class;
 use can_motion::plan::{BitRate, BusPlan, BusSetup, Canopen, RequestMix, ResponseWindow, TxOrder};
 use can_motion::{
-    AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, GroupId, Instant,
-    Limits, MasterConfig, MotorLimits, Outcome, PollPeriods, Procedure, Reaction, Reactions,
-    ReadBackScale, ServoMaster, Sink, StepChange, Timeouts, Travel, WearLimits, service,
-    service_taking_back,
+    AxisConfig, AxisState, BusErrorKind, BusUser, Confirmation, DialectChoice, DriveMove, GroupId,
+    Instant, Limits, MasterConfig, MotorLimits, Outcome, PollPeriods, Procedure, Reaction,
+    Reactions, ReadBackScale, ServoMaster, Sink, StepChange, Timeouts, Travel, WaveShape,
+    WearLimits, service, service_taking_back,
 };
 use dyn_can::{GearNumber, Request, StepLimit};
 use trajectory::curve::{Keyframe, KeyframeMotion};
@@ -112,6 +112,7 @@ pub(crate) fn axis() -> AxisConfig {
             counter_us: period(),
         },
         unwatched: opaque::flag(),
+        drive_curve: drive_curve(),
         load_can_fall: opaque::flag(),
         read_back: read_back(),
         reactions: Reactions {
@@ -238,12 +239,38 @@ fn commands(master: &mut ServoMaster<AXES>) {
         4 => master.disable(now(), group()),
         5 => consume(master.clear(now(), group())),
         6 => consume(master.adopt(now(), group())),
+        7 => consume(master.start_move(now(), word() as usize, drive_move())),
+        8 => {
+            let moves = [(); AXES].map(|()| (word() as usize, drive_move()));
+            consume(master.start_moves(now(), &moves));
+        }
         _ => {
             let confirmation = opaque::pick([Confirmation::None, Confirmation::Given]);
             let Some(procedure) = procedure() else { return };
             consume(master.start(now(), word() as usize, procedure, confirmation));
         }
     }
+}
+
+/// Any motion of a drive by itself.
+pub(crate) fn drive_move() -> DriveMove {
+    match opaque::byte() {
+        0 => DriveMove::To(opaque::number()),
+        1 => DriveMove::By(opaque::number()),
+        2 => DriveMove::Speed(opaque::number()),
+        _ => DriveMove::Wave {
+            shape: opaque::pick([WaveShape::Square, WaveShape::Sine]),
+            amplitude: opaque::number(),
+            frequency_hz: opaque::number(),
+        },
+    }
+}
+
+fn drive_curve() -> Option<dyn_can::ParamGroup2> {
+    Some(dyn_can::ParamGroup2 {
+        max_speed: dyn_can::MaxSpeed::new(opaque::number()).ok()?,
+        max_acceleration: dyn_can::MaxAcceleration::new(opaque::number()).ok()?,
+    })
 }
 
 /// Any procedure.

@@ -9,7 +9,7 @@ use dyn_can::{
 use trajectory::curve::KeyframeMotion;
 
 use crate::codec::{address, dialect, drive, frame, request};
-use crate::master::{AXES, axis, config, gear, group, keyframes, now, procedure, run};
+use crate::master::{AXES, axis, config, drive_move, gear, group, keyframes, now, procedure, run};
 use crate::opaque::{self, consume, number, word};
 
 /// Says everything once.
@@ -103,6 +103,8 @@ fn tell(master: &mut ServoMaster<AXES>) {
         snapshot.fault.into_iter().for_each(say);
     }
     say_error(master.set_target(word() as usize, number()));
+    say_error(master.start_move(now(), word() as usize, drive_move()));
+    say_error(master.start_moves(now(), &[(word() as usize, drive_move())]));
     say_error(master.enable(now(), group()));
     say_error(master.adopt(now(), group()));
     say_error(master.clear(now(), group()));

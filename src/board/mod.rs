@@ -91,6 +91,11 @@ impl StatusLed {
 /// The independent watchdog: resets the chip when it is not fed in time. It cannot be stopped.
 pub(crate) struct Watchdog(());
 
+const _: () = assert!(
+    crate::config::CYCLE_US <= 10_000,
+    "the watchdog may bite after 14 ms, and a cycle feeds it: the cycle must be 10 ms at most"
+);
+
 impl Watchdog {
     /// Prescaler and ticks: 20 ms at the nominal 32 kHz of its oscillator; a real one makes it 14 to 38 ms.
     const PRESCALER: Pr = Pr::DIVIDE_BY4;

@@ -14,7 +14,7 @@ use embassy_stm32::{Config, pac, rcc};
 
 use super::{Board, InputPins, Start, StatusLed, Watchdog, count_clocks, start_crystal};
 use crate::bus::{BitTiming, Bus, Controller, on_error};
-use crate::config::MASTER;
+use crate::config;
 use crate::duty;
 use crate::misbehaviour::{self, Fault};
 use crate::start::Cause;
@@ -33,7 +33,7 @@ const SEGMENT_2_QUANTA: u8 = 2;
 /// Both segment 2 quanta may be used to resynchronise: the drives' clock tolerance is not in their documents.
 const JUMP_WIDTH_QUANTA: u8 = 2;
 const QUANTA_PER_BIT: u32 = 1 + SEGMENT_1_QUANTA as u32 + SEGMENT_2_QUANTA as u32;
-const BIT_RATE: u32 = MASTER.bus.bit_rate.kbit_per_s() * 1_000;
+const BIT_RATE: u32 = config::BIT_RATE.kbit_per_s() * 1_000;
 const PRESCALER: u16 = (PCLK1_HZ / BIT_RATE / QUANTA_PER_BIT) as u16;
 const _: () = assert!(
     PRESCALER as u32 * QUANTA_PER_BIT * BIT_RATE == PCLK1_HZ,

@@ -13,6 +13,10 @@ pub(crate) const COMMISSION: &str = "commission";
 /// Configuration whose number of axes is in [`AXES`].
 const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";
+/// Configuration of two servo axes that are homed before they move.
+const HOMING: &str = "firmware-tests/configs/homing.rs";
+/// Configuration of two hub motors.
+const HUB_MOTORS: &str = "firmware-tests/configs/hub_motors.rs";
 /// Names the configuration for the build script of the firmware.
 pub(crate) const CONFIG: &str = "MOTION_BOARD_CONFIG";
 
@@ -73,13 +77,19 @@ pub(crate) struct Image {
 
 impl Image {
     /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
-    /// command, one with eight axes, and the one that sets the option bytes.
-    pub(crate) fn for_tests(board: Board) -> [Self; 4] {
+    /// command, one with eight axes, one that homes its axes, two with hub motors, of which one fails on command, and the one that sets the option bytes.
+    pub(crate) fn for_tests(board: Board) -> [Self; 7] {
         let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
+        let homing = vec![(CONFIG.into(), HOMING.into())];
+        let hub_motors = || vec![(CONFIG.into(), HUB_MOTORS.into())];
+        let misbehaving = "hub-motors-misbehaving";
         [
+            Self::for_test(board, misbehaving, PACKAGE, &["misbehave"], hub_motors()),
+            Self::for_test(board, "hub-motors", PACKAGE, &[], hub_motors()),
             Self::for_test(board, "commission", COMMISSION, &[COMMISSION], Vec::new()),
             Self::for_test(board, "misbehaving", PACKAGE, &["misbehave"], Vec::new()),
             Self::for_test(board, "axes-8", PACKAGE, &[], many),
+            Self::for_test(board, "homing", PACKAGE, &[], homing),
             Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
         ]
     }

@@ -24,19 +24,23 @@ const BESIDE: [(&str, &str); 2] = [
     (HOT_PAIR, "set-point-and-position-without-codec"),
 ];
 /// The images that link only without a panic.
-const IMAGES: [&str; 14] = [
+const IMAGES: [&str; 18] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
     "master",
     "family",
     "commissioning",
+    "homing",
     "serial",
     SERIAL_STREAM,
     "hub-motors",
     FOUR_HUB_MOTORS,
     "wheels",
+    "diff-drive",
+    "path",
     "trajectory",
+    "board-link",
     ONE_AXIS,
     "text",
 ];

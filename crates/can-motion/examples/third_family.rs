@@ -119,6 +119,7 @@ impl Drive for ToyDrive {
 
     fn snapshot(
         &self,
+        _: Instant,
         state: AxisState,
         _: &Facts,
         fault: Option<ToyFault>,

@@ -10,7 +10,8 @@ mod servo;
 #[cfg(feature = "zlac")]
 pub mod wheel;
 
-pub use crate::core::command::{CommandError, TargetError};
+pub use crate::core::command::{CommandError, MoveError, TargetError};
+pub use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal, WaveShape};
 pub use crate::core::event::{CommonEvent, Event, EventLog};
 pub use crate::core::family::{GroupId, Reaction};
 pub use crate::core::master::Master;
@@ -46,10 +47,11 @@ pub mod facts {
 
 /// What a family of drives implements: `examples/third_family.rs` is one.
 pub mod family {
+    pub use crate::core::drive_move::MoveReport;
     pub use crate::core::family::{
         CommonFault, Context, CycleConfig, CycleUs, Drive, Family, FaultKind, FaultOf, FrameOf,
-        Meaning, OutOfTravel, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned, Unplanned,
-        View, Wanted,
+        Meaning, OutOfTravel, Outlook, Plan, PowerReport, ProcedureRefusal, RequestOf, Returned,
+        Unplanned, View, Wanted,
     };
     pub use crate::core::placement::{BehindFrames, RequestPlacement};
     pub use crate::core::targets::{AbsoluteLedger, ValueKind, ValueLimits};

@@ -19,11 +19,13 @@
 //!
 //! # What is not here
 //!
-//! The real servo loop, supply voltage and temperature, lines and arcs (D56), the brake output.
+//! The real servo loop (see [`ServoLoop`]), supply voltage and temperature, lines and arcs (D56), the brake output.
 
 mod books;
 mod config;
 mod faults;
+mod gains;
+mod mechanics;
 mod motion;
 mod power;
 mod reads;
@@ -43,6 +45,8 @@ use embedded_can::{Frame as _, Id};
 pub use books::Books;
 pub use config::{DynDriveConfig, LOST_PHASE_STEPS, POWER_ON_DELAY_NS};
 pub use faults::DriveFaults;
+pub use gains::ServoLoop;
+pub use mechanics::{EndStops, Mechanics, Switch, SwitchSide};
 pub use registers::{EepromWrites, STORED_GROUP2_WRITES};
 pub use servo::TICK_NS;
 pub use settings::{
@@ -304,6 +308,8 @@ fn limits(config: &DynDriveConfig, registers: &Registers) -> Limits {
         motor_acceleration,
         coast_deceleration: config.coast.rpm_s() * per_rpm,
         lost_phase: steps.map(|steps| steps / units::gear_ratio(gear)),
+        stops: config.mechanics.stops.map(|stops| stops.of_gear(gear)),
+        gains: config.servo_loop.gains(&registers.ram.group1),
     }
 }
 

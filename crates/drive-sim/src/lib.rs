@@ -101,8 +101,8 @@ pub use controller::{
 pub use device::Device;
 pub use dyn_drive::{
     Books, CoastDeceleration, DriveFaults, DynConfigError, DynDrive, DynDriveConfig, EepromWrites,
-    PositionAfterPower, PositionOverflow, RangeErrors, Reaction, ReadBackUnit, ResponseDelay,
-    ServoDynamics, ServoLimits,
+    EndStops, Mechanics, PositionAfterPower, PositionOverflow, RangeErrors, Reaction, ReadBackUnit,
+    ResponseDelay, ServoDynamics, ServoLimits, ServoLoop, Switch, SwitchSide,
 };
 pub use fault::{Attempt, AttemptOutcome, Delivery, DeliveryOutcome, FaultModel, NoFaults};
 pub use frame::Frame;
@@ -118,5 +118,5 @@ pub use split_mix::SplitMix64;
 pub use wire::WireLength;
 pub use zlac_drive::{
     EepromWear, OfflineReaction, ReplyDamage, ZlacBooks, ZlacDrive, ZlacDriveConfig, ZlacFaults,
-    ZlacQuirks,
+    ZlacQuirks, ZlacSurroundings,
 };

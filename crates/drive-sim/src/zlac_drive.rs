@@ -15,7 +15,7 @@
 //!
 //! # What is not here
 //!
-//! Current loop, temperatures, bleeder, RS485, segmented SDO.
+//! Current loop, heat, bleeder, RS485, segmented SDO; what the guide names and does not explain (202Fh:02, 2007h, 2008h).
 
 mod config;
 mod faults;
@@ -28,14 +28,16 @@ mod outbox;
 mod power_stage;
 mod process_data;
 mod sdo_server;
+mod terminals;
 
 use embedded_can::{Frame as _, Id};
 
-pub use config::{OfflineReaction, ZlacDriveConfig, ZlacQuirks};
+pub use config::{OfflineReaction, ZlacDriveConfig, ZlacQuirks, ZlacSurroundings};
 pub use faults::{ReplyDamage, ZlacFaults};
 pub use memory::EepromWear;
 
 use can_frame::BitRate;
+use zlac8030l::NodeId;
 
 use crate::bench::{Bench, DeviceId};
 use crate::bus::Bus;
@@ -44,11 +46,14 @@ use crate::device::Device;
 use crate::frame::Frame;
 use faults::Action;
 use memory::Memory;
-use motion::Motion;
+use motion::{EmergencyInput, Motion};
 use network::Network;
 use outbox::Outbox;
 use power_stage::{BrakesFirst, PowerStage};
 use process_data::ProcessData;
+
+/// Bit of 603Fh for a motor that is too hot.
+const MOTOR_TEMPERATURE: u16 = 0x0400;
 
 /// Nanoseconds in a millisecond.
 const MS: u64 = 1_000_000;
@@ -87,6 +92,13 @@ pub struct ZlacDrive {
     heard_ns: Option<u64>,
     /// An emergency stop input is active.
     emergency_input: bool,
+    surroundings: ZlacSurroundings,
+    /// Fault bit of a motor that is too hot now.
+    is_hot: bool,
+    /// The node number in force; 200Dh counts at the next start.
+    node: NodeId,
+    /// The bit rate in force is that of the bus.
+    is_in_step: bool,
 }
 
 impl ZlacDrive {
@@ -103,13 +115,17 @@ impl ZlacDrive {
             books: ZlacBooks::default(),
             heard_ns: None,
             emergency_input: false,
+            surroundings: config.surroundings,
+            is_hot: false,
+            node: config.node,
+            is_in_step: true,
             memory,
             config,
         }
     }
 
     fn node(&self) -> u16 {
-        u16::from(self.config.node.get())
+        u16::from(self.node.get())
     }
 
     /// Brings motion and state to `now_ns`.
@@ -149,6 +165,22 @@ impl ZlacDrive {
                 self.emergency_input = active;
                 self.update_motion();
             }
+            Action::Surroundings(surroundings) => {
+                self.surroundings = surroundings;
+                self.watch_temperature(now_ns);
+            }
+        }
+    }
+
+    /// A motor at its threshold (2013h:01) trips the drive; it can be reset once it is cooler.
+    fn watch_temperature(&mut self, now_ns: u64) {
+        let limit = i64::from(self.memory.get(objects::TEMPERATURE_LIMIT));
+        let is_hot = i64::from(self.surroundings.motor_decidegrees) >= limit;
+        let was_hot = core::mem::replace(&mut self.is_hot, is_hot);
+        if is_hot && !was_hot {
+            self.trip(now_ns, MOTOR_TEMPERATURE);
+        } else if was_hot && !is_hot {
+            self.stage.cause_gone();
         }
     }
 
@@ -167,6 +199,9 @@ impl ZlacDrive {
     fn boot(&mut self, now_ns: u64) {
         self.books.boots += 1;
         self.memory.power_on(&self.config);
+        self.node = self.memory.stored_node(&self.config);
+        let bus = self.config.bus_bit_rate;
+        self.is_in_step = bus.is_none_or(|bus| self.memory.has_bit_rate(bus));
         self.motion.power_on(&self.memory);
         let frame = self.network.boot(now_ns, self.node());
         self.outbox.at_once(now_ns, frame);
@@ -218,8 +253,14 @@ impl ZlacDrive {
 
     /// What the motor does now, from state, mode, targets and inputs.
     fn update_motion(&mut self) {
-        let stopped = self.emergency_input && self.memory.has_emergency_input();
-        self.motion.drive(&self.stage, stopped, &self.memory);
+        let is_stopped = self.emergency_input && self.memory.has_emergency_input();
+        let input = if self.memory.get(objects::EMERGENCY_RELEASES) == 1 {
+            EmergencyInput::Releases
+        } else {
+            EmergencyInput::Holds
+        };
+        let input = is_stopped.then_some(input);
+        self.motion.drive(&self.stage, input, &self.memory);
     }
 
     fn set_control_word(&mut self, now_ns: u64, word: u16) {
@@ -242,7 +283,8 @@ impl Device for ZlacDrive {
     fn on_frame(&mut self, now_ns: u64, frame: &Frame) {
         self.sync(now_ns);
         let Id::Standard(id) = frame.id() else { return };
-        if frame.is_remote_frame() || !self.faults.hears() || !self.network.is_up() {
+        let is_deaf = !self.faults.hears() || !self.network.is_up() || !self.is_in_step;
+        if frame.is_remote_frame() || is_deaf {
             return;
         }
         let (id, node, data) = (id.as_raw(), self.node(), frame.data());
@@ -282,7 +324,7 @@ impl Device for ZlacDrive {
         }
         self.run_process_data(now_ns);
         while let Some(frame) = self.outbox.pop_due(now_ns) {
-            if self.faults.sends() {
+            if self.faults.sends() && self.is_in_step {
                 transmit(frame);
             }
         }

@@ -128,6 +128,24 @@ impl Torque {
         }
     }
 
+    /// The same in thousandths, without floating point: for a processor that has none for `f64`. Rounded towards 0; what 16 bits cannot
+    /// hold is their end.
+    #[must_use]
+    pub const fn permille_of_peak(self) -> i16 {
+        let raw = match self.positive {
+            Rotation::Clockwise => self.raw as i32,
+            Rotation::CounterClockwise => -(self.raw as i32),
+        };
+        let permille = raw * 1_000 / self.full_scale.get() as i32;
+        if permille > i16::MAX as i32 {
+            i16::MAX
+        } else if permille < i16::MIN as i32 {
+            i16::MIN
+        } else {
+            permille as i16
+        }
+    }
+
     /// More than the peak current, which the documents exclude: the revision, the scale or the reply is another one.
     #[must_use]
     pub const fn is_beyond_scale(self) -> bool {
@@ -316,6 +334,24 @@ mod tests {
         assert_eq!(on_position_range(360.0).map(OnPosRange::get), Some(126));
         assert_eq!(gear_number(1.0).map(GearNumber::get), Some(4096));
         assert_eq!(gear_number(0.0), None);
+    }
+
+    #[test]
+    fn thousandths_of_the_peak_have_the_sign_of_the_revision() {
+        let torque = |raw, full_scale, positive| Torque {
+            raw,
+            full_scale,
+            positive,
+        };
+        let new = |raw| torque(raw, TorqueFullScale::Raw981, Rotation::Clockwise);
+        let old = |raw| torque(raw, TorqueFullScale::Raw700, Rotation::CounterClockwise);
+        let permille = |torque: Torque| torque.permille_of_peak();
+        assert_eq!([-157, 0, 981].map(new).map(permille), [-160, 0, 1_000]);
+        assert_eq!([-157, 0, 700].map(old).map(permille), [224, 0, -1_000]);
+        assert_eq!(
+            [i16::MIN, i16::MAX].map(old).map(permille),
+            [32_767, -32_768]
+        );
     }
 
     #[test]

@@ -7,8 +7,10 @@
 mod assign_id;
 mod backup;
 mod bench;
+mod check;
 mod completions;
 mod confirm;
+mod control;
 mod counted;
 mod decode;
 mod disable;
@@ -16,7 +18,10 @@ mod drive_ids;
 mod drives;
 mod dry_run;
 mod enable;
+mod endpoint;
 mod exit;
+mod home;
+mod hub;
 mod interrupt;
 mod jog;
 mod lawicel;
@@ -25,12 +30,16 @@ mod link;
 mod live_view;
 mod man;
 mod monitor;
+mod moves;
 mod origin;
+mod origins;
 mod output;
+mod own_moves;
 #[cfg(test)]
 mod plain_words;
 mod plan;
 mod probe;
+mod program;
 mod pty;
 mod read;
 mod record;
@@ -41,12 +50,17 @@ mod restore;
 mod revision;
 mod run;
 mod scan;
+mod set_points;
 mod settings_file;
 mod side_effect;
 mod sim;
+mod speed;
 mod station;
+mod stream;
 mod table;
 mod trajectory;
+mod tune;
+mod twist;
 mod virtual_drives;
 mod write;
 
@@ -75,6 +89,8 @@ enum Command {
     Decode(decode::Arguments),
     /// Offer simulated drives behind a CAN adapter, in real time, to this tool or any other.
     Bench(bench::Arguments),
+    /// Show what a motion file would do, against limits and bus, without drives.
+    Check(Box<check::Arguments>),
     /// Work out before anything moves whether a bus carries its axes in time.
     Plan(Box<plan::Arguments>),
     /// Measure on the simulated bus how many axes it carries, and how regularly.
@@ -95,6 +111,8 @@ enum Command {
     AssignId(assign_id::Arguments),
     /// Show where the zero of a drive is, or make it stand at its zero.
     Origin(origin::Arguments),
+    /// Find where an axis is: at a hard stop, at a switch, or where it stands.
+    Home(Box<home::Arguments>),
     /// Clear the alarm and the position of a drive.
     Reset(reset::Arguments),
     /// Find out the byte order of a drive, without moving it.
@@ -105,6 +123,12 @@ enum Command {
     Disable(disable::Arguments),
     /// Turn one motor a little, slowly.
     Jog(jog::Arguments),
+    /// Let drives go to positions by themselves, several together.
+    Move(moves::Arguments),
+    /// Let motors turn at constant speed.
+    Speed(speed::Arguments),
+    /// Measure how an axis answers to steps, for up to three sets of gains side by side.
+    Tune(Box<tune::Arguments>),
     /// Write the traffic of a bus into log files, one after the other, until Ctrl-C.
     Record(record::Arguments),
     /// Show the state of drives again and again.
@@ -126,10 +150,23 @@ fn without_alias_dashes(arguments: impl Iterator<Item = OsString>) -> Vec<OsStri
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(without_alias_dashes(std::env::args_os()));
-    let result: Result<ExitCode, Failure> = match &arguments.command {
+    let words = without_alias_dashes(std::env::args_os());
+    let result = if hub::is_meant(&words) {
+        hub::run(words)
+    } else {
+        run(&Arguments::parse_from(words))
+    };
+    result.unwrap_or_else(|failure| {
+        tell(format_args!("error: {}", failure.error));
+        failure.code.into()
+    })
+}
+
+fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
+    match &arguments.command {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
+        Command::Check(arguments) => check::run(arguments).map_err(Into::into),
         Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
         Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),
@@ -141,22 +178,22 @@ fn main() -> ExitCode {
         Command::Restore(arguments) => restore::run(arguments).map_err(Failure::coded),
         Command::AssignId(arguments) => assign_id::run(arguments).map_err(Failure::coded),
         Command::Origin(arguments) => origin::run(arguments).map_err(Failure::coded),
+        Command::Home(arguments) => home::run(arguments).map_err(Failure::coded),
         Command::Reset(arguments) => reset::run(arguments).map_err(Failure::coded),
         Command::Probe(arguments) => probe::run(arguments).map_err(Failure::coded),
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
+        Command::Move(arguments) => moves::run(arguments).map_err(Failure::coded),
+        Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
+        Command::Tune(arguments) => tune::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
         Command::Record(arguments) => record::run(arguments).map_err(Failure::coded),
         Command::Man(arguments) => man::run(arguments, Arguments::command()).map_err(Into::into),
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)
         }
-    };
-    result.unwrap_or_else(|failure| {
-        tell(format_args!("error: {}", failure.error));
-        failure.code.into()
-    })
+    }
 }
 
 #[cfg(test)]

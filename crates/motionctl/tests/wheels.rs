@@ -108,8 +108,8 @@ fn what_wheels_cannot_follow_is_refused() {
         message.contains("line 2") && message.contains("10 r/min"),
         "{message}"
     );
-    let message = refusal(&["zlac", "--csv", "x.csv"]);
-    assert!(message.contains("--csv"), "{message}");
+    let message = refusal(&["zlac", "--report", "x"]);
+    assert!(message.contains("--report"), "{message}");
     let message = refusal(&["zlac:4,5,6"]);
     assert!(message.contains("2 columns"), "{message}");
 }
@@ -169,4 +169,75 @@ fn a_scan_for_nodes_asks_before_it_sends_what_could_move_servo_drives() {
         message.contains("--protocol canopen is for CAN"),
         "{message}"
     );
+}
+
+/// The summary of a run, whatever its exit status.
+fn summary(arguments: &[&str]) -> (Option<i32>, serde_json::Value) {
+    let output = sim(&[arguments, &["--json"]].concat());
+    let json = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"));
+    (output.status.code(), json)
+}
+
+#[test]
+fn faults_of_a_script_break_promises_and_are_said() {
+    for (script, words) in [
+        (
+            "[[trip]]\nat_s = 1\nnode = 5\nfault = \"over-current\"\n",
+            "emergency 1000h",
+        ),
+        (
+            "[[emergency_input]]\nat_s = 1\nnode = 5\n",
+            "emergency stop input",
+        ),
+        (
+            "[[power_cycle]]\nat_s = 1\nnode = 5\noff_s = 0.1\n",
+            // Its feedback is missed before it starts again.
+            "does not answer",
+        ),
+        ("[[unplug]]\nat_s = 1\nnode = 5\n", "does not answer"),
+    ] {
+        let file = Scratch::new("faults.toml", script);
+        let (status, summary) = summary(&["zlac", "--faults", file.as_str()]);
+        assert_eq!(
+            (status, &summary["promises_kept"]),
+            (Some(1), &false.into())
+        );
+        let fault = summary["wheels"][1]["fault"].as_str().expect("a fault");
+        assert!(fault.contains(words), "{script}: {fault}");
+        // The group stops together.
+        assert!(summary["wheels"][0]["fault"].is_string(), "{summary}");
+    }
+    // What CAN repairs by itself breaks nothing.
+    let file = Scratch::new("corrupt.toml", "[[corrupt]]\nat_s = 1\nframes = 3\n");
+    let (status, kept) = summary(&["zlac", "--faults", file.as_str()]);
+    assert_eq!((status, &kept["promises_kept"]), (Some(0), &true.into()));
+    let file = Scratch::new("other.toml", "[[silence]]\nat_s = 1\nnode = 9\n");
+    let message = refusal(&["zlac", "--faults", file.as_str()]);
+    assert!(
+        message.contains("line 1: node 9 takes no part"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_table_has_one_row_a_cycle() {
+    let file = Scratch::new("table.csv", "");
+    let (status, _) = summary(&["zlac:7,9", "--csv", file.as_str()]);
+    assert_eq!(status, Some(0));
+    let text = std::fs::read_to_string(file.as_str()).expect("a table");
+    let mut lines = text.lines();
+    let names = lines.next().expect("names");
+    assert!(
+        names.starts_with("time_s,bus_load,late,node7_target_rpm,node7_sent_rpm,"),
+        "{names}"
+    );
+    assert_eq!(names.split(',').count(), 3 + 2 * 8);
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert!(rows.len() > 400, "{}", rows.len());
+    // 60 r/min in the file, by the target, the wheel and its own report.
+    assert!(
+        rows.iter()
+            .any(|row| row[3] == "60" && row[5] == "60.000" && row[6] == "60")
+    );
+    assert!(rows.iter().all(|row| row[2] == "0"));
 }

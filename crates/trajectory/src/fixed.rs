@@ -10,7 +10,8 @@ const MANTISSA: u32 = (1 << MANTISSA_BITS) - 1;
 const EXPONENT_OFFSET: i32 = 127;
 
 /// `value * 2^exponent`, rounded to the nearest integer, a half upward. Means nothing for what is no number or not below 2^62.
-pub(crate) fn scaled(value: f32, exponent: i32) -> i64 {
+#[must_use]
+pub fn scaled(value: f32, exponent: i32) -> i64 {
     let (mantissa, places) = parts(value);
     let places = places + exponent;
     let signed = if (value.to_bits() as i32) < 0 {
@@ -56,7 +57,8 @@ pub(crate) fn travelled(velocity: f32, ticks: u64) -> i64 {
 /// `value * share` for a share of 0 to below 1 with 64 bits behind the point, to three units. The value is below 2^62.
 ///
 /// Digits of 31 bits make every product one signed multiplication of the processor; the product of the lowest digits is left out.
-pub(crate) const fn part_of(value: i64, share: u64) -> i64 {
+#[must_use]
+pub const fn part_of(value: i64, share: u64) -> i64 {
     let (high, low) = (value >> 32, (value as u32 >> 1) as i64);
     let (share_high, share_low) = (
         (share >> 33) as i64,

@@ -8,7 +8,7 @@ extern crate std;
 mod bisection;
 mod builder;
 pub mod curve;
-mod fixed;
+pub mod fixed;
 mod jerk;
 mod limits;
 mod plan;

@@ -117,13 +117,29 @@ impl TimeScale {
 
     /// One cycle later: returns the time of the trajectory.
     pub const fn advance(&mut self) -> Time {
+        self.advance_by_at_most(self.change)
+    }
+
+    /// The same where the axes have no more than this left for the change of the rate in this cycle: what the limit leaves of the
+    /// acceleration of the trajectory, divided by its velocity. What is no number leaves nothing.
+    pub fn advance_within(&mut self, change: f32) -> Time {
+        // A conversion ends at the range, and makes 0 of what is no number.
+        let most = (change * ONE as f32) as u32;
+        self.advance_by_at_most(if most < self.change {
+            most
+        } else {
+            self.change
+        })
+    }
+
+    const fn advance_by_at_most(&mut self, change: u32) -> Time {
         let before = self.rate;
         let goal = self.goal();
         self.rate = if before < goal {
-            let raised = before.saturating_add(self.change);
+            let raised = before.saturating_add(change);
             if raised < goal { raised } else { goal }
         } else {
-            let lowered = before.saturating_sub(self.change);
+            let lowered = before.saturating_sub(change);
             if lowered > goal { lowered } else { goal }
         };
         // The mean of both rates.
@@ -246,6 +262,24 @@ mod tests {
             scale.advance();
         }
         assert_eq!(scale.rate(), 0.5);
+    }
+
+    #[test]
+    fn a_cycle_changes_the_rate_by_no_more_than_is_left() {
+        let mut scale = running(4);
+        scale.pause();
+        let mut rate_after = |left| {
+            scale.advance_within(left);
+            scale.rate()
+        };
+        assert_eq!(rate_after(0.125), 0.875);
+        for nothing in [0.0, -1.0, f32::NAN] {
+            assert_eq!(rate_after(nothing), 0.875);
+        }
+        for plenty in [0.25, f32::INFINITY] {
+            let before = rate_after(0.0);
+            assert_eq!(rate_after(plenty), before - 0.25);
+        }
     }
 
     #[test]

@@ -23,6 +23,7 @@ mod pdo;
 mod sdo;
 mod sdo_client;
 mod set_up;
+pub mod settings;
 mod status_word;
 mod typed_object;
 

@@ -36,6 +36,14 @@ objects! {
     CLEAR_ABSOLUTE_POSITION: u16 = 0x2006, 0;
     /// 1 restores the factory settings, 2 saves everything to the EEPROM.
     STORE: u16 = 0x2009, 0;
+    /// Largest speed of the motor in r/min; the ramps are times to it.
+    MAX_SPEED_RPM: u16 = 0x200A, 0;
+    /// Lines of the encoder; four counts each.
+    ENCODER_LINES: u16 = 0x200B, 0;
+    /// Node number 4 to 127, where the DIP switch leaves it open; the guide does not say when it counts.
+    CAN_NODE: u16 = 0x200D, 0;
+    /// Code of the bit rate: the place in [`crate::BIT_RATES`]; the guide does not say when it counts.
+    CAN_BIT_RATE: u16 = 0x200E, 0;
     /// 0: each write of an RW/S object wears the EEPROM; 1: it does not (Z32).
     EEPROM_UPDATE: u16 = 0x2010, 0;
     /// Software version.
@@ -107,6 +115,9 @@ pub const INPUT_EMERGENCY_STOP: u16 = 9;
 
 /// The value of [`STORE`] that saves every parameter to the EEPROM.
 pub const STORE_SAVE_ALL: u16 = 2;
+
+/// Value of [`STORE`] that restores the factory settings.
+pub const STORE_FACTORY_SETTINGS: u16 = 1;
 
 /// The value of [`EEPROM_UPDATE`] with which writes do not wear the EEPROM.
 pub const EEPROM_UPDATE_OFF: u16 = 1;

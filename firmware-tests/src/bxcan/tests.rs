@@ -229,7 +229,8 @@ fn a_reset_takes_it_off_the_bus_and_forgets_its_frames() {
 fn drives_answer_on_the_same_wire() {
     let mut lone = Lone::on_bus();
     let drive = DynDrive::new(DynDriveConfig::numbered(1).unwrap());
-    lone.wire.add_device(drive, ControllerConfig::device());
+    lone.wire
+        .add_device(drive.into(), ControllerConfig::device());
     lone.run_to(200 * MS);
     // Read_Drive_Status of drive 1: function code 0x09.
     lone.write(MAILBOX_0 + 4, 0);

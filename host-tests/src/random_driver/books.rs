@@ -11,6 +11,22 @@ pub(super) enum Permit {
     Stream,
 }
 
+/// A motion that the drive was asked to make by itself, until its axis says that it is over.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OwnMove {
+    pub(super) start: i64,
+    pub(super) end: i64,
+    pub(super) is_relative: bool,
+    pub(super) by_trigger: bool,
+    /// The controller took its frame.
+    pub(super) is_sent: bool,
+    /// The controller took its trigger.
+    pub(super) is_triggered: bool,
+    pub(super) is_stopping: bool,
+    /// Commands to stop that the controller took and did not give back.
+    pub(super) stops: u32,
+}
+
 /// The word to switch off, until the drive confirmed it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OffWord {
@@ -28,6 +44,11 @@ pub(super) struct OffWord {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Books {
     pub(super) permit: Permit,
+    pub(super) own: Option<OwnMove>,
+    /// It ended where it was told to go, as far as the drift tolerance tells.
+    pub(super) has_arrived: bool,
+    /// The trigger that the controller took may start the drive.
+    pub(super) may_start: bool,
     /// When power was asked for, until that is over.
     pub(super) wants_power: Option<u64>,
     pub(super) is_latched: bool,
@@ -71,6 +92,9 @@ pub(super) struct Books {
 impl Books {
     pub(super) const NEW: Self = Self {
         permit: Permit::Rest,
+        own: None,
+        has_arrived: false,
+        may_start: false,
         wants_power: None,
         is_latched: false,
         told_power: None,
@@ -104,6 +128,10 @@ impl Books {
             ramp @ Permit::Ramp { .. } if ramps => ramp,
             _ => Permit::Rest,
         };
+        self.own = self.own.filter(|own| own.is_sent);
+        if let Some(own) = &mut self.own {
+            own.is_stopping = true;
+        }
         if self.permit == Permit::Rest {
             self.set_point_us = None;
         }

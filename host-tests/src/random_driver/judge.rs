@@ -5,6 +5,9 @@ use can_motion::AxisState;
 use super::books::{Books, OffWord, Permit};
 use super::subject::{AXES, Asked, Rules, Seen, Told};
 
+/// A drive that is so far off has arrived.
+const DRIFT_TOLERANCE: u32 = 16;
+
 /// The judge.
 #[derive(Debug)]
 pub(super) struct Judge {
@@ -224,7 +227,12 @@ impl Judge {
                     self.books[axis].is_found = false;
                 }
             }
-            Seen::State { from, to, by_fault } => self.sees_state(axis, from, to, by_fault, now_us),
+            Seen::State {
+                from,
+                to,
+                by_fault,
+                is_back,
+            } => self.sees_state(axis, (from, to), (by_fault, is_back), now_us),
             Seen::Other => {}
         }
         self.note_rest();
@@ -233,9 +241,8 @@ impl Judge {
     fn sees_state(
         &mut self,
         axis: usize,
-        from: AxisState,
-        to: AxisState,
-        by_fault: bool,
+        (from, to): (AxisState, AxisState),
+        (by_fault, is_back): (bool, bool),
         now_us: u64,
     ) {
         let books = &mut self.books[axis];
@@ -249,6 +256,29 @@ impl Judge {
                 books.set_point_us = Some(now_us);
             }
             (_, AxisState::Streaming) => self.broken(axis, "streams without a word"),
+            (
+                AxisState::DriveMoving | AxisState::DriveStopping | AxisState::Loaded,
+                AxisState::DriveMoving | AxisState::DriveStopping | AxisState::Loaded,
+            ) => {}
+            // Its frame came back, and goes out again.
+            (AxisState::Loaded | AxisState::DriveMoving, AxisState::Holding)
+                if is_back && books.own.is_some_and(|own| !own.is_stopping) => {}
+            (AxisState::Loaded, _) => books.own = None,
+            (AxisState::DriveMoving | AxisState::DriveStopping, _) => {
+                // Where it is now is where its drive said that it is, unless it never heard of the motion.
+                let has_heard = books.own.take().is_some_and(|own| own.is_sent);
+                if has_heard {
+                    books.offset = None;
+                }
+                books.has_arrived |= has_heard;
+            }
+            // Loaded before the fault, and cleared.
+            (AxisState::Faulted, AxisState::Loaded) => {}
+            (_, AxisState::DriveMoving | AxisState::DriveStopping | AxisState::Loaded)
+                if books.own.is_none() =>
+            {
+                self.broken(axis, format!("{to} without a word"));
+            }
             (AxisState::RampingDown, _) => {
                 books.permit = Permit::Rest;
                 if self.rules.is_speed {
@@ -268,7 +298,7 @@ impl Judge {
     /// A word to switch off is due as soon as its axis rests.
     fn note_rest(&mut self) {
         for books in &mut self.books {
-            let rests = books.permit == Permit::Rest;
+            let rests = books.permit == Permit::Rest && books.own.is_none();
             if let Some(word) = books.off_word.as_mut().filter(|word| rests && !word.is_due) {
                 (word.is_due, word.since_cycle) = (true, self.cycle);
             }
@@ -374,7 +404,15 @@ impl Judge {
                 }
                 books.offset = Some(i64::from(sent) - books.ledger);
                 let is_speed = self.rules.is_speed;
-                if !is_speed && books.told_position != Some(sent) {
+                let is_exact = books.told_position == Some(sent);
+                if std::mem::take(&mut books.has_arrived) && !is_exact {
+                    let off = books.told_position.map(|told| told.abs_diff(sent));
+                    if off.is_none_or(|off| off > DRIFT_TOLERANCE) {
+                        self.broken(axis, format!("arrived at {sent}, {off:?} counts off"));
+                    }
+                    return false;
+                }
+                if !is_speed && !is_exact {
                     let told = books.told_position;
                     self.broken(axis, format!("anchored at {sent}, the drive told {told:?}"));
                 }

@@ -37,7 +37,11 @@ impl Judge {
                 self.counts_request(axis);
                 self.changes(axis);
             }
-            Command::Nothing => {}
+            Command::Go(_) | Command::GoBy(_) | Command::Load(_) | Command::LoadBy(_) => {
+                self.counts_request(axis);
+                self.goes(axis, command);
+            }
+            Command::Trigger | Command::Nothing => {}
         }
     }
 
@@ -221,6 +225,9 @@ impl Judge {
             Command::Step(step) => books.ledger -= i64::from(step),
             Command::Target(_) => books.gives_value_back(),
             Command::Hold | Command::Brake if self.rules.is_speed => books.gives_value_back(),
+            Command::Go(_) | Command::GoBy(_) | Command::Load(_) | Command::LoadBy(_) => {
+                self.goes_back(axis, command);
+            }
             Command::Ask | Command::Change => {
                 books.asked = None;
                 self.requests -= 1;
@@ -234,6 +241,8 @@ impl Judge {
                 // To the master of wheels it may have been a request: the reset of a fault ends with the same write.
                 self.requests -= i32::from(self.rules.has_cycle_frames);
                 books.closed_us = None;
+                // An answer from between may have passed for its confirmation.
+                books.may_close |= books.off_word.is_none();
                 if let Some(word) = &mut books.off_word {
                     (word.taken_us, word.since_cycle) = (None, self.cycle);
                 }

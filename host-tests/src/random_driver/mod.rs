@@ -9,6 +9,7 @@ mod controller;
 mod history;
 mod judge;
 mod judge_commands;
+mod judge_moves;
 mod run;
 mod servo_drive;
 mod subject;

@@ -2,9 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use can_motion::facts::Knowledge;
+use can_motion::facts::{Knowledge, Motion};
 use can_motion::family::Family;
-use can_motion::{AxisState, BusUser, Event, GroupId, Instant, Master, Outcome, Progress, Sink};
+use can_motion::{
+    AxisState, BusUser, DriveMove, Event, GroupId, Instant, Master, Outcome, Progress, Sink,
+};
 use dyn_can::DataFrame;
 use fastrand::Rng;
 
@@ -58,6 +60,10 @@ pub struct Tally {
     pub faults: u64,
     /// Ledgers that were compared with a drive at rest.
     pub compared: u64,
+    /// Motions that drives made by themselves from end to end.
+    pub arrivals: u64,
+    /// Drives that a trigger started.
+    pub triggered: u64,
 }
 
 impl Tally {
@@ -69,6 +75,8 @@ impl Tally {
         self.streams += other.streams;
         self.faults += other.faults;
         self.compared += other.compared;
+        self.arrivals += other.arrivals;
+        self.triggered += other.triggered;
     }
 }
 
@@ -140,6 +148,13 @@ impl<S: Subject> Tap<'_, S> {
         if let Some(axis) = S::axis_of(frame) {
             self.judge
                 .takes(axis, (frame.id(), command), self.run_now_us, is_sure);
+        } else if command == Command::Trigger {
+            let loads = |held: &DataFrame| {
+                let command = self.subject.command(held);
+                matches!(command, Command::Load(_) | Command::LoadBy(_))
+            };
+            let holds_loads = self.controller.holds(loads);
+            self.judge.triggers(holds_loads);
         }
     }
 
@@ -148,6 +163,8 @@ impl<S: Subject> Tap<'_, S> {
         self.history.note(self.run_now_us, Entry::GivenBack(*frame));
         if let Some(axis) = S::axis_of(frame) {
             self.judge.gives_back(axis, self.subject.command(frame));
+        } else if self.subject.command(frame) == Command::Trigger {
+            self.judge.trigger_comes_back();
         }
     }
 }
@@ -300,6 +317,15 @@ impl<S: Subject> Run<S> {
                 }
             );
             self.tally.streams += u64::from(streams);
+            let arrives = matches!(
+                seen,
+                Seen::State {
+                    from: AxisState::DriveMoving,
+                    to: AxisState::Holding,
+                    ..
+                }
+            );
+            self.tally.arrivals += u64::from(arrives);
             self.judge.sees(axis, seen, self.now_us);
         }
     }
@@ -347,6 +373,12 @@ impl<S: Subject> Run<S> {
             let (random, answers) = (&mut self.random, &mut self.answers);
             self.subject
                 .take(self.now_us, &sent.frame, asked, random, answers);
+            for (axis, is_started) in self.subject.triggered().into_iter().enumerate() {
+                if is_started {
+                    self.tally.triggered += 1;
+                    self.judge.started(axis);
+                }
+            }
         }
         self.now_us += self.random.u64(0..100);
         while let Some(place) = self
@@ -384,6 +416,9 @@ impl<S: Subject> Run<S> {
     fn compare(&mut self) {
         for axis in 0..AXES {
             let facts = self.master.facts(axis).expect("an axis");
+            if facts.motion == Motion::DriveMove {
+                continue;
+            }
             let snapshot = self.master.snapshot(axis).expect("an axis");
             let sent = (facts.knowledge == Knowledge::Anchored && S::compares(&facts))
                 .then(|| S::sent(&snapshot));
@@ -415,10 +450,14 @@ impl<S: Subject> Run<S> {
         let group = self.judge.rules.groups[axis];
         let state = self.master.state(axis).expect("an axis");
         let choice = match state {
-            _ if self.rarely(self.restless) => self.random.u8(..9),
+            _ if self.rarely(self.restless) => self.random.u8(..11),
             _ if !self.rarely(30) => return,
             AxisState::Ready => 0,
+            AxisState::Holding if S::HAS_MOVES => [1, 1, 9, 10][self.random.usize(..4)],
             AxisState::Holding => 1,
+            AxisState::Streaming if S::HAS_MOVES && self.rarely(20) => 5,
+            AxisState::Loaded => 4,
+            AxisState::DriveMoving if self.rarely(8) => 5,
             AxisState::FoundOn => 2 + 2 * self.random.u8(..2),
             AxisState::Faulted => 3,
             AxisState::Disabling => 3,
@@ -440,6 +479,8 @@ impl<S: Subject> Run<S> {
             "halt",
             "procedure",
             "target",
+            "move",
+            "moves",
         ];
         self.history
             .note(now_us, Entry::Call(names[usize::from(choice)], axis));
@@ -483,10 +524,62 @@ impl<S: Subject> Run<S> {
                     let _ = self.master.start(now, axis, procedure, confirmation);
                 }
             }
+            9 => {
+                let wanted = self.any_move(axis);
+                self.let_move(&[(axis, wanted)], false);
+            }
+            10 => {
+                let axes: Vec<usize> = self.judge.in_group(group).collect();
+                let is_relative = self.random.bool();
+                let moves = axes
+                    .into_iter()
+                    .map(|axis| (axis, self.move_of(axis, is_relative)));
+                let moves: Vec<_> = moves.collect();
+                self.let_move(&moves, true);
+            }
             _ => {
                 let target = self.random.i32(..);
                 let _ = self.master.set_target(axis, target);
             }
+        }
+    }
+
+    fn any_move(&mut self, axis: usize) -> DriveMove {
+        let is_relative = self.random.bool();
+        self.move_of(axis, is_relative)
+    }
+
+    /// A move within the travel, mostly.
+    fn move_of(&mut self, axis: usize, is_relative: bool) -> DriveMove {
+        let limits = self.judge.rules.axes[axis];
+        let sent = S::sent(&self.master.snapshot(axis).expect("an axis"));
+        let near = sent + self.random.i32(-300..=300);
+        let end = match self.random.u8(..20) {
+            0 => limits.max + 1,
+            1 => self.random.i32(limits.min..=limits.max),
+            _ => near.clamp(limits.min, limits.max),
+        };
+        match is_relative {
+            true => DriveMove::By(end - sent),
+            false => DriveMove::To(end),
+        }
+    }
+
+    fn let_move(&mut self, moves: &[(usize, DriveMove)], by_trigger: bool) {
+        let now = self.now();
+        let is_taken = match moves {
+            [(axis, wanted)] if !by_trigger => self.master.start_move(now, *axis, *wanted).is_ok(),
+            _ => self.master.start_moves(now, moves).is_ok(),
+        };
+        for &(axis, wanted) in moves.iter().filter(|_| is_taken) {
+            let start = S::sent(&self.master.snapshot(axis).expect("an axis"));
+            let (end, is_relative) = match wanted {
+                DriveMove::By(distance) => (start + distance, true),
+                DriveMove::To(end) => (end, false),
+                _ => continue,
+            };
+            self.judge
+                .asked_to_move(axis, (start, end), (is_relative, by_trigger));
         }
     }
 

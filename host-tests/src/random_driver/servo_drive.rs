@@ -12,6 +12,11 @@ use super::subject::{
 };
 
 const SET_ORIGIN: u16 = 0x00;
+const GO_TO: u16 = 0x01;
+const GO_BY: u16 = 0x03;
+const LOAD_TO: u16 = 0x16;
+const LOAD_BY: u16 = 0x17;
+const TRIGGER: u16 = 0x18;
 const READ_ID: u16 = 0x06;
 const READ_CONFIG: u16 = 0x08;
 const READ_STATUS: u16 = 0x09;
@@ -25,6 +30,9 @@ const STEP: u16 = 0x1C;
 const DRIVE_ERROR: u16 = 0x1D;
 const ECHO: u16 = 0x1E;
 const COUNTER: u16 = 0x1F;
+
+/// Counts in a millisecond of a drive that moves by itself: less than MaxSpd 5 gives.
+const OWN_SPEED: i64 = 10;
 
 /// Functions that change a drive.
 const CHANGES: [u16; 7] = [SET_ORIGIN, 0x05, 0x07, 0x10, 0x11, 0x12, DRIVE_RESET];
@@ -47,6 +55,10 @@ struct ServoDrive {
     silent_until_us: u64,
     group2: [u8; 2],
     counter: u8,
+    /// Where it goes by itself.
+    goes_to: Option<i64>,
+    /// The places and distances that a trigger starts.
+    loaded: [Option<i64>; 2],
 }
 
 /// Drives 1, 2 and 3.
@@ -56,6 +68,10 @@ pub struct Servos {
     axes: Vec<AxisConfig>,
     drives: Vec<ServoDrive>,
     loses_answers: bool,
+    /// A trigger leaves what was loaded: the documents do not say (D57).
+    keeps_loads: bool,
+    triggered: [bool; AXES],
+    passed_us: Option<u64>,
 }
 
 /// A number in as few bytes as it needs.
@@ -81,7 +97,43 @@ fn signed(data: &[u8]) -> i64 {
 
 impl ServoDrive {
     fn status(&self) -> u8 {
-        u8::from(!self.is_on) << 1 | self.alarm << 2
+        let moves = u8::from(self.goes_to.is_some());
+        moves | u8::from(!self.is_on) << 1 | self.alarm << 2 | moves << 5
+    }
+
+    fn can_move(&self) -> bool {
+        self.is_on && self.alarm == 0
+    }
+
+    fn target(&self) -> i64 {
+        self.goes_to.unwrap_or(self.position)
+    }
+
+    /// A trigger of this kind; whether something starts.
+    fn trigger(&mut self, kind: usize, keeps_load: bool) -> bool {
+        let load = match keeps_load {
+            true => self.loaded[kind],
+            false => self.loaded[kind].take(),
+        };
+        let Some(value) = load.filter(|_| self.can_move()) else {
+            return false;
+        };
+        self.goes_to = Some(if kind == 0 {
+            value
+        } else {
+            self.target() + value
+        });
+        true
+    }
+
+    /// Goes on by itself for so long.
+    fn go(&mut self, passed_us: u64) {
+        let Some(target) = self.goes_to else { return };
+        let most = OWN_SPEED * passed_us as i64 / 1_000 + 1;
+        self.position += (target - self.position).clamp(-most, most);
+        if self.position == target {
+            self.goes_to = None;
+        }
     }
 
     /// Moved by something else than the master.
@@ -92,7 +144,12 @@ impl ServoDrive {
     /// The payload of an answer.
     fn obey(&mut self, now_us: u64, function: u16, data: &[u8]) -> Option<Vec<u8>> {
         match (function, data) {
-            (STEP, _) if self.is_on && self.alarm == 0 => {
+            (GO_TO, _) if self.can_move() => self.goes_to = Some(signed(data)),
+            (GO_BY, _) if self.can_move() => self.goes_to = Some(self.target() + signed(data)),
+            (LOAD_TO, _) if self.can_move() => self.loaded[0] = Some(signed(data)),
+            (LOAD_BY, _) if self.can_move() => self.loaded[1] = Some(signed(data)),
+            (GO_TO | GO_BY | LOAD_TO | LOAD_BY, _) => self.disturb(),
+            (STEP, _) if self.can_move() => {
                 let step = signed(data);
                 self.position += step;
                 if step != 0 {
@@ -101,7 +158,7 @@ impl ServoDrive {
             }
             (STEP, _) => self.disturb(),
             (SERVO_DISABLE, [0x00]) if self.alarm == 0 => self.is_on = true,
-            (SERVO_DISABLE, [0xFF]) => self.is_on = false,
+            (SERVO_DISABLE, [0xFF]) => (self.is_on, self.goes_to) = (false, None),
             (SET_ORIGIN, _) => {
                 self.position = 0;
                 self.disturb();
@@ -109,6 +166,7 @@ impl ServoDrive {
             (0x11, [speed, acceleration]) => self.group2 = [*speed, *acceleration],
             (DRIVE_RESET, _) => {
                 (self.alarm, self.position, self.is_on) = (0, 0, true);
+                (self.goes_to, self.loaded) = (None, [None; 2]);
                 self.disturb();
             }
             (READ_CONFIG, _) => return Some(vec![0]),
@@ -122,7 +180,8 @@ impl ServoDrive {
             (READ_GROUP2, _) => return Some(self.group2.to_vec()),
             (READ_GROUP3, _) => return Some(vec![20, 0, 0, 0x10, 0xC4, 0x09]),
             (READ_SPEED, _) => {
-                let speed: i16 = if now_us < self.turns_until_us { 30 } else { 0 };
+                let turns = now_us < self.turns_until_us || self.goes_to.is_some();
+                let speed: i16 = if turns { 30 } else { 0 };
                 return Some(speed.to_be_bytes().to_vec());
             }
             (ECHO, _) => return Some(data.to_vec()),
@@ -182,6 +241,10 @@ impl Subject for Servos {
             let limits = any_limits(random);
             let mut axis = AxisConfig::new(drive, gear, limits);
             axis.group = GroupId(group);
+            axis.drive_curve = Some(dyn_can::ParamGroup2 {
+                max_speed: dyn_can::MaxSpeed::new(5).expect("a speed"),
+                max_acceleration: dyn_can::MaxAcceleration::new(5).expect("an acceleration"),
+            });
             axis.wear = WearLimits {
                 budget: 1_000,
                 interval_us: 1_000,
@@ -207,8 +270,10 @@ impl Subject for Servos {
             anchored_at: 0,
             turns_until_us: 0,
             silent_until_us: 0,
-            group2: [48, 30],
+            group2: [5, 5],
             counter: 0,
+            goes_to: None,
+            loaded: [None; 2],
         });
         let drives = drives.collect();
         Self {
@@ -216,6 +281,9 @@ impl Subject for Servos {
             axes,
             drives,
             loses_answers: random.bool(),
+            keeps_loads: random.bool(),
+            triggered: [false; AXES],
+            passed_us: None,
         }
     }
 
@@ -267,6 +335,11 @@ impl Subject for Servos {
 
     fn command(&self, frame: &DataFrame) -> Command {
         match (frame.id() & 0x1F, frame.data()) {
+            (TRIGGER, _) if frame.id() == TRIGGER => Command::Trigger,
+            (GO_TO, data) => Command::Go(signed(data) as i32),
+            (GO_BY, data) => Command::GoBy(signed(data) as i32),
+            (LOAD_TO, data) => Command::Load(signed(data) as i32),
+            (LOAD_BY, data) => Command::LoadBy(signed(data) as i32),
             (STEP, data) => Command::Step(signed(data) as i32),
             (SERVO_DISABLE, [0x00]) => Command::On,
             (SERVO_DISABLE, _) => Command::Off,
@@ -305,6 +378,17 @@ impl Subject for Servos {
         random: &mut Rng,
         answers: &mut Vec<Answer>,
     ) {
+        if frame.id() == TRIGGER {
+            let kind = usize::from(frame.data() != [0xFF]);
+            for (drive, started) in self.drives.iter_mut().zip(&mut self.triggered) {
+                if now_us < drive.silent_until_us {
+                    drive.disturb();
+                } else {
+                    *started = drive.trigger(kind, self.keeps_loads);
+                }
+            }
+            return;
+        }
         let Some(drive) = Self::axis_of(frame).and_then(|axis| self.drives.get_mut(axis)) else {
             return;
         };
@@ -340,7 +424,12 @@ impl Subject for Servos {
         }
     }
 
-    fn pass(&mut self, _: u64, _: &mut Rng, _: &mut Vec<Answer>) {}
+    fn pass(&mut self, now_us: u64, _: &mut Rng, _: &mut Vec<Answer>) {
+        let before = self.passed_us.replace(now_us).unwrap_or(now_us);
+        for drive in &mut self.drives {
+            drive.go(now_us - before);
+        }
+    }
 
     fn disturb(
         &mut self,
@@ -360,11 +449,13 @@ impl Subject for Servos {
         match random.u8(..8) {
             0 => {
                 (drive.is_on, drive.position, drive.counter) = (true, 0, 0);
+                (drive.goes_to, drive.loaded) = (None, [None; 2]);
                 drive.silent_until_us = now_us + random.u64(0..20_000);
                 "reboots"
             }
             1 => {
                 (drive.alarm, drive.is_on) = (random.u8(1..=7), false);
+                drive.goes_to = None;
                 answers.push(says(0xEE));
                 "alarms"
             }
@@ -381,7 +472,7 @@ impl Subject for Servos {
                 "is switched on by somebody else"
             }
             5 => {
-                drive.is_on = false;
+                (drive.is_on, drive.goes_to) = (false, None);
                 "is switched off by somebody else"
             }
             6 => {
@@ -413,9 +504,16 @@ impl Subject for Servos {
                 from: *from,
                 to: *to,
                 by_fault: *reason == can_motion::Reason::Fault,
+                is_back: *reason == can_motion::Reason::Displaced,
             },
             _ => Seen::Other,
         }
+    }
+
+    const HAS_MOVES: bool = true;
+
+    fn triggered(&mut self) -> [bool; AXES] {
+        std::mem::take(&mut self.triggered)
     }
 
     fn procedure(random: &mut Rng) -> Option<(Procedure, Confirmation)> {

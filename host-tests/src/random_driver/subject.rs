@@ -33,6 +33,15 @@ pub(super) enum Command {
     Ask,
     /// Changes what the drive stores, or resets it.
     Change,
+    /// Moves by itself to a place.
+    Go(i32),
+    /// Moves by itself by so much.
+    GoBy(i32),
+    /// The same, when a trigger comes.
+    Load(i32),
+    LoadBy(i32),
+    /// Starts what was loaded in every drive.
+    Trigger,
     /// Nothing to one drive.
     Nothing,
 }
@@ -85,6 +94,8 @@ pub(super) enum Seen {
         from: AxisState,
         to: AxisState,
         by_fault: bool,
+        /// Its frame came back unsent.
+        is_back: bool,
     },
     Other,
 }
@@ -161,7 +172,13 @@ pub(super) trait Subject: Sized {
         random: &mut Rng,
         answers: &mut Vec<Answer>,
     ) -> &'static str;
+    /// The drives that a trigger has started since this was asked last.
+    fn triggered(&mut self) -> [bool; AXES] {
+        [false; AXES]
+    }
     fn seen(&self, axis: usize, kind: &<Self::Family as Family>::EventKind) -> Seen;
+    /// Whether the drives move by themselves when they are asked to.
+    const HAS_MOVES: bool = false;
     fn procedure(random: &mut Rng) -> Option<(<Self::Family as Family>::Procedure, Confirmation)>;
     /// The value that the master believes to have sent.
     fn sent(snapshot: &<Self::Family as Family>::Snapshot) -> i32;

@@ -200,6 +200,7 @@ impl Subject for Thirds {
                 from: *from,
                 to: *to,
                 by_fault: *reason == Reason::Fault,
+                is_back: false,
             },
             _ => Seen::Other,
         }

@@ -291,6 +291,7 @@ impl Subject for Wheels {
                 from: *from,
                 to: *to,
                 by_fault: *reason == Reason::Fault,
+                is_back: false,
             },
             _ => Seen::Other,
         }

@@ -191,7 +191,7 @@ fn a_name_that_does_not_exist_is_named() {
         (
             "an item of the wrong crate",
             with(&page, master, "`dyn_can::Request::SetOrigin`"),
-            "expected an item of bus_plan, bus_user, can_motion, dyn_commission in this column",
+            "expected an item of bus_plan, bus_user, can_motion, dyn_commission, homing in this column",
         ),
         (
             "an item that cannot be used from outside",
@@ -238,7 +238,7 @@ fn a_name_that_does_not_exist_is_named() {
         ),
         (
             "a command that is not missing any more",
-            with(&page, "not yet (`tune`)", "not yet (`jog`)"),
+            with(&page, "not yet (the wave of the drive)", "not yet (`jog`)"),
             "found \"jog\", which exists",
         ),
         (
@@ -287,8 +287,12 @@ fn a_cell_has_one_of_four_forms() {
         ),
         (
             "an unknown layer",
-            with(&page, "not yet: master, tool |", "not yet: master, tools |"),
-            "found \"not yet: master, tools\"",
+            with(
+                &page,
+                "(a stop is a new target) | not yet: tool |",
+                "(a stop is a new target) | not yet: tools |",
+            ),
+            "found \"not yet: tools\"",
         ),
         (
             "nothing said of a section",

@@ -25,14 +25,16 @@ use sources::Items;
 /// The page, from the top of the workspace.
 const PAGE: &str = "docs/coverage.md";
 
-const CRATES: [(&str, &str); 12] = [
+const CRATES: [(&str, &str); 14] = [
     ("bus_plan", "crates/bus-plan/src/lib.rs"),
     ("bus_user", "crates/bus-user/src/lib.rs"),
     ("can_frame", "crates/can-frame/src/lib.rs"),
     ("can_motion", "crates/can-motion/src/lib.rs"),
+    ("diff_drive", "crates/diff-drive/src/lib.rs"),
     ("drive_sim", "crates/drive-sim/src/lib.rs"),
     ("dyn_can", "crates/dyn-can/src/lib.rs"),
     ("dyn_commission", "crates/dyn-commission/src/lib.rs"),
+    ("homing", "crates/homing/src/lib.rs"),
     ("dyn_serial", "crates/dyn-serial/src/lib.rs"),
     ("dyn_values", "crates/dyn-values/src/lib.rs"),
     ("motion_board", "src/main.rs"),

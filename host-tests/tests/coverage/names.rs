@@ -16,7 +16,13 @@ pub(crate) const CODEC: &[&str] = &[
     "zlac8030l",
 ];
 /// The master, and what is used beside it on the bus.
-pub(crate) const MASTER: &[&str] = &["bus_plan", "bus_user", "can_motion", "dyn_commission"];
+pub(crate) const MASTER: &[&str] = &[
+    "bus_plan",
+    "bus_user",
+    "can_motion",
+    "dyn_commission",
+    "homing",
+];
 pub(crate) const SIMULATOR: &[&str] = &["drive_sim"];
 pub(crate) const FIRMWARE: &[&str] = &["motion_board"];
 pub(crate) const EVERY: &[&str] = &[
@@ -29,6 +35,7 @@ pub(crate) const EVERY: &[&str] = &[
     "bus_user",
     "can_motion",
     "dyn_commission",
+    "homing",
     "drive_sim",
     "motion_board",
 ];
@@ -46,6 +53,7 @@ const PUBLIC: &[&str] = &[
     "bus_user",
     "can_motion",
     "dyn_commission",
+    "homing",
 ];
 
 /// A name of any kind.

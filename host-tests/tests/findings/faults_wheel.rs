@@ -246,7 +246,22 @@ fn network() -> Vec<Row> {
 }
 
 fn following() -> Vec<Row> {
-    let mut rows = Vec::new();
+    let mut rows = vec![row(
+        "a wheel in torque mode that has lost its load",
+        || Wheels::streaming(&[hub(1).torque(), hub(2).torque()]),
+        |machine| machine.drive_at(&[2_000, 0], 34),
+        10,
+        Expected::Like("OverSpeed, 100 r/min", |fault| {
+            matches!(
+                fault,
+                WheelFault::OverSpeed {
+                    most_decirpm: 1_000,
+                    actual_decirpm: 1_001..=1_400
+                }
+            )
+        }),
+        [STOP, STOP],
+    )];
     for sign in [1, -1] {
         rows.push(row(
             &format!("a wheel that does not get to {} r/min", 100 * sign),

@@ -8,6 +8,8 @@ mod faults_servo;
 mod faults_wheel;
 mod found_on;
 mod outage;
+mod own_move_faults;
+mod own_moves;
 mod procedures;
 mod ramps;
 mod refusals;

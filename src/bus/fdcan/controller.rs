@@ -46,7 +46,8 @@ impl Controller {
 
     /// Whether a frame can be read.
     pub(super) fn has_received(&self) -> bool {
-        (0..RECEIVE_FIFOS).any(|fifo| self.registers.rxfs(fifo).read().ffl() > 0)
+        let levels = (0..RECEIVE_FIFOS).map(|fifo| self.registers.rxfs(fifo).read().ffl());
+        levels.fold(0, |all, level| all | level) > 0
     }
 
     /// The oldest frame of a FIFO.

@@ -45,6 +45,8 @@ pub(super) const STEPS: &[Step] = &[
             "check -p dyn-can --all-features",
             "check -p dyn-commission --no-default-features",
             "check -p dyn-commission --all-features",
+            "check -p homing --no-default-features",
+            "check -p homing --all-features",
             "check -p dyn-values --no-default-features",
             "check -p dyn-values --all-features",
             "check -p dyn-serial --no-default-features",
@@ -76,6 +78,7 @@ pub(super) const STEPS: &[Step] = &[
         &[
             "run -q -p can-motion --example servo",
             "run -q -p can-motion --example group_stop",
+            "run -q -p can-motion --example point_to_point",
             "run -q -p dyn-commission --example bring_up",
             "run -q -p can-motion --example third_family",
             "run -q -p can-motion --example async_front_end",
@@ -107,7 +110,9 @@ pub(super) const STEPS: &[Step] = &[
         "firmware-lint",
         "clippy has nothing to say about the boards' code",
         &[
-            "clippy --release -p motion-board -p proofs --target thumbv7em-none-eabihf -- -D warnings",
+            // One package at a time: together each would have the features of the other.
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf -- -D warnings",
+            "clippy --release -p proofs --target thumbv7em-none-eabihf -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474 -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,misbehave,commission -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --features misbehave,commission -- -D warnings",

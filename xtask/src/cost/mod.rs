@@ -5,6 +5,7 @@ mod figure;
 mod flash;
 mod hot_path;
 mod motion;
+mod path;
 mod trajectory;
 
 use std::fmt::Write as _;
@@ -15,6 +16,7 @@ use self::figure::Figure;
 use self::flash::Flash;
 use self::hot_path::HotPath;
 use self::motion::Motion;
+use self::path::PathCost;
 use self::trajectory::TrajectoryCost;
 use crate::emulator::Emulator;
 use crate::error::Error;
@@ -63,6 +65,8 @@ enum Part {
     HotPath,
     /// Planning and sampling of profiles.
     Trajectory,
+    /// Paths of three axes.
+    Path,
     /// Flash of images and libraries.
     Flash,
 }
@@ -113,6 +117,7 @@ impl Tools {
             Part::Motion => Motion::measure(builder, emulator)?.figures(),
             Part::HotPath => HotPath::measure(builder, emulator)?.targets(),
             Part::Trajectory => TrajectoryCost::measure(builder, emulator)?.figures(),
+            Part::Path => PathCost::measure(builder, emulator)?.figures(),
             Part::Flash => Flash::measure(builder, emulator.images())?.figures(),
         })
     }
@@ -124,6 +129,7 @@ impl Tools {
             motion: Motion::measure(builder, emulator)?,
             hot_path: HotPath::measure(builder, emulator)?,
             trajectory: TrajectoryCost::measure(builder, emulator)?,
+            path: PathCost::measure(builder, emulator)?,
         })
     }
 
@@ -134,6 +140,7 @@ impl Tools {
             motion: Motion::measure_few(builder, emulator)?,
             hot_path: HotPath::measure(builder, emulator)?,
             trajectory: TrajectoryCost::measure(builder, emulator)?,
+            path: PathCost::measure(builder, emulator)?,
         })
     }
 
@@ -182,6 +189,7 @@ struct Cost {
     motion: Motion,
     hot_path: HotPath,
     trajectory: TrajectoryCost,
+    path: PathCost,
 }
 
 impl Cost {
@@ -191,6 +199,7 @@ impl Cost {
             self.motion.figures(),
             self.hot_path.targets(),
             self.trajectory.figures(),
+            self.path.figures(),
             self.flash.figures(),
         ]
         .concat()
@@ -201,6 +210,7 @@ impl Cost {
         self.write_targets(&mut text);
         self.motion.write(&mut text);
         self.trajectory.write(&mut text);
+        self.path.write(&mut text);
         self.flash.write(&mut text);
         text
     }
@@ -211,6 +221,7 @@ impl Cost {
             self.motion.targets(),
             self.hot_path.targets(),
             self.trajectory.targets(),
+            self.path.targets(),
             self.flash.targets(),
         ];
         for figure in targets.concat() {

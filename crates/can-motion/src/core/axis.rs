@@ -2,9 +2,11 @@
 
 use bus_user::Instant;
 
+use crate::core::calendar::Due;
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::facts::{Facts, Knowledge, Motion, Power, Work};
 use crate::core::family::{CommonFault, Context, Drive, Family, View};
+use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Reason, Stage};
 use crate::core::step::Input;
 
@@ -46,26 +48,28 @@ pub(crate) struct Axis<F: Family> {
     /// What the latch of its own is for.
     cause: Option<F::Fault>,
     /// When the controller accepted the latest switch.
-    pub(crate) switched_at: Instant,
+    pub(crate) switched_at: Stamp,
     /// When the controller accepted the latest frame of a cycle in motion, or motion began.
-    pub(crate) sent_at: Instant,
+    pub(crate) sent_at: Stamp,
+    /// When its request is due.
+    pub(crate) asks: Due,
     /// How often the present disable command was repeated.
-    repeated: u32,
+    repeated: u16,
     pub(crate) drive: F::Drive,
 }
 
 impl<F: Family> Axis<F> {
     pub(crate) fn new(drive: F::Drive) -> Self {
         Self {
-            view: View {
-                facts: Facts::start(drive.brake()),
-                stage: Stage::PowerOn,
-                since: Instant::default(),
-                is_lost: false,
-            },
+            view: View::new(
+                Facts::start(drive.brake()),
+                Stage::PowerOn,
+                Instant::default(),
+            ),
             cause: None,
-            switched_at: Instant::default(),
-            sent_at: Instant::default(),
+            switched_at: Stamp::default(),
+            sent_at: Stamp::default(),
+            asks: Due::NEW,
             repeated: 0,
             drive,
         }
@@ -85,19 +89,30 @@ impl<F: Family> Axis<F> {
         }
     }
 
-    pub(crate) fn snapshot(&self) -> F::Snapshot {
+    pub(crate) fn snapshot(&self, now: Instant) -> F::Snapshot {
         self.drive
-            .snapshot(self.state(), &self.view.facts, self.fault())
+            .snapshot(now, self.state(), &self.view.facts, self.fault())
+    }
+
+    /// Works out anew when its request is due.
+    pub(crate) fn look_ahead(&mut self, now: Instant, cycle: u32) {
+        let outlook = self.drive.outlook(&self.view, now, cycle);
+        self.asks = Due::new(outlook, now, cycle);
+    }
+
+    /// As [`Stamp::keep`], for all that the axis has.
+    pub(crate) fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        self.view.since.keep(now, is_long_ago);
+        self.switched_at.keep(now, is_long_ago);
+        self.sent_at.keep(now, is_long_ago);
+        self.drive.keep_stamps(now, is_long_ago);
     }
 
     /// Lets a cycle pass in which the axis only streams; false, with nothing done, when there is more to do.
     #[inline]
     pub(crate) fn streams_on(&mut self, now: Instant, stuck_us: u32) -> bool {
-        let facts = &self.view.facts;
-        facts.motion == Motion::Stream
-            && facts.power == Power::On
-            && facts.knowledge == Knowledge::Anchored
-            && now < self.sent_at + stuck_us
+        self.view.facts.streams()
+            && !self.sent_at.has_lasted(now, stuck_us)
             && self.drive.streams_on(now)
     }
 
@@ -125,7 +140,7 @@ impl<F: Family> Axis<F> {
         }
         let from = self.state();
         self.view.stage = stage;
-        self.view.since = log.now;
+        self.view.since = Stamp::of(log.now);
         self.report(from, Reason::Reading, log);
     }
 
@@ -165,14 +180,14 @@ impl<F: Family> Axis<F> {
             || after.goal != before.goal
             || (after.moves() && !before.moves());
         if is_progress {
-            self.view.since = log.now;
+            self.view.since = Stamp::of(log.now);
         }
         let starts_over = after.is_checking()
             && (before.knowledge != Knowledge::Unknown || change.input == Input::Clear);
         if starts_over {
             let is_cleared = change.input == Input::Clear;
             self.view.stage = self.drive.start_over(log.now, is_cleared);
-            self.view.since = log.now;
+            self.view.since = Stamp::of(log.now);
             self.view.is_lost = false;
         }
         self.report(from, Reason::of(change.input), log);
@@ -212,11 +227,11 @@ impl<F: Family> Axis<F> {
                 self.repeated = self.repeated.saturating_add(1);
                 if self.repeated.is_power_of_two() {
                     log.push(CommonEvent::DisableUnconfirmed {
-                        repeated: self.repeated,
+                        repeated: self.repeated.into(),
                     });
                 }
             }
-            (_, Power::OnSent | Power::OffSent) => self.switched_at = log.now,
+            (_, Power::OnSent | Power::OffSent) => self.switched_at = Stamp::of(log.now),
             (_, Power::FoundOn) => log.push(CommonEvent::FoundOn),
             (_, Power::OffWanted | Power::Off) => self.repeated = 0,
             _ => {}
@@ -227,7 +242,7 @@ impl<F: Family> Axis<F> {
         match (before.motion, after.motion) {
             (Motion::Rest, Motion::Stream) => {
                 self.drive.begin_motion();
-                self.sent_at = now;
+                self.sent_at = Stamp::of(now);
             }
             (Motion::Stream, Motion::Ramp) => {
                 let common = change.ramp_cycles;
@@ -242,6 +257,13 @@ impl<F: Family> Axis<F> {
                 self.drive.end_motion(change.input == Input::RampDone);
             }
             _ => {}
+        }
+        if before.has_own_move() && !after.has_own_move() {
+            let how = match change.input {
+                Input::MoveEnded(end) => Some(end),
+                _ => None,
+            };
+            self.drive.end_move(now, how);
         }
     }
 

@@ -1,5 +1,6 @@
 //! What the application may ask for, and why it may be refused.
 
+use crate::core::drive_move::MoveRefusal;
 use crate::core::family::GroupId;
 use crate::core::state::AxisState;
 
@@ -84,5 +85,44 @@ pub enum TargetError {
         max: i32,
         /// The target asked for.
         actual: i32,
+    },
+}
+
+/// A motion by a drive itself that was refused; nothing has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum MoveError<F> {
+    /// There is no such axis.
+    #[error("there are {axes} axes, counted from 0; axis {actual} is not one of them")]
+    NoSuchAxis {
+        /// The number of axes.
+        axes: usize,
+        /// The axis asked for.
+        actual: usize,
+    },
+    /// The axis takes no command now.
+    #[error(transparent)]
+    Command(#[from] CommandError<F>),
+    /// The drive cannot make it, or must not.
+    #[error("axis {axis}: {refusal}")]
+    Refused {
+        /// The axis.
+        axis: u8,
+        /// Why.
+        refusal: MoveRefusal,
+    },
+    /// Moves that start together are all absolute or all relative, of different axes of one group, at least one.
+    #[error(
+        "moves that start together must be all absolute or all relative, each of another axis of one group"
+    )]
+    NotTogether,
+    /// A trigger reaches every drive on the bus, and this one may hold a move that was loaded before and has power: disable it first.
+    #[error(
+        "the trigger would reach the drive of axis {axis}, which may hold an old loaded move: disable its group, or load it as well"
+    )]
+    OldLoad {
+        /// The axis.
+        axis: u8,
     },
 }

@@ -3,6 +3,7 @@
 use bus_user::{BusErrorKind, Instant};
 use heapless::Deque;
 
+use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Reason};
 
 /// Events that wait to be read. One that does not fit is counted, not forgotten.
@@ -37,7 +38,7 @@ pub enum CommonEvent<F> {
     Fault(F),
     /// The drive reports power that this master did not switch on. It is left alone until `disable` or `adopt`.
     FoundOn,
-    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition.
+    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition, up to 2^15.
     DisableUnconfirmed {
         /// Repetitions so far.
         repeated: u32,
@@ -56,28 +57,42 @@ pub enum CommonEvent<F> {
 
 /// Where one axis writes its events.
 #[derive(Debug)]
-pub struct EventLog<'a, K> {
+pub struct EventLog<'a, K: Copy> {
     pub(crate) events: &'a mut Events<K>,
     /// The present moment.
     pub now: Instant,
     pub(crate) axis: u8,
 }
 
-impl<K> EventLog<'_, K> {
+impl<K: Copy> EventLog<'_, K> {
     /// Writes an event of this axis.
     pub fn push(&mut self, kind: impl Into<K>) {
         self.events.push(self.now, Some(self.axis), kind);
     }
 }
 
+/// An event as the queue keeps it: packed, because events are a good part of the memory of a master, and are written and read as a
+/// whole.
+#[derive(Debug, Clone, Copy)]
+#[repr(Rust, packed)]
+struct Record<K: Copy> {
+    at: Stamp,
+    /// One of at most 64, or [`NO_AXIS`].
+    axis: u8,
+    kind: K,
+}
+
+/// What a record has in the place of an axis that concerns the bus.
+const NO_AXIS: u8 = u8::MAX;
+
 /// A bounded queue of events.
 #[derive(Debug)]
-pub(crate) struct Events<K> {
-    queue: Deque<Event<K>, CAPACITY>,
+pub(crate) struct Events<K: Copy> {
+    queue: Deque<Record<K>, CAPACITY>,
     dropped: u32,
 }
 
-impl<K> Events<K> {
+impl<K: Copy> Events<K> {
     pub(crate) const fn new() -> Self {
         Self {
             queue: Deque::new(),
@@ -94,13 +109,38 @@ impl<K> Events<K> {
     #[cold]
     #[inline(never)]
     fn push_event(&mut self, at: Instant, axis: Option<u8>, kind: K) {
-        if self.queue.push_back(Event { at, axis, kind }).is_err() {
+        let record = Record {
+            at: Stamp::of(at),
+            axis: axis.unwrap_or(NO_AXIS),
+            kind,
+        };
+        if self.queue.push_back(record).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }
     }
 
-    pub(crate) fn pop(&mut self) -> Option<Event<K>> {
-        self.queue.pop_front()
+    /// The oldest event, seen from a moment close to the present.
+    pub(crate) fn pop(&mut self, now: Instant) -> Option<Event<K>> {
+        let Record { at, axis, kind } = self.queue.pop_front()?;
+        Some(Event {
+            at: at.at(now),
+            axis: (axis != NO_AXIS).then_some(axis),
+            kind,
+        })
+    }
+
+    /// Forgets what was not read.
+    pub(crate) fn clear(&mut self) {
+        self.queue.clear();
+    }
+
+    /// As [`Stamp::keep`].
+    pub(crate) fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        for record in &mut self.queue {
+            let mut at = record.at;
+            at.keep(now, is_long_ago);
+            record.at = at;
+        }
     }
 
     pub(crate) const fn dropped(&self) -> u32 {
@@ -120,7 +160,7 @@ mod tests {
         }
         assert_eq!(events.dropped(), 3);
         assert_eq!(
-            events.pop().map(|event| event.at),
+            events.pop(Instant::from_us(70)).map(|event| event.at),
             Some(Instant::from_us(0))
         );
     }

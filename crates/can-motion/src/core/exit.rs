@@ -8,6 +8,14 @@ use super::facts::{Brake, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
 pub enum Class {
     /// It moves the motor: the set-point of a cycle.
     SetPoint,
+    /// It starts a motion that the drive makes by itself.
+    DriveMove,
+    /// It loads a move that a trigger starts.
+    Load,
+    /// It starts the loaded moves of every drive on the bus.
+    Trigger,
+    /// It ends a motion that the drive makes by itself.
+    DriveStop,
     /// It keeps a motor at rest that needs a frame for that.
     StopFrame,
     /// It switches the power of the motor on.
@@ -30,8 +38,12 @@ pub enum Class {
 
 impl Class {
     /// Every class.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 14] = [
         Self::SetPoint,
+        Self::DriveMove,
+        Self::Load,
+        Self::Trigger,
+        Self::DriveStop,
         Self::StopFrame,
         Self::SwitchOn,
         Self::SwitchOff,
@@ -43,6 +55,15 @@ impl Class {
         Self::BrakeOpen,
     ];
 
+    /// Whether the frame is about a motion that the drive makes by itself.
+    #[must_use]
+    pub const fn is_of_own_move(self) -> bool {
+        matches!(
+            self,
+            Self::DriveMove | Self::Load | Self::Trigger | Self::DriveStop
+        )
+    }
+
     /// The class of the frame that goes to a drive in every cycle, where a family has such a frame whether the axis moves or not.
     #[must_use]
     pub const fn of_cycle(facts: &Facts) -> Self {
@@ -51,8 +72,9 @@ impl Class {
         match (facts.power, facts.motion) {
             (Power::OnWanted | Power::OnSent, _) => Self::SwitchOn,
             (Power::OffWanted | Power::OffSent, _) if is_held => Self::SwitchOff,
-            (_, Motion::Rest) => Self::StopFrame,
+            (_, Motion::Rest | Motion::Loaded | Motion::Armed) => Self::StopFrame,
             (_, Motion::Ramp | Motion::Stream) => Self::SetPoint,
+            (_, Motion::DriveMove) => Self::DriveMove,
         }
     }
 }
@@ -60,18 +82,36 @@ impl Class {
 /// Whether a frame of this class may be handed to the controller. Asked for every frame, every time, at the single place where frames
 /// are offered.
 #[must_use]
+#[inline]
 pub const fn may_leave(class: Class, facts: &Facts) -> bool {
-    let is_at_rest = matches!(facts.motion, Motion::Rest);
+    let is_at_rest = !facts.moves();
     let is_wanted = !matches!(facts.goal, Goal::Off);
     let is_free_of_faults = matches!(facts.latch, Latch::None);
     let is_off_for_good = matches!(facts.power, Power::Off) && !is_wanted;
+    let can_move = facts.can_move();
+    let may_move_itself = can_move && is_free_of_faults && !facts.work.needs_off();
     match class {
         Class::Reading | Class::Poll => true,
-        Class::SetPoint => {
-            !is_at_rest
-                && matches!(facts.power, Power::On)
-                && matches!(facts.knowledge, Knowledge::Anchored)
-                && matches!(facts.brake, Brake::Absent | Brake::Open)
+        Class::SetPoint => facts.sends_set_points() && can_move,
+        // A motion may take more than one frame to begin.
+        Class::DriveMove => {
+            matches!(facts.goal, Goal::Move)
+                && matches!(facts.motion, Motion::Rest | Motion::DriveMove)
+                && may_move_itself
+        }
+        Class::Load => {
+            matches!(facts.goal, Goal::SyncMove)
+                && matches!(facts.motion, Motion::Rest)
+                && may_move_itself
+        }
+        Class::Trigger => {
+            matches!(facts.goal, Goal::SyncMove)
+                && matches!(facts.motion, Motion::Armed)
+                && may_move_itself
+        }
+        // Whatever is known, but not to a drive that somebody else may have set in motion.
+        Class::DriveStop => {
+            facts.is_to_stop_itself() && !matches!(facts.power, Power::Unclear | Power::FoundOn)
         }
         // A drive that may have been enabled by somebody else is not touched.
         Class::StopFrame => is_at_rest && !matches!(facts.power, Power::Unclear | Power::FoundOn),

@@ -56,16 +56,22 @@ impl Power {
     }
 }
 
-/// Which set-points go out.
+/// What moves the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Motion {
-    /// None.
+    /// Nothing.
     Rest,
-    /// Those of a ramp to standstill.
+    /// Set-points of a ramp to standstill.
     Ramp,
-    /// Those of the application.
+    /// Set-points of the application.
     Stream,
+    /// Nothing yet, but the drive was sent a move that a trigger starts.
+    Loaded,
+    /// The same, and every drive that is to start with it has answered since: the trigger may go out.
+    Armed,
+    /// The drive, by itself. Without a goal that asks for it, it is told to stop.
+    DriveMove,
 }
 
 /// What the application asked for last.
@@ -78,6 +84,18 @@ pub enum Goal {
     Hold,
     /// Power and set-points.
     Stream,
+    /// Power, and a motion that the drive makes by itself.
+    Move,
+    /// The same, loaded first and started by a trigger together with other drives.
+    SyncMove,
+}
+
+impl Goal {
+    /// Whether a motion of the drive itself is asked for.
+    #[must_use]
+    pub const fn is_move(self) -> bool {
+        matches!(self, Self::Move | Self::SyncMove)
+    }
 }
 
 /// What keeps the axis from moving until `clear`.
@@ -135,14 +153,16 @@ pub enum Brake {
     missing_docs,
     reason = "each field has the name of its type, which is documented"
 )]
+// The first four are read as one word: see `word`.
+#[repr(C)]
 pub struct Facts {
     pub knowledge: Knowledge,
     pub power: Power,
     pub motion: Motion,
+    pub brake: Brake,
     pub goal: Goal,
     pub latch: Latch,
     pub work: Work,
-    pub brake: Brake,
 }
 
 impl Facts {
@@ -160,10 +180,71 @@ impl Facts {
         }
     }
 
-    /// Whether set-points go out.
+    /// Knowledge, power, motion and brake, lowest byte first: what is asked for each set-point, compared at once.
+    #[inline]
+    const fn word(&self) -> u32 {
+        u32::from_le_bytes([
+            self.knowledge as u8,
+            self.power as u8,
+            self.motion as u8,
+            self.brake as u8,
+        ])
+    }
+
+    /// Whether a drive with these may be moved: it has power and its anchor, and no brake holds it.
+    #[inline]
+    pub(crate) const fn can_move(&self) -> bool {
+        const MASK: u32 = 0xFF << 24 | 0xFFFF;
+        const FREE: u32 = Facts::word_of(Motion::Rest, Brake::Absent);
+        const OPEN: u32 = Facts::word_of(Motion::Rest, Brake::Open);
+        matches!(self.word() & MASK, FREE | OPEN)
+    }
+
+    /// Whether the set-points of the application may go out.
+    #[inline]
+    pub(crate) const fn streams(&self) -> bool {
+        const FREE: u32 = Facts::word_of(Motion::Stream, Brake::Absent);
+        const OPEN: u32 = Facts::word_of(Motion::Stream, Brake::Open);
+        matches!(self.word(), FREE | OPEN)
+    }
+
+    /// The word of an axis with power and anchor.
+    const fn word_of(motion: Motion, brake: Brake) -> u32 {
+        let facts = Self {
+            knowledge: Knowledge::Anchored,
+            power: Power::On,
+            motion,
+            ..Self::start(brake)
+        };
+        facts.word()
+    }
+
+    /// Whether the axis moves: by set-points, or by its drive itself.
     #[must_use]
     pub const fn moves(&self) -> bool {
-        !matches!(self.motion, Motion::Rest)
+        self.sends_set_points() || matches!(self.motion, Motion::DriveMove)
+    }
+
+    /// Whether set-points go out.
+    #[must_use]
+    pub const fn sends_set_points(&self) -> bool {
+        matches!(self.motion, Motion::Ramp | Motion::Stream)
+    }
+
+    /// Whether the drive was told of a motion of its own, or is to be told.
+    #[must_use]
+    pub const fn has_own_move(&self) -> bool {
+        self.goal.is_move()
+            || matches!(
+                self.motion,
+                Motion::Loaded | Motion::Armed | Motion::DriveMove
+            )
+    }
+
+    /// Whether the drive makes a motion of its own that is not wanted any more.
+    #[must_use]
+    pub const fn is_to_stop_itself(&self) -> bool {
+        matches!(self.motion, Motion::DriveMove) && !self.goal.is_move()
     }
 
     /// Whether the application wants power, or the axis still moves.
@@ -212,6 +293,51 @@ impl Facts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_read_as_one_word_is_what_the_facts_say() {
+        let brakes = [Brake::Absent, Brake::Unclear, Brake::Open, Brake::Closed];
+        let motions = [Motion::Rest, Motion::Ramp, Motion::Stream];
+        let knowledges = [
+            Knowledge::Unknown,
+            Knowledge::Checked,
+            Knowledge::Standing,
+            Knowledge::Anchored,
+        ];
+        let powers = [
+            Power::Unclear,
+            Power::OnUnconfirmed,
+            Power::Off,
+            Power::OnWanted,
+            Power::OnSent,
+            Power::On,
+            Power::FoundOn,
+            Power::OffWanted,
+            Power::OffSent,
+        ];
+        for (brake, motion) in brakes
+            .iter()
+            .flat_map(|brake| motions.map(|motion| (*brake, motion)))
+        {
+            for (knowledge, power) in knowledges
+                .iter()
+                .flat_map(|known| powers.map(|power| (*known, power)))
+            {
+                let facts = Facts {
+                    knowledge,
+                    power,
+                    motion,
+                    ..Facts::start(brake)
+                };
+                let can_move = knowledge == Knowledge::Anchored
+                    && power == Power::On
+                    && matches!(brake, Brake::Absent | Brake::Open);
+                assert_eq!(facts.can_move(), can_move, "{facts:?}");
+                let streams = can_move && motion == Motion::Stream;
+                assert_eq!(facts.streams(), streams, "{facts:?}");
+            }
+        }
+    }
 
     #[test]
     fn power_that_is_unclear_or_being_switched_is_awaited() {

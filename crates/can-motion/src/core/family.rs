@@ -9,11 +9,13 @@ use core::fmt::Debug;
 use bus_plan::ResponseWindow;
 use bus_user::{BusFrame, Instant};
 
+use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal, MoveReport};
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
 use crate::core::placement::{BehindFrames, RequestPlacement};
 use crate::core::procedure::Confirmation;
+use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Stage};
 use crate::core::step::Loss;
 
@@ -72,6 +74,12 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
     /// The address of the drive that a frame comes from or goes to, 1..=127.
     fn address(frame: &Self::Frame) -> Option<u8>;
 
+    /// Whether a frame starts the loaded moves of every drive on the bus.
+    fn is_trigger(frame: &Self::Frame) -> bool {
+        let _ = frame;
+        false
+    }
+
     /// The event of a frame of a drive without an axis.
     fn foreign(frame: &Self::Frame) -> Option<Self::EventKind> {
         let _ = frame;
@@ -88,7 +96,7 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
 /// Cycles without a set-point that are no outage yet.
 pub(crate) const STUCK_CYCLES: u32 = 5;
 
-/// The settings that the core needs, whatever the family.
+/// The settings that the core needs, whatever the family. Times of more than 2^30 us, about 18 minutes, count as 2^30.
 pub trait CycleConfig {
     /// Period of the cycle in microseconds.
     fn cycle_us(&self) -> u32;
@@ -231,10 +239,34 @@ pub struct View {
     pub facts: Facts,
     /// How far the checks are.
     pub stage: Stage,
-    /// Since when knowledge, power, goal and stage are like that, setbacks apart.
-    pub since: Instant,
+    pub(crate) since: Stamp,
     /// The drive does not answer, whatever its fault was at first; asking it often costs the others their turns.
     pub is_lost: bool,
+}
+
+impl View {
+    /// An axis that answers and has been where it is from `now` on.
+    #[must_use]
+    pub const fn new(facts: Facts, stage: Stage, now: Instant) -> Self {
+        Self {
+            facts,
+            stage,
+            since: Stamp::of(now),
+            is_lost: false,
+        }
+    }
+
+    /// Since when knowledge, power, goal and stage are like that, setbacks apart; at most about 18 minutes ago.
+    #[must_use]
+    pub const fn since(&self, now: Instant) -> Instant {
+        self.since.at(now)
+    }
+
+    /// Whether they have been like that for so many microseconds; more than 2^30, about 18 minutes, count as 2^30.
+    #[must_use]
+    pub const fn has_lasted(&self, now: Instant, us: u32) -> bool {
+        self.since.has_lasted(now, us)
+    }
 }
 
 /// What a family needs to take part in an event of one of its axes.
@@ -275,6 +307,36 @@ impl<R> Wanted<R> {
     }
 }
 
+/// When the request to send next is due.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outlook {
+    /// For how many cycles it has been due: [`Wanted::overdue_cycles`]; `None` when there is none.
+    pub overdue_cycles: Option<i32>,
+    /// For so many microseconds it stays the same but for one cycle more in each, as long as nothing happens to the axis: no frame of its
+    /// drive comes in or back, none of its requests goes out, none of its facts changes, [`Drive::tick`] is not called.
+    pub for_us: u32,
+}
+
+impl Outlook {
+    /// True for the present cycle.
+    #[must_use]
+    pub const fn now(overdue_cycles: Option<i32>) -> Self {
+        Self {
+            overdue_cycles,
+            for_us: 0,
+        }
+    }
+
+    /// True until something happens.
+    #[must_use]
+    pub const fn ever(overdue_cycles: Option<i32>) -> Self {
+        Self {
+            overdue_cycles,
+            for_us: u32::MAX,
+        }
+    }
+}
+
 /// The report of a drive about its power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PowerReport {
@@ -301,6 +363,8 @@ pub struct Meaning<F> {
     pub is_located: bool,
     /// The brake is confirmed open or closed.
     pub brake: Option<Brake>,
+    /// What became of a motion that the drive makes by itself.
+    pub own_move: Option<MoveReport>,
     /// The procedure ended.
     pub work_ended: bool,
     /// The drive was told to start anew.
@@ -319,6 +383,7 @@ impl<F> Meaning<F> {
         stands: None,
         is_located: false,
         brake: None,
+        own_move: None,
         work_ended: false,
         restarts: false,
         quiet_us: None,
@@ -402,6 +467,7 @@ pub trait Drive {
     /// The axis at this moment.
     fn snapshot(
         &self,
+        now: Instant,
         state: AxisState,
         facts: &Facts,
         fault: Option<FaultOf<Self>>,
@@ -442,7 +508,7 @@ pub trait Drive {
 
     /// Whether the axis owes the frame of this cycle.
     fn owes_frame(&self, view: &View) -> bool {
-        view.facts.moves()
+        view.facts.sends_set_points()
     }
     /// The frame of this cycle.
     ///
@@ -461,10 +527,10 @@ pub trait Drive {
     }
     /// The frame that switches the drive; `None` where the frame of a cycle does that.
     fn switch(&self, on: bool) -> Option<FrameOf<Self>>;
-    /// For how many cycles the request to send next has been due: [`Wanted::overdue_cycles`] of [`Self::wanted`].
-    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+    /// When the request to send next is due, and for how long that stays so. By default it is asked in every cycle.
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let wanted = self.wanted(view, now, cycle);
-        wanted.map(|wanted| wanted.overdue_cycles)
+        Outlook::now(wanted.map(|wanted| wanted.overdue_cycles))
     }
     /// The request to send next.
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<RequestOf<Self>>>;
@@ -510,9 +576,53 @@ pub trait Drive {
         let _ = context;
         Meaning::NONE
     }
+    /// For a drive that keeps points in time in 32 bits: called every few minutes, so that one that is old does not look young when its
+    /// bits wrap. `is_long_ago`: the last call was more than 2^30 us ago.
+    fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        let _ = (now, is_long_ago);
+    }
     /// The bus failed: a reply that is still awaited may come late, or never.
     fn abandon_request(&mut self, context: &mut Context<'_, Self::Family>) {
         let _ = context;
+    }
+
+    // Motion that the drive makes by itself. A family without it says nothing here; one with it asks for the frames of the classes
+    // `DriveMove`, `Load`, `Trigger` and `DriveStop` by `wanted`, and reports how the motion ended by `Meaning::own_move`.
+
+    /// Whether the drive can make a motion by itself from where it holds, started by its own frame or by a trigger.
+    ///
+    /// # Errors
+    /// The reason why not: by default there are no such motions.
+    fn admit_move(
+        &self,
+        wanted: DriveMove,
+        by_trigger: bool,
+        config: &<Self::Family as Family>::Config,
+        now: Instant,
+    ) -> Result<(), MoveRefusal> {
+        let _ = (wanted, by_trigger, config, now);
+        Err(MoveRefusal::Unsupported)
+    }
+    /// The application asked for a motion that was admitted.
+    fn begin_move(&mut self, wanted: DriveMove, config: &<Self::Family as Family>::Config) {
+        let _ = (wanted, config);
+    }
+    /// The drive was asked something after its loaded move had left, and answered: the trigger would start it.
+    fn has_seen_load(&self) -> bool {
+        false
+    }
+    /// The move that was loaded last.
+    fn loaded_move(&self) -> Option<DriveMove> {
+        None
+    }
+    /// Whether a trigger for motions of this kind may start something in this drive that was loaded at any time before.
+    fn may_hold_load(&self, kind: DriveMove) -> bool {
+        let _ = kind;
+        false
+    }
+    /// A motion of the drive itself is over, or never began: `how` it ended, or `None` where that is not known.
+    fn end_move(&mut self, now: Instant, how: Option<MoveEnd>) {
+        let _ = (now, how);
     }
 
     // Procedures.

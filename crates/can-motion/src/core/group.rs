@@ -4,7 +4,9 @@ use bus_user::Instant;
 use heapless::Vec;
 
 use crate::core::axis::{Axis, Change};
+use crate::core::calendar::Tick;
 use crate::core::command::CommandError;
+use crate::core::drive_move::MoveReport;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
 use crate::core::family::{
@@ -15,6 +17,25 @@ use crate::core::step::{Input, accepts, step};
 
 /// The most axes that a master can have: one bit each.
 pub(crate) const MOST_AXES: usize = 64;
+
+/// So often it is worked out at least when the requests are due.
+const LOOK_AGAIN_US: u32 = 1 << 26;
+
+/// A mask of axes, of which a processor of 32 bits needs half where there are no more axes: what is told here need not be computed.
+#[inline]
+pub(crate) const fn mask<const N: usize>(axes: u64) -> u64 {
+    if N <= 32 { axes & 0xFFFF_FFFF } else { axes }
+}
+
+/// The lowest axis of a mask; beyond all of them when it is empty.
+#[inline]
+pub(crate) const fn lowest<const N: usize>(axes: u64) -> usize {
+    if N <= 32 {
+        (axes as u32).trailing_zeros() as usize
+    } else {
+        axes.trailing_zeros() as usize
+    }
+}
 
 /// Whether the input ends every motion at once.
 const fn ends_at_once(input: Input) -> bool {
@@ -33,13 +54,21 @@ pub(crate) struct Axes<const N: usize, F: Family> {
     axis_of: [u8; 128],
     /// One bit an axis: the controller has not accepted its frame of this cycle yet.
     pub(crate) due: u64,
+    /// About the length of these frames, when the cycle began.
+    pub(crate) due_bits: u32,
     /// One bit an axis: it may have a switch to send. An index, because a look at every axis for every frame is a good part of the
     /// cost of a cycle.
     pub(crate) switching: u64,
     /// What the controller holds for an axis that must stop at once is to be taken back.
     pub(crate) take_back: bool,
+    /// One bit an axis that the latest trigger was for.
+    pub(crate) triggered: u64,
     /// How often the facts of an axis have changed.
     pub(crate) changes: u32,
+    /// One bit an axis, those from 32 on with the first ones: something has happened to it since it was worked out when its request is due.
+    stale: u32,
+    /// The first tick at which that is to be worked out anew for an axis to which nothing happens.
+    look_at: Tick,
 }
 
 impl<const N: usize, F: Family> Axes<N, F> {
@@ -49,41 +78,113 @@ impl<const N: usize, F: Family> Axes<N, F> {
             events: Events::new(),
             axis_of: [0; 128],
             due: 0,
+            due_bits: 0,
             switching: 0,
             take_back: false,
+            triggered: 0,
             changes: 0,
+            stale: 0,
+            look_at: Tick::of(Instant::from_us(0)),
         }
     }
 
-    /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them.
-    pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32) -> u64 {
-        let mut streaming = 0;
+    /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them. Notes about the length of their frames where
+    /// that `matters`.
+    pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32, matters: bool) -> u64 {
+        let (mut streaming, mut bits) = (0, 0);
         let mut bit: u64 = 1;
         for axis in &mut self.list {
             if axis.streams_on(now, stuck_us) {
-                streaming |= bit;
+                streaming |= mask::<N>(bit);
+                if matters {
+                    bits += u32::from(axis.drive.cycle_frame_bits());
+                }
             }
             bit <<= 1;
         }
+        self.due_bits = bits;
         streaming
+    }
+
+    /// As [`Stamp::keep`](crate::core::stamp::Stamp::keep), for every axis.
+    #[cold]
+    pub(crate) fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        self.events.keep_stamps(now, is_long_ago);
+        for axis in &mut self.list {
+            axis.keep_stamps(now, is_long_ago);
+        }
+    }
+
+    /// Works out when the requests are due, of the axes to which something has happened since, or whose time has come.
+    pub(crate) fn look_ahead(&mut self, now: Instant, cycle: u32) {
+        let tick = Tick::of(now);
+        let mut stale = core::mem::take(&mut self.stale);
+        if self.look_at.has_come(tick) {
+            stale |= self.due_for_a_look(now);
+        }
+        while stale != 0 {
+            let lower = stale.trailing_zeros() as usize;
+            stale &= stale - 1;
+            for index in [lower, lower + 32] {
+                let Some(axis) = self.list.get_mut(index) else {
+                    break;
+                };
+                axis.look_ahead(now, cycle);
+                let until = axis.asks.until();
+                if until.has_come(tick) {
+                    self.stale |= 1 << lower;
+                } else {
+                    self.look_at = self.look_at.earlier(until);
+                }
+            }
+        }
+    }
+
+    /// The axes whose time has come, as in [`Self::stale`]; finds the first tick of the others.
+    #[cold]
+    fn due_for_a_look(&mut self, now: Instant) -> u32 {
+        let (tick, mut due) = (Tick::of(now), 0);
+        self.look_at = Tick::of(now + LOOK_AGAIN_US);
+        for (index, axis) in self.list.iter().enumerate() {
+            let until = axis.asks.until();
+            if until.has_come(tick) {
+                due |= 1 << (index % 32);
+            } else {
+                self.look_at = self.look_at.earlier(until);
+            }
+        }
+        due
+    }
+
+    /// One bit for each of these axes.
+    fn bits_where(&self, is_one: impl Fn(&Axis<F>) -> bool) -> u64 {
+        let mut bits = 0;
+        for (index, axis) in self.list.iter().enumerate() {
+            bits |= u64::from(is_one(axis)) << index;
+        }
+        bits
     }
 
     /// Which axes owe the frame of this cycle.
     pub(crate) fn find_due(&mut self) {
-        self.due = 0;
-        for (index, axis) in self.list.iter().enumerate() {
-            if axis.drive.owes_frame(&axis.view) {
-                self.due |= 1 << index;
-            }
-        }
+        self.due = self.bits_where(|axis| axis.drive.owes_frame(&axis.view));
+        let due = self
+            .list
+            .iter()
+            .filter(|axis| axis.drive.owes_frame(&axis.view));
+        self.due_bits = due
+            .map(|axis| u32::from(axis.drive.cycle_frame_bits()))
+            .sum();
     }
 
     /// Removes the axes, with what is left of them.
     pub(crate) fn clear(&mut self) {
         self.list.clear();
-        while self.events.pop().is_some() {}
+        self.events.clear();
         self.axis_of = [0; 128];
         (self.due, self.switching, self.take_back) = (0, 0, false);
+        self.triggered = 0;
+        self.stale = u32::MAX;
     }
 
     /// Adds an axis, made where it stays as far as the compiler can; one without room is left out, so the number of axes is checked before.
@@ -102,6 +203,10 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     pub(crate) fn len(&self) -> usize {
         self.list.len()
+    }
+
+    pub(crate) fn list(&self) -> &[Axis<F>] {
+        &self.list
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &Axis<F>> + Clone {
@@ -129,6 +234,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         index: usize,
     ) -> Option<(&mut Axis<F>, EventLog<'_, F::EventKind>)> {
         let axis = self.list.get_mut(index)?;
+        self.stale |= 1 << (index % 32);
         let log = EventLog {
             events: &mut self.events,
             now,
@@ -167,7 +273,9 @@ impl<const N: usize, F: Family> Axes<N, F> {
         let (owes_frame, view) = (axis.drive.owes_frame(&axis.view), axis.view.facts);
         self.changes = self.changes.wrapping_add(1);
         let bit = 1 << index;
-        if before.moves() && !view.moves() {
+        // A command for a motion of its own may still lie in the controller.
+        self.take_back |= before.goal.is_move() && !view.goal.is_move() && view.has_own_move();
+        if before.sends_set_points() && !view.sends_set_points() {
             // The set-point of this cycle is void, or replaced by the frame that stops the drive.
             self.due &= !bit;
             self.due |= if owes_frame { bit } else { 0 };
@@ -274,12 +382,11 @@ impl<const N: usize, F: Family> Axes<N, F> {
         index: usize,
         meaning: Meaning<F::Fault>,
     ) {
-        let first = [
-            meaning.restarts.then_some(Input::Restarted),
-            meaning.work_ended.then_some(Input::WorkEnded),
-        ];
-        for input in first.into_iter().flatten() {
-            self.apply(now, index, Change::of(input));
+        if meaning.restarts {
+            self.apply(now, index, Change::of(Input::Restarted));
+        }
+        if meaning.work_ended {
+            self.apply(now, index, Change::of(Input::WorkEnded));
         }
         if let Some(fault) = meaning.fault {
             self.raise(now, index, fault);
@@ -295,10 +402,12 @@ impl<const N: usize, F: Family> Axes<N, F> {
             axis.set_lost(false);
             let is_sent = matches!(axis.view.facts.power, Power::OnSent | Power::OffSent);
             // The controller may hold a command for a while, and one that sorts its frames may send a later reading before it.
-            let is_old = is_sent && report.asked_at < axis.switched_at + cycle_us;
+            let is_old = is_sent && report.asked_at < axis.switched_at.at(now) + cycle_us;
             // A drive needs a moment; the command is repeated by time.
             let is_early = report.is_on && axis.view.facts.power == Power::OffSent;
-            if !is_old && !is_early {
+            // What nearly every report says: it changes no fact.
+            let is_known = report.is_on && axis.view.facts.power == Power::On;
+            if !is_old && !is_early && !is_known {
                 let input = if report.is_on {
                     Input::SaysOn
                 } else {
@@ -307,15 +416,22 @@ impl<const N: usize, F: Family> Axes<N, F> {
                 self.apply(now, index, Change::of(input));
             }
         }
-        let inputs = [
-            (meaning.brake == Some(Brake::Open)).then_some(Input::BrakeOpened),
-            (meaning.brake == Some(Brake::Closed)).then_some(Input::BrakeClosed),
-            (checks && meaning.is_checked).then_some(Input::Checked),
-        ];
-        for input in inputs.into_iter().flatten() {
-            self.apply(now, index, Change::of(input));
+        match meaning.brake {
+            Some(Brake::Open) => self.apply(now, index, Change::of(Input::BrakeOpened)),
+            Some(Brake::Closed) => self.apply(now, index, Change::of(Input::BrakeClosed)),
+            _ => {}
+        }
+        if checks && meaning.is_checked {
+            self.apply(now, index, Change::of(Input::Checked));
         }
         self.learn_position(now, index, meaning);
+        match meaning.own_move {
+            Some(MoveReport::LoadSeen) => self.arm(now, index),
+            Some(MoveReport::Ended(end)) => {
+                self.apply(now, index, Change::of(Input::MoveEnded(end)));
+            }
+            None => {}
+        }
     }
 
     fn learn_position(&mut self, now: Instant, index: usize, meaning: Meaning<F::Fault>) {
@@ -337,19 +453,22 @@ impl<const N: usize, F: Family> Axes<N, F> {
             }
             _ => {}
         }
-        let Some((axis, _)) = self
-            .with_log(now, index)
-            .filter(|(axis, _)| meaning.is_located && axis.view.facts.awaits_anchor())
-        else {
+        if !meaning.is_located {
+            return;
+        }
+        let Some(axis) = self.list.get_mut(index) else {
             return;
         };
+        if !axis.view.facts.awaits_anchor() {
+            return;
+        }
         match axis.drive.anchor(now) {
             Ok(()) => self.apply(now, index, Change::of(Input::Anchored)),
             Err(fault) => self.raise(now, index, fault),
         }
     }
 
-    fn is_in(&self, index: usize, group: GroupId) -> bool {
+    pub(crate) fn is_in(&self, index: usize, group: GroupId) -> bool {
         self.get(index)
             .is_some_and(|axis| axis.drive.group() == group)
     }
@@ -434,7 +553,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
-    fn admit(
+    pub(crate) fn admit(
         &self,
         index: usize,
         axis: &Axis<F>,
@@ -446,7 +565,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
             return Ok(());
         }
         let axis_index = index as u8;
-        if facts.work.needs_off() {
+        let is_move = matches!(input, Input::Move | Input::SyncMove);
+        if facts.work.needs_off() || (is_move && facts.work != Work::None) {
             return Err(CommandError::Busy { axis: axis_index });
         }
         if input == Input::Clear && !facts.moves() {

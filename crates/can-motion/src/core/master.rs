@@ -3,7 +3,8 @@
 use bus_user::Instant;
 
 use crate::core::axis::{Axis, Change};
-use crate::core::command::{CommandError, TargetError};
+use crate::core::command::{CommandError, MoveError, TargetError};
+use crate::core::drive_move::DriveMove;
 use crate::core::event::{CommonEvent, Event};
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Facts, Goal, Motion, Power};
@@ -15,6 +16,7 @@ use crate::core::late::Late;
 use crate::core::procedure::Confirmation;
 use crate::core::schedule::Schedule;
 use crate::core::snapshot::CycleCounters;
+use crate::core::stamp::{KEPT_EVERY_US, MOST_AGE_US, Stamp};
 use crate::core::state::AxisState;
 use crate::core::step::Input;
 
@@ -35,6 +37,8 @@ pub struct Master<const N: usize, F: Family> {
     pub(crate) bus_off: bool,
     /// Since when the controller has no room.
     pub(crate) full_since: Option<Instant>,
+    /// When the stamps of the axes were kept last; none of them is far from it.
+    kept_at: Instant,
 }
 
 impl<const N: usize, F: Family> Master<N, F> {
@@ -75,6 +79,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             cycle: CycleCounters::NONE,
             bus_off: false,
             full_since: None,
+            kept_at: Instant::from_us(0),
         }
     }
 
@@ -107,6 +112,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         };
         let (cycle_us, stuck_us) = (config.cycle_us(), config.stuck_us());
         let requests = config.requests_per_cycle();
+        self.keep_stamps(now);
         let is_on_time = self.count_cycle(now, cycle_us);
         if self.axes.due != 0 || !is_on_time {
             self.merge_leftovers(now);
@@ -114,14 +120,27 @@ impl<const N: usize, F: Family> Master<N, F> {
         if self.full_since.is_some() {
             self.watch_bus(now, stuck_us);
         }
-        let streaming = self.axes.stream_on(now, stuck_us);
+        let matters = self.schedule.needs_requests();
+        let streaming = self.axes.stream_on(now, stuck_us, matters);
         self.axes.due = streaming;
         if streaming.count_ones() as usize != self.axes.len() {
             self.tick_others(now, streaming);
         }
         self.frame_of_bus_due = true;
         let cycle = self.cycle.cycles;
-        self.schedule.begin_cycle(now, cycle, requests, &self.axes);
+        self.schedule
+            .begin_cycle(now, cycle, requests, &mut self.axes);
+    }
+
+    /// Lets no stamp of an axis grow so old that it looks young.
+    #[inline]
+    pub(crate) fn keep_stamps(&mut self, now: Instant) {
+        let pause_us = now.us_since(self.kept_at);
+        if pause_us >= u64::from(KEPT_EVERY_US) {
+            self.kept_at = now;
+            let is_long_ago = pause_us >= u64::from(MOST_AGE_US);
+            self.axes.keep_stamps(now, is_long_ago);
+        }
     }
 
     /// The axes that do more in this cycle than to stream on.
@@ -167,7 +186,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         for index in 0..self.axes.len() {
             let is_due = due & 1 << index != 0;
             if let Some((axis, mut log)) = self.axes.with_log(now, index)
-                && (is_due || axis.view.facts.moves())
+                && (is_due || axis.view.facts.sends_set_points())
             {
                 axis.drive.merged();
                 if is_due {
@@ -215,13 +234,13 @@ impl<const N: usize, F: Family> Master<N, F> {
         let Some(axis) = self.axes.get(index) else {
             return;
         };
-        let over = |since: Instant, limit_us: u32| now.us_since(since) >= u64::from(limit_us);
+        let over = |since: Stamp, limit_us: u32| since.has_lasted(now, limit_us);
         let facts = axis.view.facts;
         let awaits_shaft = facts.awaits_standstill() || facts.awaits_anchor();
         let is_sent = matches!(facts.power, Power::OnSent | Power::OffSent);
         if facts.motion == Motion::Ramp && axis.drive.has_stopped() {
             self.axes.apply(now, index, Change::of(Input::RampDone));
-        } else if facts.moves() && over(axis.sent_at, config.stuck_us()) {
+        } else if facts.sends_set_points() && over(axis.sent_at, config.stuck_us()) {
             self.fail_group(now, axis.drive.group());
         } else if is_sent && over(axis.switched_at, config.confirm_us()) {
             self.axes
@@ -283,25 +302,27 @@ impl<const N: usize, F: Family> Master<N, F> {
         group: GroupId,
         input: Input,
     ) -> Result<(), CommandError<F::Fault>> {
-        if self.bus_off {
-            return Err(CommandError::BusOff);
-        }
+        self.keep_stamps(now);
+        self.admit_bus()?;
         self.axes.command(now, group, input)
     }
 
     /// Slows a group down, all axes in proportion on their path, then holds. An axis that is not on yet stays off.
     pub fn stop(&mut self, now: Instant, group: GroupId) {
+        self.keep_stamps(now);
         self.axes.end_motion(now, group, Input::Stop);
     }
 
     /// Stops a group at once: no further set-point. An axis that is not on yet stays off.
     pub fn halt(&mut self, now: Instant, group: GroupId) {
+        self.keep_stamps(now);
         self.axes.end_motion(now, group, Input::Halt);
     }
 
     /// Slows a group down, then disables its drives; an axis that does not move is disabled at once, whatever is known of it. The
     /// command is repeated until the drive confirms it.
     pub fn disable(&mut self, now: Instant, group: GroupId) {
+        self.keep_stamps(now);
         self.axes.end_motion(now, group, Input::Disable);
     }
 
@@ -329,6 +350,54 @@ impl<const N: usize, F: Family> Master<N, F> {
             })
     }
 
+    /// Lets the drive of an axis that holds make a motion by itself, until it has arrived or `stop`, `halt` or `disable` ends it. The axis
+    /// then holds again: its state says so, and why.
+    ///
+    /// # Errors
+    /// [`MoveError`] unless the axis is [`AxisState::Holding`] and its drive can make the motion within the limits of the axis; nothing
+    /// changes then.
+    pub fn start_move(
+        &mut self,
+        now: Instant,
+        axis: usize,
+        wanted: DriveMove,
+    ) -> Result<(), MoveError<F::Fault>> {
+        self.admit_bus()?;
+        match self.config.get() {
+            Some(config) => self.axes.start_move((now, config), axis, wanted),
+            None => Err(MoveError::NoSuchAxis {
+                axes: 0,
+                actual: axis,
+            }),
+        }
+    }
+
+    /// Lets the drives of several axes of one group that hold make a move each, all started by one trigger. The moves are all absolute or
+    /// all relative.
+    ///
+    /// A move that was loaded and is not started, because of a fault or `stop`, leaves its axis [`AxisState::Loaded`] until `disable`.
+    ///
+    /// # Errors
+    /// [`MoveError`] as [`Self::start_move`], and when the trigger could start something that nobody asked for; nothing changes then.
+    pub fn start_moves(
+        &mut self,
+        now: Instant,
+        moves: &[(usize, DriveMove)],
+    ) -> Result<(), MoveError<F::Fault>> {
+        self.admit_bus()?;
+        match self.config.get() {
+            Some(config) => self.axes.start_moves((now, config), moves),
+            None => Err(MoveError::NotTogether),
+        }
+    }
+
+    fn admit_bus(&self) -> Result<(), CommandError<F::Fault>> {
+        if self.bus_off {
+            return Err(CommandError::BusOff);
+        }
+        Ok(())
+    }
+
     /// Starts a procedure beside the cycle; its end is an event.
     ///
     /// # Errors
@@ -340,6 +409,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         procedure: F::Procedure,
         confirmation: Confirmation,
     ) -> Result<(), F::ProcedureError> {
+        self.keep_stamps(now);
         let Some(place) = self.axes.get(axis) else {
             return Err(ProcedureRefusal::NoSuchAxis { actual: axis }.into());
         };
@@ -414,7 +484,8 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// One axis at this moment; `None` when there is no such axis.
     #[must_use]
     pub fn snapshot(&self, axis: usize) -> Option<F::Snapshot> {
-        self.axes.get(axis).map(crate::core::axis::Axis::snapshot)
+        let axis = self.axes.get(axis)?;
+        Some(axis.snapshot(self.kept_at))
     }
 
     /// The facts of one axis, without the readings of its snapshot; `None` when there is no such axis.
@@ -440,7 +511,7 @@ impl<const N: usize, F: Family> Master<N, F> {
 
     /// The oldest event that was not read yet.
     pub fn next_event(&mut self) -> Option<Event<F::EventKind>> {
-        self.axes.events.pop()
+        self.axes.events.pop(self.kept_at)
     }
 
     /// Whether a frame of this class may go to this axis now: what the exit says.

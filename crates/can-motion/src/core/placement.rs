@@ -16,14 +16,13 @@ pub trait RequestPlacement: Debug {
         window: impl FnOnce() -> Option<ResponseWindow>,
     );
 
-    /// The controller accepted the frame of a cycle.
-    fn frame_accepted(&mut self);
+    /// When a request that is accepted now, behind so many frames of the cycle, will have left the controller.
+    fn request_leaves(&self, now: Instant, cycle_started: Instant, frames: u32) -> Instant;
 
-    /// When a request that is accepted now will have left the controller.
-    fn request_leaves(&self, now: Instant, cycle_started: Instant) -> Instant;
-
-    /// Whether it is the turn of the requests, with the frames of these axes (one bit an axis) still to come.
-    fn is_reached(&self, due: u64) -> bool;
+    /// The axes whose frames of a cycle go out before its requests, one bit an axis: all of them by default.
+    fn before(&self) -> u64 {
+        u64::MAX
+    }
 
     /// Whether each cycle should have its requests, also such that are not due yet.
     fn needs_requests(&self) -> bool {
@@ -31,7 +30,7 @@ pub trait RequestPlacement: Debug {
     }
 
     /// Whether a short or a long request fits better beside frames of this length in bits; `None` when it does not matter.
-    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
+    fn preference(&mut self, frames_bits: u32) -> Option<Ordering> {
         let _ = frames_bits;
         None
     }
@@ -44,14 +43,8 @@ pub struct BehindFrames;
 impl RequestPlacement for BehindFrames {
     fn begin_cycle(&mut self, _: u32, _: u8, _: impl FnOnce() -> Option<ResponseWindow>) {}
 
-    fn frame_accepted(&mut self) {}
-
-    fn request_leaves(&self, now: Instant, _: Instant) -> Instant {
+    fn request_leaves(&self, now: Instant, _: Instant, _: u32) -> Instant {
         now
-    }
-
-    fn is_reached(&self, due: u64) -> bool {
-        due == 0
     }
 }
 
@@ -62,11 +55,8 @@ mod tests {
     #[test]
     fn requests_wait_for_the_last_frame_and_leave_at_once() {
         let (now, started) = (Instant::from_us(90), Instant::from_us(20));
-        assert_eq!(
-            [0, 1, 2].map(|due| BehindFrames.is_reached(due)),
-            [true, false, false]
-        );
-        assert_eq!(BehindFrames.request_leaves(now, started), now);
+        assert_eq!(BehindFrames.before(), u64::MAX);
+        assert_eq!(BehindFrames.request_leaves(now, started, 3), now);
         assert!(!BehindFrames.needs_requests());
     }
 }

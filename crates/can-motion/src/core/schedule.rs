@@ -5,15 +5,15 @@ use core::cmp::Ordering;
 use bus_plan::ResponseWindow;
 use bus_user::Instant;
 
-use crate::core::family::{Drive, Family, Wanted};
-use crate::core::group::Axes;
+use crate::core::axis::Axis;
+use crate::core::calendar::{SOONEST, URGENT};
+use crate::core::family::{Drive, Family};
+use crate::core::group::{Axes, mask};
 use crate::core::late::Late;
 use crate::core::placement::RequestPlacement;
 
 /// So many cycles a poll may go before one that is due longer, to even out the length of a cycle.
 const COUNTERWEIGHT_CYCLES: i32 = 14;
-/// Of an axis that asks nothing.
-const NOT_WANTED: i32 = i32::MIN;
 
 /// The requests of a cycle.
 #[derive(Debug)]
@@ -22,9 +22,13 @@ pub(crate) struct Schedule<F: Family> {
     /// Requests that may still go out in this cycle.
     left: u8,
     /// The axis whose request is next. What it asks is decided anew each time when it is offered.
-    pub(crate) next: Option<usize>,
+    pub(crate) next: Option<u8>,
     /// Where the search for the next request starts, so that equals take turns.
-    turn: usize,
+    turn: u8,
+    /// Frames of the cycle that were accepted.
+    accepted: u8,
+    /// The axes whose frames may go out behind the next request, one bit each.
+    behind: u64,
     quiet_until: Instant,
 }
 
@@ -35,6 +39,8 @@ impl<F: Family> Schedule<F> {
             left: 0,
             next: None,
             turn: 0,
+            accepted: 0,
+            behind: 0,
             quiet_until: Instant::from_us(0),
         }
     }
@@ -44,9 +50,10 @@ impl<F: Family> Schedule<F> {
         now: Instant,
         cycle: u32,
         requests: u8,
-        axes: &Axes<N, F>,
+        axes: &mut Axes<N, F>,
     ) {
         self.left = requests;
+        self.accepted = 0;
         if let Some(placement) = self.placement.get_mut() {
             placement.begin_cycle(cycle, axes.len() as u8, || {
                 let windows = axes.iter().map(|axis| axis.drive.response_window());
@@ -56,32 +63,29 @@ impl<F: Family> Schedule<F> {
         self.choose(now, cycle, axes);
     }
 
-    /// Whether it is the turn of the requests, with the frames of these axes still to come.
+    /// Whether it is the turn of a request, with the frames of these axes still to come.
     #[inline]
-    pub(crate) fn is_reached(&self, due: u64) -> bool {
-        let is_reached = |placement: &F::Placement| placement.is_reached(due);
-        self.placement.get().is_some_and(is_reached)
+    pub(crate) const fn is_reached<const N: usize>(&self, due: u64) -> bool {
+        mask::<N>(due & !self.behind) == 0
     }
 
     /// The frame of a cycle was accepted.
     #[inline]
-    pub(crate) fn frame_accepted(&mut self) {
-        if let Some(placement) = self.placement.get_mut() {
-            placement.frame_accepted();
-        }
+    pub(crate) const fn frame_accepted(&mut self) {
+        self.accepted = self.accepted.wrapping_add(1);
     }
 
     /// When a request that is accepted now will have left the controller.
     pub(crate) fn request_leaves(&self, now: Instant, started: Instant) -> Instant {
-        self.placement
-            .get()
-            .map_or(now, |placement| placement.request_leaves(now, started))
+        self.placement.get().map_or(now, |placement| {
+            placement.request_leaves(now, started, self.accepted.into())
+        })
     }
 
     /// The request of an axis was accepted.
     pub(crate) fn accepted(&mut self, index: usize) {
         self.left = self.left.saturating_sub(1);
-        self.turn = index.wrapping_add(1);
+        self.turn = (index as u8).wrapping_add(1);
     }
 
     /// A request came back: it did not use its place in the budget. Without another try in this cycle the requests of the highest
@@ -93,78 +97,86 @@ impl<F: Family> Schedule<F> {
     /// No requests for a while.
     pub(crate) fn be_quiet(&mut self, now: Instant, us: u32) {
         self.quiet_until = now + us;
-        self.next = None;
+        self.set_next(None);
+    }
+
+    fn set_next(&mut self, next: Option<usize>) {
+        self.next = next.map(|index| index as u8);
+        let before = self.placement.get().map(RequestPlacement::before);
+        self.behind = !before.filter(|_| next.is_some()).unwrap_or(u64::MAX);
+    }
+
+    /// Whether each cycle should have its requests.
+    pub(crate) fn needs_requests(&self) -> bool {
+        let needs = |placement: &F::Placement| placement.needs_requests();
+        self.placement.get().is_some_and(needs)
     }
 
     /// Picks the axis whose request is due longest, or soonest.
-    pub(crate) fn choose<const N: usize>(&mut self, now: Instant, cycle: u32, axes: &Axes<N, F>) {
-        self.next = None;
-        if self.left == 0 || now < self.quiet_until {
-            return;
-        }
+    pub(crate) fn choose<const N: usize>(
+        &mut self,
+        now: Instant,
+        cycle: u32,
+        axes: &mut Axes<N, F>,
+    ) {
+        let may_ask = self.left != 0 && now >= self.quiet_until;
+        let next = if may_ask {
+            axes.look_ahead(now, cycle);
+            self.find(cycle, axes)
+        } else {
+            None
+        };
+        self.set_next(next);
+    }
+
+    fn find<const N: usize>(&mut self, cycle: u32, axes: &Axes<N, F>) -> Option<usize> {
         // Where frames of the cycle come behind the requests, a cycle without a request would move them.
-        let needs_requests = |placement: &F::Placement| placement.needs_requests();
-        let may_be_early = axes.due != 0 && self.placement.get().is_some_and(needs_requests);
-        let earliest = if may_be_early { NOT_WANTED + 1 } else { 0 };
-        let mut overdue = [NOT_WANTED; N];
-        for (axis, overdue) in axes.iter().zip(&mut overdue) {
-            if let Some(cycles) = axis.drive.overdue(&axis.view, now, cycle) {
-                *overdue = cycles;
-            }
+        let may_be_early = axes.due != 0 && self.needs_requests();
+        let earliest = if may_be_early { SOONEST } else { 0 };
+        let overdue = |axis: &Axis<F>| axis.asks.overdue(cycle);
+        let (index, longest) = self.first_best(axes.list(), earliest, overdue)?;
+        if !may_be_early || longest >= URGENT {
+            return Some(index);
         }
-        let Some((index, longest)) = self.first_best(&overdue, axes.len(), earliest) else {
-            return;
-        };
-        self.next = Some(index);
-        if !may_be_early || longest == Wanted::<F::Request>::URGENT {
-            return;
-        }
-        let Some(placement) = self.placement.get_mut() else {
-            return;
-        };
-        let Some(preference) = placement.preference(|| due_bits(axes)) else {
-            return;
+        let preference = self
+            .placement
+            .get_mut()
+            .and_then(|placement| placement.preference(axes.due_bits));
+        let Some(preference) = preference else {
+            return Some(index);
         };
         let soon = longest.saturating_sub(COUNTERWEIGHT_CYCLES);
-        for (axis, rank) in axes.iter().zip(&mut overdue) {
+        let fits = |axis: &Axis<F>| {
             let bits = i32::from(axis.drive.poll_bits());
-            *rank = match preference {
-                _ if *rank <= soon => NOT_WANTED,
+            match preference {
+                _ if overdue(axis) <= soon => i32::MIN,
                 Ordering::Less => -bits,
                 Ordering::Equal | Ordering::Greater => bits,
-            };
-        }
-        self.next = self
-            .first_best(&overdue, axes.len(), NOT_WANTED)
-            .map(|(index, _)| index);
-    }
-
-    /// The first axis of the highest rank from `least` on, in turn.
-    fn first_best(&self, ranks: &[i32], axes: usize, least: i32) -> Option<(usize, i32)> {
-        let mut index = if self.turn < axes { self.turn } else { 0 };
-        let mut best: Option<(usize, i32)> = None;
-        for _ in 0..axes {
-            if let Some(&rank) = ranks.get(index)
-                && best.map_or(rank >= least, |(_, highest)| rank > highest)
-            {
-                best = Some((index, rank));
             }
-            index = if index + 1 < axes { index + 1 } else { 0 };
-        }
-        best
+        };
+        let best = self.first_best(axes.list(), -i32::from(u8::MAX), fits);
+        best.map(|(index, _)| index)
     }
-}
 
-/// About the length of the frames of this cycle that are still to come.
-fn due_bits<const N: usize, F: Family>(axes: &Axes<N, F>) -> u32 {
-    let (mut bits, mut due) = (0, axes.due);
-    for axis in axes.iter() {
-        if due & 1 != 0 {
-            bits += u32::from(axis.drive.cycle_frame_bits());
+    /// The first of the highest rank from `least` on, in turn.
+    #[inline]
+    fn first_best<T>(
+        &self,
+        all: &[T],
+        least: i32,
+        rank: impl Fn(&T) -> i32,
+    ) -> Option<(usize, i32)> {
+        let turn = usize::from(self.turn);
+        let (mut best, mut highest) = (usize::MAX, least - 1);
+        for (index, one) in all.iter().enumerate() {
+            let rank = rank(one);
+            // Among equals the first from the turn on, or else the first of all.
+            if rank > highest || (rank == highest && best < turn && turn <= index) {
+                (best, highest) = (index, rank);
+            }
         }
-        due >>= 1;
+        (best != usize::MAX).then_some((best, highest))
     }
-    bits
 }
 
 #[cfg(test)]
@@ -175,10 +187,13 @@ mod tests {
     #[test]
     fn among_equals_the_turn_decides_also_when_all_are_urgent() {
         let mut schedule = Schedule::<Dyn>::new();
-        for rank in [0, i32::MAX] {
+        let best = |schedule: &Schedule<Dyn>, ranks: &[i32]| {
+            schedule.first_best(ranks, SOONEST, |rank| *rank)
+        };
+        for rank in [0, URGENT] {
             for turn in [0, 1, 2, 0] {
                 assert_eq!(
-                    schedule.first_best(&[rank; 3], 3, 0),
+                    best(&schedule, &[rank; 3]),
                     Some((turn, rank)),
                     "turn {turn}"
                 );
@@ -186,10 +201,10 @@ mod tests {
             }
             schedule.turn = 0;
         }
-        assert_eq!(
-            schedule.first_best(&[NOT_WANTED, -1, 5], 3, 0),
-            Some((2, 5))
-        );
-        assert_eq!(schedule.first_best(&[NOT_WANTED, -1], 2, 0), None);
+        assert_eq!(best(&schedule, &[i32::MIN, -1, 5]), Some((2, 5)));
+        assert_eq!(best(&schedule, &[i32::MIN, i32::MIN]), None);
+        // A place that is no longer there.
+        schedule.turn = 9;
+        assert_eq!(best(&schedule, &[1, 2]), Some((1, 2)));
     }
 }

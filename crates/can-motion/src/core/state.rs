@@ -56,6 +56,13 @@ pub enum AxisState {
     RampingDown,
     /// Enabled, no set-points; resumes on the application's word.
     Holding,
+    /// The drive makes a motion by itself.
+    DriveMoving,
+    /// The drive was told to end the motion that it makes by itself, or is to be told.
+    DriveStopping,
+    /// The drive was sent a move that a trigger starts. When it is not wanted any more, `disable` the group: what a drive forgets
+    /// without that is not documented (D57).
+    Loaded,
     /// The disable command is to be sent or confirmed; it is repeated until the drive confirms it.
     Disabling,
     /// Stopped by a fault, until `clear`.
@@ -69,11 +76,16 @@ impl AxisState {
         match (facts.motion, facts.power) {
             (Motion::Stream, _) => return Self::Streaming,
             (Motion::Ramp, _) => return Self::RampingDown,
-            (Motion::Rest, Power::OffWanted | Power::OffSent) => return Self::Disabling,
-            (Motion::Rest, _) => {}
+            (Motion::DriveMove, _) if facts.goal.is_move() => return Self::DriveMoving,
+            (Motion::DriveMove, _) => return Self::DriveStopping,
+            (_, Power::OffWanted | Power::OffSent) => return Self::Disabling,
+            _ => {}
         }
         if !matches!(facts.latch, Latch::None) {
             return Self::Faulted;
+        }
+        if matches!(facts.motion, Motion::Loaded | Motion::Armed) {
+            return Self::Loaded;
         }
         match (facts.knowledge, facts.power, facts.goal) {
             (_, Power::OnWanted | Power::OnSent, _) => Self::Enabling,
@@ -107,7 +119,10 @@ impl AxisState {
     /// Whether the drive is enabled, as far as this master knows.
     #[must_use]
     pub const fn is_enabled(self) -> bool {
-        matches!(self, Self::Streaming | Self::RampingDown | Self::Holding)
+        matches!(
+            self,
+            Self::Streaming | Self::RampingDown | Self::Holding | Self::DriveMoving
+        )
     }
 }
 
@@ -128,6 +143,9 @@ impl fmt::Display for AxisState {
             Self::Streaming => "streaming",
             Self::RampingDown => "ramping down",
             Self::Holding => "holding",
+            Self::DriveMoving => "moving by itself",
+            Self::DriveStopping => "ending its own motion",
+            Self::Loaded => "loaded for a trigger",
             Self::Disabling => "disabling",
             Self::Faulted => "faulted",
         })
@@ -150,6 +168,8 @@ pub enum Reason {
     Elapsed,
     /// The ramp reached standstill.
     Standstill,
+    /// The motion that the drive made by itself ended.
+    MoveEnded,
     /// Every axis of the group is ready to stream.
     Group,
     /// A fault of this axis or its group.
@@ -167,6 +187,8 @@ impl Reason {
             | Input::Halt
             | Input::Disable
             | Input::Clear
+            | Input::Move
+            | Input::SyncMove
             | Input::StartWork(_) => Self::Command,
             Input::Checked
             | Input::Stands
@@ -182,8 +204,9 @@ impl Reason {
             Input::Displaced(_) => Self::Displaced,
             Input::ConfirmTimeout => Self::Elapsed,
             Input::RampDone => Self::Standstill,
+            Input::MoveEnded(_) => Self::MoveEnded,
             Input::Fault { .. } | Input::GroupFault { .. } => Self::Fault,
-            Input::Start => Self::Group,
+            Input::Start | Input::Arm => Self::Group,
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Time comes in as [`Input::ConfirmTimeout`], readings as what they mean, the bus as what happened to a frame. Nothing else writes a
 //! fact. `tests/every_fact.rs` walks every combination that one axis and a group of two can reach and checks every promise on each step.
 
+use super::drive_move::MoveEnd;
 use super::exit::Class;
 use super::facts::{Brake, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
 
@@ -43,6 +44,10 @@ pub enum Input {
     Disable,
     /// Forgets a fault.
     Clear,
+    /// The drive makes a motion by itself.
+    Move,
+    /// The same, started by a trigger together with other drives.
+    SyncMove,
     /// Starts a procedure.
     StartWork(Work),
 
@@ -63,6 +68,8 @@ pub enum Input {
     BrakeOpened,
     /// The drive confirmed that the brake is closed.
     BrakeClosed,
+    /// The motion that the drive made by itself ended.
+    MoveEnded(MoveEnd),
     /// The procedure ended.
     WorkEnded,
     /// The drive was told to start anew: what it was told before does not hold.
@@ -95,13 +102,15 @@ pub enum Input {
     },
     /// Every axis of the group is ready to stream.
     Start,
+    /// Every drive that is to start by the trigger has answered since its move was loaded.
+    Arm,
 }
 
 /// Whether the input may happen now. Commands that stop, readings and faults always may.
 #[must_use]
 pub fn accepts(facts: &Facts, input: Input) -> bool {
     let is_idle = !facts.work.needs_off() && !facts.moves();
-    let is_fine = is_idle && facts.latch == Latch::None;
+    let is_fine = is_idle && facts.latch == Latch::None && facts.motion == Motion::Rest;
     let is_off = facts.goal == Goal::Off && facts.power == Power::Off;
     let is_held = facts.goal == Goal::Hold && facts.power == Power::On;
     let is_checked = facts.knowledge >= Knowledge::Checked;
@@ -112,6 +121,13 @@ pub fn accepts(facts: &Facts, input: Input) -> bool {
             is_fine && is_checked && facts.goal == Goal::Off && facts.power == Power::FoundOn
         }
         Input::Resume => is_fine && is_held && is_anchored,
+        Input::Move | Input::SyncMove => {
+            is_fine
+                && is_held
+                && is_anchored
+                && facts.work == Work::None
+                && matches!(facts.brake, Brake::Absent | Brake::Open)
+        }
         // Switching off lets go of a load, so one that can fall is not switched in passing.
         Input::Rearm => is_fine && is_held && is_checked && facts.brake == Brake::Absent,
         Input::Start => {
@@ -126,6 +142,11 @@ pub fn accepts(facts: &Facts, input: Input) -> bool {
             is_fine && is_checked && is_off && facts.work == Work::None
         }
         Input::StartWork(Work::Repair) => is_idle && is_off && facts.work == Work::None,
+        Input::Arm => {
+            facts.motion == Motion::Loaded
+                && facts.goal == Goal::SyncMove
+                && facts.latch == Latch::None
+        }
         Input::StartWork(Work::None) => false,
         // Whether a drive still holds its load must be known before anything is decided about it.
         Input::Clear => is_idle && (facts.goal == Goal::Off || !facts.power.is_unclear()),
@@ -156,6 +177,10 @@ pub fn transition(facts: Facts, input: Input) -> Facts {
         | Input::Halt
         | Input::Disable
         | Input::Clear => command(&mut next, input),
+        Input::Move => next.goal = Goal::Move,
+        Input::SyncMove => next.goal = Goal::SyncMove,
+        Input::Arm => next.motion = Motion::Armed,
+        Input::MoveEnded(end) if next.motion == Motion::DriveMove => move_ended(&mut next, end),
         Input::StartWork(work) => next.work = work,
         Input::WorkEnded => {
             // What was written may have changed what was checked.
@@ -174,7 +199,7 @@ pub fn transition(facts: Facts, input: Input) -> Facts {
         Input::BrakeOpened if next.brake != Brake::Absent => next.brake = Brake::Open,
         Input::BrakeClosed if next.brake != Brake::Absent => {
             next.brake = Brake::Closed;
-            if next.moves() {
+            if next.moves() || next.goal.is_move() {
                 // Nobody asked for it: without its set-points the motion must not go on when the brake opens.
                 fail(&mut next, Loss::Anchor, false);
             }
@@ -222,7 +247,7 @@ fn command(facts: &mut Facts, input: Input) {
             hold_or_off(facts);
         }
         Input::Halt => {
-            facts.motion = Motion::Rest;
+            end_set_points(facts);
             hold_or_off(facts);
         }
         Input::Disable => {
@@ -230,7 +255,10 @@ fn command(facts: &mut Facts, input: Input) {
             facts.goal = Goal::Off;
             // Said at once and without a reading first, whatever is known; once, until it is time to repeat it.
             let is_said = facts.power == Power::OffSent;
-            if facts.motion == Motion::Rest && facts.power.may_be_on() && !is_said {
+            // A drive that moves by itself is stopped before its power goes, but not where a fault asks for that.
+            let is_under_way = facts.sends_set_points()
+                || (facts.motion == Motion::DriveMove && facts.latch == Latch::None);
+            if !is_under_way && facts.power.may_be_on() && !is_said {
                 facts.power = Power::OffWanted;
             }
         }
@@ -250,7 +278,7 @@ fn learn(facts: &mut Facts, input: Input) {
         // Not while the power changes: the shaft may move as the drive lets go or takes hold.
         (Input::Stands, Knowledge::Checked) if facts.awaits_standstill() => Knowledge::Standing,
         (Input::Anchored, Knowledge::Standing) if facts.awaits_anchor() => Knowledge::Anchored,
-        (Input::Turns, known) if facts.motion == Motion::Rest => known.min(Knowledge::Checked),
+        (Input::Turns, known) if !facts.moves() => known.min(Knowledge::Checked),
         (_, known) => known,
     };
 }
@@ -260,6 +288,12 @@ fn accepted(facts: &mut Facts, class: Class) {
         (Class::SwitchOn, Power::OnWanted) => Power::OnSent,
         (Class::SwitchOff, Power::OffWanted) => Power::OffSent,
         (_, power) => power,
+    };
+    facts.motion = match (class, facts.motion, facts.goal) {
+        (Class::DriveMove, Motion::Rest, Goal::Move)
+        | (Class::Trigger, Motion::Armed, Goal::SyncMove) => Motion::DriveMove,
+        (Class::Load, Motion::Rest, Goal::SyncMove) => Motion::Loaded,
+        (_, motion, _) => motion,
     };
     // A command for the brake counts when the drive confirms it; until then the brake may be anywhere.
     if matches!(class, Class::BrakeOpen | Class::BrakeClose) && facts.brake != Brake::Absent {
@@ -274,10 +308,41 @@ fn displaced(facts: &mut Facts, class: Class) {
         (Class::SwitchOff, Power::OffSent) => Power::OffWanted,
         (_, power) => power,
     };
+    facts.motion = match (class, facts.motion, facts.goal) {
+        (Class::DriveMove, Motion::DriveMove, goal) if goal != Goal::SyncMove => Motion::Rest,
+        (Class::Load, Motion::Loaded | Motion::Armed, _) => Motion::Rest,
+        (Class::Trigger, Motion::DriveMove, Goal::SyncMove) => Motion::Armed,
+        (Class::Trigger, Motion::DriveMove, Goal::Off | Goal::Hold) => {
+            // The loaded move is not wanted any more, and a command to stop may have moved the drive meanwhile.
+            lose(facts, Knowledge::Checked);
+            Motion::Loaded
+        }
+        (_, motion, _) => motion,
+    };
+}
+
+/// A motion of the drive itself ended, by itself or because it was told to stop.
+fn move_ended(facts: &mut Facts, end: MoveEnd) {
+    facts.motion = Motion::Rest;
+    if facts.goal.is_move() {
+        facts.goal = Goal::Hold;
+    }
+    match end {
+        MoveEnd::Arrived => {}
+        MoveEnd::Elsewhere => lose(facts, Knowledge::Checked),
+        MoveEnd::OtherMode => {
+            facts.goal = Goal::Off;
+            lose(facts, Knowledge::Unknown);
+        }
+    }
 }
 
 /// Power follows the goal, whichever way the goal came about.
 fn settle(facts: &mut Facts) {
+    if facts.goal.is_move() && facts.knowledge != Knowledge::Anchored {
+        // Where the motion would begin is not known any more.
+        facts.goal = Goal::Hold;
+    }
     let may_come_on = facts.latch == Latch::None
         && !facts.work.needs_off()
         && facts.knowledge == Knowledge::Anchored;
@@ -286,9 +351,17 @@ fn settle(facts: &mut Facts) {
         // The command did not go out. Without its anchor the axis waits for a new one.
         (Goal::Off, Power::OnWanted) => Power::Off,
         (_, Power::OnWanted) if !may_come_on => Power::Off,
-        (Goal::Off, Power::On | Power::OnSent) if facts.motion == Motion::Rest => Power::OffWanted,
+        (Goal::Off, Power::On | Power::OnSent) if !facts.moves() => Power::OffWanted,
         (_, power) => power,
     };
+    // A drive without power makes no move, and starts none by a trigger.
+    if facts.power == Power::Off && !facts.sends_set_points() {
+        if facts.motion == Motion::DriveMove {
+            // Somewhere on its way.
+            lose(facts, Knowledge::Checked);
+        }
+        facts.motion = Motion::Rest;
+    }
 }
 
 fn lose(facts: &mut Facts, to: Knowledge) {
@@ -313,6 +386,13 @@ fn slow_down(facts: &mut Facts) {
     }
 }
 
+/// What the drive does by itself goes on until it obeys the command to stop.
+fn end_set_points(facts: &mut Facts) {
+    if facts.sends_set_points() {
+        facts.motion = Motion::Rest;
+    }
+}
+
 /// An axis that is on holds; one on its way there goes off.
 fn hold_or_off(facts: &mut Facts) {
     let holds = facts.goal != Goal::Off && matches!(facts.power, Power::On | Power::OnUnconfirmed);
@@ -324,6 +404,10 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
     if ramp && loss == Loss::Nothing {
         slow_down(facts);
     } else {
+        end_set_points(facts);
+    }
+    if loss == Loss::Drive && facts.motion == Motion::DriveMove {
+        // Free, or started anew: it moves no more.
         facts.motion = Motion::Rest;
     }
     facts.work = Work::None;
@@ -336,6 +420,10 @@ fn fail(facts: &mut Facts, loss: Loss, ramp: bool) {
         Loss::Knowledge => lose(facts, Knowledge::Unknown),
         Loss::Contact | Loss::Drive => {
             lose(facts, Knowledge::Unknown);
+            if facts.goal == Goal::Off && facts.power == Power::On {
+                // The command that waited for the end of its motion does not wait any longer.
+                facts.power = Power::OffWanted;
+            }
             lose_power(facts);
         }
     }
@@ -358,7 +446,7 @@ fn group_fault(facts: &mut Facts, ramp: bool) {
     if ramp {
         slow_down(facts);
     } else {
-        facts.motion = Motion::Rest;
+        end_set_points(facts);
     }
     hold_or_off(facts);
 }

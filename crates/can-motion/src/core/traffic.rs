@@ -7,7 +7,9 @@ use crate::core::event::CommonEvent;
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::Work;
 use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Returned};
+use crate::core::group::{lowest, mask};
 use crate::core::master::Master;
+use crate::core::stamp::Stamp;
 use crate::core::step::Input;
 
 /// Where a frame comes from.
@@ -52,18 +54,31 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             return Progress::Idle;
         }
         if self.axes.take_back {
-            self.axes.take_back = false;
-            while let Some(frame) = sink.take_back() {
-                self.on_displaced(now, &frame);
-            }
+            self.take_back(now, sink);
         }
-        while sink.has_room() {
-            match self.send_next(now, sink) {
+        loop {
+            // Nearly every frame is one of the cycle: a short way for these.
+            if !sink.has_room() {
+                if mask::<N>(self.axes.due) == 0 && !self.has_more() {
+                    return Progress::Idle;
+                }
+                self.full_since.get_or_insert(now);
+                return Progress::Blocked;
+            }
+            let is_turn = mask::<N>(self.axes.switching) == 0
+                && !self.schedule.is_reached::<N>(self.axes.due);
+            let attempt = if is_turn {
+                self.send_cycle_frame(now, sink)
+            } else {
+                self.send_next(now, sink)
+            };
+            match attempt {
                 Attempt::Sent => {}
                 Attempt::Full => {
                     self.full_since.get_or_insert(now);
                     return Progress::Blocked;
                 }
+                Attempt::Nothing if is_turn => {}
                 Attempt::Nothing => {
                     self.full_since = None;
                     return Progress::Idle;
@@ -71,19 +86,21 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
                 Attempt::Failed => return Progress::Idle,
             }
         }
-        if !self.has_more() {
-            return Progress::Idle;
-        }
-        self.full_since.get_or_insert(now);
-        Progress::Blocked
     }
 
     fn on_displaced(&mut self, now: Instant, frame: &F::Frame) {
+        self.keep_stamps(now);
         let Some(config) = self.config.get() else {
             return;
         };
         if F::frame_of_bus(config) == Some(*frame) {
             self.frame_of_bus_due = true;
+            return;
+        }
+        if F::is_trigger(frame) {
+            self.axes.trigger_returned(now);
+            self.schedule.returned();
+            self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
             return;
         }
         let Some(index) = self.axes.index_of(frame) else {
@@ -104,10 +121,14 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             Some(Returned::Switch(class)) => {
                 let input = Input::Displaced(class);
                 self.axes.apply(now, index, Change::of(input));
+                if class.is_of_own_move() {
+                    self.schedule.returned();
+                    self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
+                }
             }
             Some(Returned::Request) => {
                 self.schedule.returned();
-                self.schedule.choose(now, self.cycle.cycles, &self.axes);
+                self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
             }
             Some(Returned::Foreign) | None => {}
         }
@@ -119,6 +140,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
     }
 
     fn on_frame(&mut self, now: Instant, frame: &F::Frame) {
+        self.keep_stamps(now);
         let Some(index) = self.axes.index_of(frame) else {
             self.foreign(now, F::foreign(frame));
             return;
@@ -146,6 +168,15 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
 
 /// What goes out next. A frame of an axis is made here and nowhere else, after the exit was asked.
 impl<const N: usize, F: Family> Master<N, F> {
+    #[cold]
+    #[inline(never)]
+    fn take_back<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) {
+        self.axes.take_back = false;
+        while let Some(frame) = sink.take_back() {
+            self.on_displaced(now, &frame);
+        }
+    }
+
     /// A frame that no axis has anything to do with.
     fn foreign(&mut self, now: Instant, event: Option<F::EventKind>) {
         if let Some(event) = event {
@@ -161,6 +192,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     /// Makes the most urgent frame and offers it.
+    #[inline(never)]
     fn send_next<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) -> Attempt {
         if self.axes.switching != 0
             && let Some((frame, sender)) = self.switch(Class::SwitchOff)
@@ -168,14 +200,14 @@ impl<const N: usize, F: Family> Master<N, F> {
             return self.offer(now, sink, &frame, &sender);
         }
         if self.axes.due != 0 {
-            if self.schedule.next.is_some()
-                && self.schedule.is_reached(self.axes.due)
+            if self.schedule.is_reached::<N>(self.axes.due)
                 && let Some((frame, sender)) = self.request(now)
             {
                 return self.offer(now, sink, &frame, &sender);
             }
-            if let Some(attempt) = self.send_cycle_frame(now, sink) {
-                return attempt;
+            match self.send_cycle_frame(now, sink) {
+                Attempt::Nothing => {}
+                attempt => return attempt,
             }
         }
         let last = if let Some(frame) = self.frame_of_bus() {
@@ -196,16 +228,15 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
     }
 
-    /// `None` when no axis owes a frame that may leave.
-    #[inline]
-    fn send_cycle_frame<S: Sink<F::Frame>>(
-        &mut self,
-        now: Instant,
-        sink: &mut S,
-    ) -> Option<Attempt> {
-        while self.axes.due != 0 {
-            let index = self.axes.due.trailing_zeros() as usize;
-            let axis = self.axes.get_mut(index)?;
+    /// [`Attempt::Nothing`] when no axis owes a frame that may leave. Always inlined, because [`BusUser::send`] does nothing else most of
+    /// the time.
+    #[inline(always)]
+    fn send_cycle_frame<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) -> Attempt {
+        while mask::<N>(self.axes.due) != 0 {
+            let index = lowest::<N>(self.axes.due);
+            let Some(axis) = self.axes.get_mut(index) else {
+                return Attempt::Nothing;
+            };
             let class = if F::HAS_CYCLE_FRAMES {
                 Class::of_cycle(&axis.view.facts)
             } else {
@@ -213,26 +244,28 @@ impl<const N: usize, F: Family> Master<N, F> {
             };
             if may_leave(class, &axis.view.facts) {
                 match axis.drive.cycle_frame(&axis.view) {
-                    Ok(frame) => {
-                        let sender = Sender {
-                            axis: Some(index),
-                            class,
-                            source: Source::Cycle,
-                        };
-                        return Some(match sink.offer(&frame) {
-                            Outcome::Accepted => {
-                                self.cycle_frame_accepted(now, index, class);
-                                Attempt::Sent
-                            }
-                            other => self.conclude(now, &sender, other),
-                        });
-                    }
+                    Ok(frame) => match sink.offer(&frame) {
+                        Outcome::Accepted => {
+                            axis.drive.cycle_frame_accepted(now);
+                            axis.sent_at = Stamp::of(now);
+                            self.cycle_frame_sent(now, index, class);
+                            return Attempt::Sent;
+                        }
+                        other => {
+                            let sender = Sender {
+                                axis: Some(index),
+                                class,
+                                source: Source::Cycle,
+                            };
+                            return self.conclude(now, &sender, other);
+                        }
+                    },
                     Err(fault) => self.axes.raise(now, index, fault),
                 }
             }
             self.axes.due &= !(1 << index);
         }
-        None
+        Attempt::Nothing
     }
 
     fn offer<S: Sink<F::Frame>>(
@@ -300,11 +333,17 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     fn request(&mut self, now: Instant) -> Option<(F::Frame, Sender<F>)> {
-        let index = self.schedule.next?;
+        let index = usize::from(self.schedule.next?);
         let axis = self.axes.get(index)?;
         let wanted = axis.drive.wanted(&axis.view, now, self.cycle.cycles)?;
         if wanted.class == Class::Repair && axis.view.facts.work == Work::None {
             self.axes.start_work(now, index, Work::Repair);
+        }
+        if wanted.class == Class::Trigger && !self.axes.may_be_triggered(index) {
+            // Something came up since the moves were loaded: they stay where they are.
+            let group = self.axes.get(index)?.drive.group();
+            self.axes.end_motion(now, group, Input::Halt);
+            return None;
         }
         let axis = self.axes.get(index)?;
         if !may_leave(wanted.class, &axis.view.facts) {
@@ -332,14 +371,19 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
     }
 
-    #[inline]
     fn cycle_frame_accepted(&mut self, now: Instant, index: usize, class: Class) {
         if let Some(axis) = self.axes.get_mut(index) {
             axis.drive.cycle_frame_accepted(now);
-            axis.sent_at = now;
+            axis.sent_at = Stamp::of(now);
         }
+        self.cycle_frame_sent(now, index, class);
+    }
+
+    #[inline]
+    fn cycle_frame_sent(&mut self, now: Instant, index: usize, class: Class) {
         // It is the lowest: frames go out in this order.
-        self.axes.due &= self.axes.due.wrapping_sub(1);
+        let due = mask::<N>(self.axes.due);
+        self.axes.due = due & due.wrapping_sub(1);
         self.full_since = None;
         self.schedule.frame_accepted();
         if matches!(class, Class::SwitchOn | Class::SwitchOff) {
@@ -365,12 +409,17 @@ impl<const N: usize, F: Family> Master<N, F> {
             drive.request_accepted(request, leaves_at, context)
         });
         self.schedule.accepted(index);
-        self.axes
-            .apply(now, index, Change::of(Input::Accepted(class)));
+        // A question changes no fact.
+        if class == Class::Trigger {
+            self.axes.trigger_accepted(now, index);
+        } else if !matches!(class, Class::Reading | Class::Poll) {
+            self.axes
+                .apply(now, index, Change::of(Input::Accepted(class)));
+        }
         if let Some(meaning) = meaning {
             self.axes.take(now, cycle_us, index, meaning);
         }
-        self.schedule.choose(now, self.cycle.cycles, &self.axes);
+        self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
     }
 
     fn failed(&mut self, now: Instant, sender: &Sender<F>, kind: BusErrorKind) {

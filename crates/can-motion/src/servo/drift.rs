@@ -7,70 +7,81 @@
 
 use bus_user::Instant;
 
+use crate::core::stamp::Stamp;
 use crate::servo::config::Limits;
 use crate::servo::fault::{DriftCause, Fault};
 
 /// Cycles of its fastest step by which the lag of a drive may change from one reading to the next: a drive that needs 64 ms at 1 kHz to
 /// follow is slower than any that was tried.
-const LAG_CYCLES: i64 = 64;
+const LAG_CYCLES: u32 = 64;
 
 /// What was sent lately, to compare a position with the time in which it was read.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct DriftWatch {
-    /// Sent position when the present cycle began, in command counts.
-    cycle_counts: i32,
     /// Smallest and largest sent position since a position was asked for.
-    window: Option<(i32, i32)>,
+    window: (i32, i32),
     /// Error of the reading before, in command counts.
-    error_before: Option<i64>,
-    /// Largest step in either direction since the reading before the last.
+    error_before: i32,
+    moved_at: Stamp,
+    /// Largest steps forward and backward lately: they go into the others when these are needed.
+    lately: [i16; 2],
+    /// Largest step in either direction before the reading before, and since.
     peak: [i16; 2],
-    moved_at: Instant,
-    /// Largest steps in each direction since the position was last confirmed at standstill.
-    forward: i16,
-    backward: i16,
+    /// Largest steps forward and backward since the position was last confirmed at standstill.
+    moved: [i16; 2],
+    /// A position was asked for: the window counts.
+    is_asked: bool,
+    /// There was a reading before.
+    has_error: bool,
 }
 
 impl DriftWatch {
     /// The position is known to be `counts`.
-    pub(crate) fn anchor(&mut self, counts: i32, now: Instant) {
+    pub(crate) fn anchor(&mut self, now: Instant) {
         *self = Self {
-            cycle_counts: counts,
-            moved_at: now,
+            moved_at: Stamp::of(now),
             ..Self::default()
         };
     }
 
-    /// A cycle begins with this sent position.
-    pub(crate) fn begin_cycle(&mut self, sent_counts: i32) {
-        self.cycle_counts = sent_counts;
-        self.widen(sent_counts);
+    /// A position is asked for, when the set-points have taken the axis to `sent_counts`, the latest of them from `before`. The drive may
+    /// look at its shaft at any moment from now on until its reply comes; the latest set-point may still be on its way.
+    pub(crate) fn asked(&mut self, sent_counts: i32, before: i32) {
+        self.window = (sent_counts.min(before), sent_counts.max(before));
+        self.is_asked = true;
     }
 
-    /// A position is asked for. The drive may look at its shaft at any moment from now on until its reply comes; the cycle before counts
-    /// as well, because its set-point may still be on its way.
-    pub(crate) fn asked(&mut self, sent_counts: i32) {
-        let before = self.cycle_counts;
-        self.window = Some((sent_counts.min(before), sent_counts.max(before)));
-    }
-
-    fn widen(&mut self, sent_counts: i32) {
-        if let Some((low, high)) = &mut self.window {
-            *low = sent_counts.min(*low);
-            *high = sent_counts.max(*high);
-        }
+    /// The set-points have taken the axis here.
+    #[inline]
+    pub(crate) fn widen(&mut self, sent_counts: i32) {
+        let (low, high) = self.window;
+        self.window = (sent_counts.min(low), sent_counts.max(high));
     }
 
     /// A set-point went out.
+    #[inline]
     pub(crate) fn stepped(&mut self, step_counts: i16, sent_counts: i32, now: Instant) {
-        self.widen(sent_counts);
         if step_counts != 0 {
-            self.moved_at = now;
-            self.forward = self.forward.max(step_counts);
-            self.backward = self.backward.min(step_counts);
-            let [_, latest] = &mut self.peak;
-            *latest = (*latest).max(step_counts.saturating_abs());
+            if self.is_asked {
+                self.widen(sent_counts);
+            }
+            self.moved_at = Stamp::of(now);
+            let [forward, backward] = &mut self.lately;
+            if step_counts > 0 {
+                *forward = step_counts.max(*forward);
+            } else {
+                *backward = step_counts.min(*backward);
+            }
         }
+    }
+
+    /// What happened lately, where it is needed.
+    fn note_lately(&mut self) {
+        let [forward, backward] = core::mem::take(&mut self.lately);
+        let [most_forward, most_backward] = self.moved;
+        self.moved = [forward.max(most_forward), backward.min(most_backward)];
+        let [_, latest] = &mut self.peak;
+        *latest = forward.max(backward.saturating_abs()).max(*latest);
     }
 
     /// Judges a position that came in reply to the latest request.
@@ -81,18 +92,24 @@ impl DriftWatch {
         limits: &Limits,
         arrival_us: u32,
     ) -> Option<Fault> {
-        let (low, high) = self.window.take()?;
-        let (low, high) = (i64::from(low), i64::from(high));
-        let position = i64::from(position_counts);
-        let error = (position - low).min(0) + (position - high).max(0);
-        let counts = i32::try_from(error).unwrap_or(i32::MAX);
+        if !core::mem::take(&mut self.is_asked) {
+            return None;
+        }
+        self.note_lately();
+        let (low, high) = self.window;
+        // One of the two is 0. No travel reaches where this saturates.
+        let (below, above) = (
+            position_counts.saturating_sub(low).min(0),
+            position_counts.saturating_sub(high).max(0),
+        );
+        let counts = below.saturating_add(above);
         if counts.unsigned_abs() > limits.following_error_counts {
             return Some(Fault::FollowingError { counts });
         }
-        if let Some(fault) = self.jump(error, high - low, limits) {
+        if let Some(fault) = self.jump(counts, high.wrapping_sub(low).cast_unsigned(), limits) {
             return Some(fault);
         }
-        if now.us_since(self.moved_at) < u64::from(arrival_us) {
+        if !self.moved_at.has_lasted(now, arrival_us) {
             return None;
         }
         if counts.unsigned_abs() > limits.drift_tolerance_counts {
@@ -101,34 +118,45 @@ impl DriftWatch {
                 cause: self.cause(counts, limits.drift_tolerance_counts),
             });
         }
-        (self.forward, self.backward) = (0, 0);
+        self.moved = [0; 2];
         None
     }
 
     /// Whether the error grew by more than a drive can lag. An error that gets smaller is a drive that catches up.
-    fn jump(&mut self, error: i64, window: i64, limits: &Limits) -> Option<Fault> {
-        let before = self.error_before.replace(error)?;
-        let change = error - before;
-        if error.signum() != -before.signum() && error.abs() <= before.abs() {
+    fn jump(&mut self, error: i32, window: u32, limits: &Limits) -> Option<Fault> {
+        let before = core::mem::replace(&mut self.error_before, error);
+        if !core::mem::replace(&mut self.has_error, true) {
+            return None;
+        }
+        let counts = error.saturating_sub(before);
+        if error.signum() != -before.signum() && error.unsigned_abs() <= before.unsigned_abs() {
             return None;
         }
         let [earlier, latest] = self.peak;
         self.peak = [latest, 0];
-        let lag = LAG_CYCLES * i64::from(earlier.max(latest));
-        let allowed = lag + window + i64::from(limits.drift_tolerance_counts);
-        let counts = i32::try_from(change).unwrap_or(i32::MAX);
-        (change.abs() > allowed).then_some(Fault::PositionJump { counts })
+        let lag = LAG_CYCLES * u32::from(earlier.max(latest).unsigned_abs());
+        let allowed = window
+            .saturating_add(lag)
+            .saturating_add(limits.drift_tolerance_counts);
+        (counts.unsigned_abs() > allowed).then_some(Fault::PositionJump { counts })
+    }
+
+    /// As [`Stamp::keep`].
+    pub(crate) const fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        self.moved_at.keep(now, is_long_ago);
     }
 
     /// Whether one of the steps sent since the last good position explains the error.
     fn cause(&self, counts: i32, tolerance: u32) -> DriftCause {
         let magnitude = counts.unsigned_abs();
-        let reaches =
-            |step: i16| step != 0 && magnitude <= u32::from(step.unsigned_abs()) + tolerance;
+        let reaches = |step: i16| {
+            step != 0 && magnitude <= tolerance.saturating_add(step.unsigned_abs().into())
+        };
+        let [forward, backward] = self.moved.map(reaches);
         let (ahead, behind) = if counts > 0 {
-            (reaches(self.forward), reaches(self.backward))
+            (forward, backward)
         } else {
-            (reaches(self.backward), reaches(self.forward))
+            (backward, forward)
         };
         match (ahead, behind) {
             (true, true) => DriftCause::OneStepLostOrRepeated,
@@ -151,15 +179,13 @@ mod tests {
     /// An axis that moved 10 steps of 30 counts, one a millisecond, in this direction; a position is asked for at the end.
     fn after_motion(sign: i16) -> DriftWatch {
         let mut watch = DriftWatch::default();
-        watch.anchor(0, Instant::default());
+        watch.anchor(Instant::default());
         for cycle in 0..10 {
             let sent = i32::from(sign) * 30 * cycle;
-            watch.begin_cycle(sent);
             let at = Instant::from_us(cycle as u64 * 1_000);
             watch.stepped(30 * sign, sent + i32::from(30 * sign), at);
         }
-        watch.begin_cycle(300 * i32::from(sign));
-        watch.asked(300 * i32::from(sign));
+        watch.asked(300 * i32::from(sign), 300 * i32::from(sign));
         watch
     }
 
@@ -171,7 +197,7 @@ mod tests {
     fn a_lagging_drive_is_no_drift() {
         let mut watch = after_motion(1);
         assert_eq!(judge(&mut watch, 200, 11_000), None);
-        watch.asked(300);
+        watch.asked(300, 300);
         assert_eq!(judge(&mut watch, 300, 200_000), None);
     }
 
@@ -183,10 +209,10 @@ mod tests {
             ..LIMITS
         };
         let mut watch = DriftWatch::default();
-        watch.anchor(0, Instant::default());
-        watch.asked(0);
+        watch.anchor(Instant::default());
+        watch.asked(0, 0);
         for cycle in 0..1_000 {
-            watch.begin_cycle(cycle * 30);
+            watch.widen(cycle * 30);
         }
         let mut other = watch;
         let now = Instant::from_us(1_000_000);
@@ -226,7 +252,7 @@ mod tests {
         for jump in [-2_500, 2_500] {
             let mut watch = after_motion(1);
             assert_eq!(judge(&mut watch, 300, 11_000), None);
-            watch.asked(300);
+            watch.asked(300, 300);
             let fault = Fault::PositionJump { counts: jump };
             assert_eq!(judge(&mut watch, 300 + jump, 12_000), Some(fault));
         }
@@ -244,7 +270,7 @@ mod tests {
                     None,
                     "{position}"
                 );
-                watch.asked(sign * 300);
+                watch.asked(sign * 300, sign * 300);
             }
         }
     }
@@ -252,7 +278,7 @@ mod tests {
     #[test]
     fn a_position_that_nobody_asked_for_is_not_judged() {
         let mut watch = after_motion(1);
-        watch.window = None;
+        watch.is_asked = false;
         assert_eq!(judge(&mut watch, 9_999_999, 200_000), None);
     }
 }

@@ -5,39 +5,41 @@ use bus_user::Instant;
 use can_frame::wire::exact_bits;
 use dyn_can::{DataFrame, Dialect, PdStep, Request, ServoSwitch, go_relative_pos_pd};
 
-use crate::core::event::EventLog;
+use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal};
 use crate::core::facts::{Facts, Work};
 use crate::core::family::{
-    Context, Drive, GroupId, Meaning, OutOfTravel, Reaction, Returned, View, Wanted,
+    Context, Drive, GroupId, Meaning, OutOfTravel, Outlook, Reaction, Returned, View, Wanted,
 };
 use crate::core::procedure::Confirmation;
 use crate::core::snapshot::Counters;
+use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Stage};
+use crate::servo::ask::Ask;
+use crate::servo::books::Procedures;
 use crate::servo::config::{AxisConfig, MasterConfig};
 use crate::servo::drift::DriftWatch;
 use crate::servo::dyn_family::Dyn;
-use crate::servo::event::EventKind;
+use crate::servo::event::Log;
 use crate::servo::fault::Fault;
-use crate::servo::feedback::Feedback;
+use crate::servo::latest::Latest;
 use crate::servo::ledger::Ledger;
+use crate::servo::own_move::concerns_own_move;
 use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::PollClock;
-use crate::servo::procedure::{Procedure, ProcedureError, Run};
+use crate::servo::procedure::{Procedure, ProcedureError};
 use crate::servo::request_slot::RequestSlot;
 use crate::servo::response_watch::ResponseWatch;
+use crate::servo::settings::Settings;
 use crate::servo::snapshot::AxisSnapshot;
-
-/// Where a servo writes its events.
-pub(super) type Log<'a> = EventLog<'a, EventKind>;
 
 /// A DYN drive.
 #[derive(Debug)]
 pub struct Servo {
-    pub(super) config: AxisConfig,
+    pub(super) config: Settings,
     pub(super) dialect: Dialect,
     pub(super) ledger: Ledger,
     pub(super) drift: DriftWatch,
-    pub(super) feedback: Feedback,
+    pub(super) feedback: Latest,
     pub(super) counters: Counters,
     pub(super) slot: RequestSlot,
     pub(super) polls: PollClock,
@@ -45,49 +47,40 @@ pub struct Servo {
     poll_bits: [u8; PollKind::ALL.len()],
     pub(super) responses: ResponseWatch,
     pub(super) timeouts_in_row: u8,
-    /// When the drive was last asked anything.
-    pub(super) asked_at: Instant,
-    /// Since when the speed readings are zero without a break.
-    pub(super) still_since: Option<Instant>,
+    /// When a drive that does not answer is asked again.
+    pub(super) retry_at: Stamp,
+    /// Since when the speed readings are zero without a break, if the latest is.
+    pub(super) still_since: Stamp,
+    pub(super) is_still: bool,
     /// Differs from one echo request to the next, so that a late echo is not taken for the next one.
     pub(super) echo_token: u8,
-    pub(super) run: Option<Run>,
-    pub(super) wrote_at: Option<Instant>,
-    /// The drive was told to start anew, and until when it does.
-    pub(super) starts_until: Option<Instant>,
-    /// How long a drive needs to start.
-    pub(super) power_on_us: u32,
-    /// How often a drive that does not answer is still asked.
-    pub(super) retry_us: u32,
+    pub(super) procedures: Procedures,
     /// When the configuration was read last.
-    pub(super) guarded_at: Instant,
+    pub(super) guarded_at: Stamp,
     /// An alarm was reported since the checks began.
     pub(super) has_alarmed: bool,
 }
 
 impl Servo {
-    pub(super) fn new(config: AxisConfig, master: &MasterConfig, rank: u32) -> Self {
+    pub(super) fn new(axis: &AxisConfig, master: &MasterConfig, rank: u32) -> Self {
         let mut servo = Self {
-            config,
-            dialect: config.initial_dialect(),
-            ledger: Ledger::default(),
+            config: Settings::of(axis),
+            dialect: axis.initial_dialect(),
+            ledger: Ledger::NEW,
             drift: DriftWatch::default(),
-            feedback: Feedback::default(),
+            feedback: Latest::NONE,
             counters: Counters::default(),
             slot: RequestSlot::default(),
-            polls: PollClock::new(&config.polls, master.cycle_us, rank),
+            polls: PollClock::new(&axis.polls, master.cycle_us, rank),
             poll_bits: [0; PollKind::ALL.len()],
-            responses: ResponseWatch::default(),
+            responses: ResponseWatch::NEW,
             timeouts_in_row: 0,
-            asked_at: Instant::default(),
-            still_since: None,
+            retry_at: Stamp::ZERO,
+            still_since: Stamp::ZERO,
+            is_still: false,
             echo_token: 0,
-            run: None,
-            wrote_at: None,
-            starts_until: None,
-            power_on_us: master.timeouts.power_on_us,
-            retry_us: master.timeouts.confirm_us,
-            guarded_at: Instant::default(),
+            procedures: Procedures::new(axis.wear, axis.drive_curve),
+            guarded_at: Stamp::ZERO,
             has_alarmed: false,
         };
         servo.poll_bits = PollKind::ALL.map(|kind| servo.request_bits(kind));
@@ -119,10 +112,16 @@ impl Drive for Servo {
     }
 
     fn reaction_to(&self, fault: Fault) -> Reaction {
-        self.config.reactions.to(fault)
+        self.config.reactions().to(fault)
     }
 
-    fn snapshot(&self, state: AxisState, facts: &Facts, fault: Option<Fault>) -> AxisSnapshot {
+    fn snapshot(
+        &self,
+        now: Instant,
+        state: AxisState,
+        facts: &Facts,
+        fault: Option<Fault>,
+    ) -> AxisSnapshot {
         AxisSnapshot {
             drive: self.config.drive,
             group: self.config.group,
@@ -132,7 +131,7 @@ impl Drive for Servo {
             target_counts: self.ledger.target_counts(),
             sent_counts: self.ledger.sent_counts(),
             backlog_counts: self.ledger.backlog_counts(),
-            feedback: self.feedback,
+            feedback: self.feedback.feedback(now),
             response: self.responses.window(),
             counters: self.counters,
         }
@@ -151,7 +150,7 @@ impl Drive for Servo {
     fn anchor(&mut self, now: Instant) -> Result<(), Fault> {
         let counts = self.located()?;
         self.ledger.anchor(counts);
-        self.drift.anchor(counts, now);
+        self.drift.anchor(now);
         Ok(())
     }
 
@@ -191,6 +190,7 @@ impl Drive for Servo {
         Ok(go_relative_pos_pd(self.config.drive, step, order))
     }
 
+    #[inline]
     fn cycle_frame_accepted(&mut self, now: Instant) {
         let step = self.ledger.accepted();
         self.drift.stepped(step, self.ledger.sent_counts(), now);
@@ -200,8 +200,12 @@ impl Drive for Servo {
     /// Without the stuff bits of the checksum.
     #[inline]
     fn cycle_frame_bits(&self) -> u8 {
-        let step = PdStep::toward(self.ledger.backlog_counts(), self.config.limits.max_step);
-        set_point_bits(step.get())
+        let backlog = self.ledger.backlog_counts();
+        match u8::try_from(backlog.wrapping_add(128)) {
+            // One of these beyond the largest step takes as many bits, about.
+            Ok(place) => *BYTE_STEP_BITS.get(usize::from(place)).unwrap_or(&0),
+            Err(_) => set_point_bits(PdStep::toward(backlog, self.config.limits.max_step).get()),
+        }
     }
 
     fn poll_bits(&self) -> u8 {
@@ -219,14 +223,30 @@ impl Drive for Servo {
         self.frame_of(Request::ServoDisable(switch))
     }
 
-    fn overdue(&self, view: &View, now: Instant, cycle: u32) -> Option<i32> {
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
         let ask = self.next_ask(view, now, cycle);
-        ask.map(|(_, overdue_cycles)| overdue_cycles)
+        let overdue_cycles = ask.map(|(_, overdue_cycles)| overdue_cycles);
+        if self.procedures.own().is_some() {
+            // What it needs next is a matter of time.
+            return Outlook::now(overdue_cycles);
+        }
+        match ask {
+            // Only polls take their time; what else is asked may change at any time.
+            Some((Ask::Poll(_), _)) => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            None if self.slot.is_free() && self.polls.first().is_none() => Outlook {
+                overdue_cycles,
+                for_us: self.unguarded_us(view, now),
+            },
+            _ => Outlook::now(overdue_cycles),
+        }
     }
 
     fn wanted(&self, view: &View, now: Instant, cycle: u32) -> Option<Wanted<Request>> {
         let (ask, overdue_cycles) = self.next_ask(view, now, cycle)?;
-        let (class, request) = self.request_for(ask, view)?;
+        let (class, request) = self.request_for(ask, view, now)?;
         Some(Wanted {
             class,
             request,
@@ -235,6 +255,9 @@ impl Drive for Servo {
     }
 
     fn request_frame(&self, request: Request) -> Option<DataFrame> {
+        if concerns_own_move(&request) {
+            return self.own_frame(request);
+        }
         self.frame_of(request).filter(|_| self.slot.is_free())
     }
 
@@ -252,10 +275,11 @@ impl Drive for Servo {
     }
 
     fn start_over(&mut self, now: Instant, _: bool) -> Stage {
-        self.feedback = Feedback::default();
+        self.feedback = Latest::NONE;
+        self.procedures.note_curve(None);
         self.timeouts_in_row = 0;
         self.has_alarmed = false;
-        match self.starts_until.take() {
+        match self.procedures.take_start() {
             Some(until) if now < until => Stage::PowerOn,
             _ => Stage::Probing,
         }
@@ -271,34 +295,76 @@ impl Drive for Servo {
 
     #[inline]
     fn streams_on(&mut self, now: Instant) -> bool {
-        let is_quiet = self.run.is_none() && !self.is_far_behind() && self.slot.pass(now);
-        if is_quiet {
-            self.drift.begin_cycle(self.ledger.sent_counts());
-        }
-        is_quiet
+        self.procedures.is_idle() && !self.is_far_behind() && self.slot.pass(now)
     }
 
     fn tick(&mut self, context: &mut Context<'_, Dyn>) -> Meaning<Fault> {
         self.ledger.begin_cycle();
-        self.drift.begin_cycle(self.ledger.sent_counts());
         let mut meaning = self.expire(context);
         let view = context.view;
-        let started = context.log.now.us_since(view.since) >= u64::from(self.power_on_us);
-        if view.stage == Stage::PowerOn && started {
+        let power_on_us = context.config.timeouts.power_on_us;
+        if view.stage == Stage::PowerOn && view.has_lasted(context.log.now, power_on_us) {
             meaning.stage = Some(Stage::Probing);
         }
-        if view.facts.moves() {
+        if view.facts.sends_set_points() {
             meaning.fault = meaning.fault.or_else(|| self.backlog_fault());
         }
+        self.tick_own(context, &mut meaning);
         if self.tick_procedure(&mut context.log) {
             meaning.work_ended = true;
         }
         meaning
     }
 
+    fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        for stamp in [
+            &mut self.retry_at,
+            &mut self.still_since,
+            &mut self.guarded_at,
+        ] {
+            stamp.keep(now, is_long_ago);
+        }
+        self.slot.keep_stamps(now, is_long_ago);
+        self.drift.keep_stamps(now, is_long_ago);
+        self.responses.keep_stamps(now, is_long_ago);
+        self.feedback.keep_stamps(now, is_long_ago);
+    }
+
     fn abandon_request(&mut self, context: &mut Context<'_, Dyn>) {
         let quarantine_us = context.config.timeouts.reply_us;
         self.slot.close(context.log.now, quarantine_us);
+    }
+
+    fn admit_move(
+        &self,
+        wanted: DriveMove,
+        by_trigger: bool,
+        config: &MasterConfig,
+        now: Instant,
+    ) -> Result<(), MoveRefusal> {
+        self.admit_own_move(wanted, by_trigger, config, now)
+    }
+
+    fn begin_move(&mut self, wanted: DriveMove, config: &MasterConfig) {
+        if let Some(own) = self.own_move(wanted, config) {
+            self.procedures.begin_own(own);
+        }
+    }
+
+    fn has_seen_load(&self) -> bool {
+        self.procedures.own().is_some_and(|own| own.is_seen())
+    }
+
+    fn loaded_move(&self) -> Option<DriveMove> {
+        self.own_wanted()
+    }
+
+    fn may_hold_load(&self, kind: DriveMove) -> bool {
+        self.was_loaded(kind)
+    }
+
+    fn end_move(&mut self, now: Instant, how: Option<MoveEnd>) {
+        self.end_own(now, how);
     }
 
     fn admit(
@@ -312,7 +378,7 @@ impl Drive for Servo {
     }
 
     fn begin_work(&mut self, procedure: Procedure) {
-        self.run = Some(Run::new(procedure));
+        self.procedures.begin(procedure);
     }
 
     fn abort_work(&mut self, log: &mut Log<'_>) {
@@ -320,16 +386,26 @@ impl Drive for Servo {
     }
 }
 
+/// [`set_point_bits`] of the steps of one byte, from -128 on.
+static BYTE_STEP_BITS: [u8; 256] = {
+    let mut table = [0; 256];
+    let (mut rest, mut step) = (table.as_mut_slice(), -128);
+    while let Some((bits, others)) = rest.split_first_mut() {
+        *bits = set_point_bits(step);
+        (rest, step) = (others, step + 1);
+    }
+    table
+};
+
 /// Length of a set-point behind its identifier, with the stuff bits of its data: what changes from one to the next, without the checksum.
-#[inline]
-fn set_point_bits(step: i16) -> u8 {
+const fn set_point_bits(step: i16) -> u8 {
     // Behind the four bits of the length, on the left.
-    let (field, bits): (u32, u8) = if i16::from(step as i8) == step {
-        (0x1000_0000 | u32::from(step as u8) << 20, 12)
+    let (field, bits): (u32, u8) = if (step as i8) as i16 == step {
+        (0x1000_0000 | (step as u8 as u32) << 20, 12)
     } else {
-        (0x2000_0000 | u32::from(step as u16) << 12, 20)
+        (0x2000_0000 | (step as u16 as u32) << 12, 20)
     };
-    let equal = !(field ^ field << 1) & (!0_u32 << (33 - u32::from(bits)));
+    let equal = !(field ^ field << 1) & (!0_u32 << (33 - bits as u32));
     let mut fives = equal & equal << 1 & equal << 2 & equal << 3;
     let mut length = bits;
     while fives != 0 {

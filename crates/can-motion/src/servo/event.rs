@@ -4,10 +4,14 @@ use bus_plan::Warning;
 use bus_user::BusErrorKind;
 use dyn_can::{DecodeError, FrameError, FunctionCode, ReplyKind, Revision};
 
-use crate::core::event::CommonEvent;
+use crate::core::event::{CommonEvent, EventLog};
 use crate::core::state::{AxisState, Reason};
 use crate::servo::fault::Fault;
+#[cfg(feature = "procedures")]
 use crate::servo::procedure::ProcedureEnd;
+
+/// Where a servo writes its events.
+pub(super) type Log<'a> = EventLog<'a, EventKind>;
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +31,7 @@ pub enum EventKind {
     Fault(Fault),
     /// The drive reports power that this master did not switch on. It is left alone until `disable` or `adopt`.
     FoundOn,
-    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition.
+    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition, up to 2^15.
     DisableUnconfirmed {
         /// Repetitions so far.
         repeated: u32,
@@ -43,6 +47,7 @@ pub enum EventKind {
     /// The controller gave back a request unsent; it is asked again.
     RequestDisplaced(ReplyKind),
     /// A procedure ended.
+    #[cfg(feature = "procedures")]
     Procedure(ProcedureEnd),
     /// The reply did not come in time.
     ReplyTimeout(ReplyKind),

@@ -43,11 +43,15 @@ impl Family for Dyn {
     }
 
     fn drive(config: &MasterConfig, axis: &AxisConfig, rank: u32) -> Servo {
-        Servo::new(*axis, config, rank)
+        Servo::new(axis, config, rank)
     }
 
     fn address(frame: &DataFrame) -> Option<u8> {
         frame.address().drive().map(dyn_can::DriveId::get)
+    }
+
+    fn is_trigger(frame: &DataFrame) -> bool {
+        crate::servo::own_move::is_trigger(frame)
     }
 
     fn foreign(frame: &DataFrame) -> Option<EventKind> {

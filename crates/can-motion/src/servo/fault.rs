@@ -102,6 +102,18 @@ pub enum Fault {
         /// The position as read, in read-back counts.
         read_back: i32,
     },
+    /// A motion that the drive makes by itself, or its stop, took longer than it may: it is blocked, or a command did not arrive.
+    #[error("the motion of the drive itself did not end in time: it is {} off its end", Counts(*.counts))]
+    NotArrived {
+        /// Position minus the end of the motion, in command counts.
+        counts: i32,
+    },
+    /// The drive turns at constant speed towards the end of the travel, and is stopped before.
+    #[error("at constant speed the axis came near the end of its travel, at {position_counts}")]
+    TravelEnd {
+        /// The position, in command counts.
+        position_counts: i32,
+    },
     /// Another axis of the group has a fault.
     #[error("another axis of the group has a fault")]
     Group,
@@ -144,10 +156,12 @@ impl Fault {
             Self::Drift { .. }
             | Self::FollowingError { .. }
             | Self::PositionJump { .. }
-            | Self::PositionRange { .. } => (Loss::Knowledge, to.position),
+            | Self::PositionRange { .. }
+            | Self::NotArrived { .. } => (Loss::Knowledge, to.position),
             Self::SwitchedOff | Self::SwitchedOn => (Loss::Anchor, to.position),
             Self::ConfirmTimeout => (Loss::Anchor, Reaction::Halt),
             Self::Backlog { .. } => (Loss::Nothing, to.backlog),
+            Self::TravelEnd { .. } => (Loss::Nothing, to.position),
             Self::Group => (Loss::Nothing, Reaction::Halt),
         }
     }
@@ -256,7 +270,7 @@ mod tests {
     };
 
     /// Each fault with what it takes, and with reactions of which only its own says to disable; all say so where it halts at any rate.
-    fn rows() -> [(Fault, Loss, Reactions); 19] {
+    fn rows() -> [(Fault, Loss, Reactions); 21] {
         const OWN: Reaction = Reaction::Disable;
         let alarm = Reactions { alarm: OWN, ..NONE };
         let position = Reactions {
@@ -306,6 +320,12 @@ mod tests {
             ),
             (Fault::PositionJump { counts: 1 }, Loss::Knowledge, position),
             (range, Loss::Knowledge, position),
+            (Fault::NotArrived { counts: 1 }, Loss::Knowledge, position),
+            (
+                Fault::TravelEnd { position_counts: 1 },
+                Loss::Nothing,
+                position,
+            ),
             (Fault::SwitchedOff, Loss::Anchor, position),
             (Fault::SwitchedOn, Loss::Anchor, position),
             (Fault::ConfirmTimeout, Loss::Anchor, ALL),

@@ -1,7 +1,7 @@
 //! The latest readings of a drive.
 
 use bus_user::Instant;
-use dyn_can::{ConfigByte, DriveStatus, ParamGroup3, Reply, Revision, Torque};
+use dyn_can::{ConfigByte, DriveStatus, ParamGroup3, Revision, Torque};
 
 use crate::core::snapshot::Stamped;
 use crate::servo::poll_kind::PollKind;
@@ -38,24 +38,6 @@ impl Feedback {
             PollKind::Torque => self.torque.map(|stamped| stamped.at),
             PollKind::Speed => self.speed_rpm.map(|stamped| stamped.at),
             PollKind::Counter => self.counter.map(|stamped| stamped.at),
-        }
-    }
-
-    pub(crate) fn note(&mut self, at: Instant, reply: Reply) {
-        match reply {
-            Reply::DriveStatus(value) => self.status = Some(Stamped { value, at }),
-            Reply::Position(value) => self.position = Some(Stamped { value, at }),
-            Reply::Torque(value) => self.torque = Some(Stamped { value, at }),
-            Reply::MotorSpeed(value) => self.speed_rpm = Some(Stamped { value, at }),
-            Reply::DiagnosticCounter(value) => self.counter = Some(Stamped { value, at }),
-            Reply::DriveConfig(value) => self.config = Some(value),
-            Reply::ParamGroup3(value) => self.group3 = Some(value),
-            Reply::DriveId(_)
-            | Reply::ParamGroup1(_)
-            | Reply::ParamGroup2(_)
-            | Reply::DriveReset(_)
-            | Reply::Echo(_)
-            | Reply::DriveError(_) => {}
         }
     }
 }

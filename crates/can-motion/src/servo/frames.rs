@@ -6,12 +6,16 @@ use dyn_can::{Address, DataFrame, ReadSelector, ReplyKind, Request, ServoSwitch}
 use crate::core::exit::Class;
 use crate::core::facts::{Power, Work};
 use crate::core::family::{Context, Meaning, Returned, View, Wanted};
+use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
+use crate::servo::ask::Ask;
 use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
 use crate::servo::event::EventKind;
 use crate::servo::fault::Fault;
+use crate::servo::own_move::{OwnMove, concerns_own_move};
 use crate::servo::poll_kind::PollKind;
+use crate::servo::procedure::Run;
 
 /// The configuration of a drive with power is read again once in [`GUARD_WINDOWS`] windows, each drive in the window of its id: the
 /// readings of all drives at once would make polls late.
@@ -25,28 +29,27 @@ const GUARD_PATIENCE_US: u32 = 2_000;
 /// A poll that is due in so many cycles is due soon: a reply is on its way for less.
 const ROOM_CYCLES: i32 = 4;
 
-/// What a servo asks next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ask {
-    /// A reading that the axis waits for.
-    Reading(ReplyKind),
-    /// The command of the procedure.
-    Command,
-    /// A reading that is wanted now and then.
-    Poll(ReplyKind),
-}
-
 impl Servo {
     /// What to ask next, and for how many cycles that has been due: what the life of the axis needs, then what a procedure needs, then
     /// the poll that is due longest.
     pub(super) fn next_ask(&self, view: &View, now: Instant, cycle: u32) -> Option<(Ask, i32)> {
         const URGENT: i32 = Wanted::<Request>::URGENT;
+        if let Some(own) = self.procedures.own()
+            && let Some(ask) = self.own_ask(own, view, now)
+        {
+            return Some((ask, URGENT));
+        }
         if !self.slot.is_free() {
             return None;
         }
         if view.is_lost {
-            let is_time = now.us_since(self.asked_at) >= u64::from(self.retry_us);
+            let is_time = self.retry_at.has_come(now);
             return is_time.then_some((Ask::Reading(ReplyKind::DriveStatus), URGENT));
+        }
+        // The way back to position mode is what the checks wait for.
+        let is_way_back = self.procedures.run().is_some_and(Run::is_way_back);
+        if is_way_back && let Some(ask) = self.procedure_ask(view) {
+            return Some((ask, URGENT));
         }
         if let Some(kind) = needed_reading(view) {
             return Some((Ask::Reading(kind), URGENT));
@@ -54,13 +57,8 @@ impl Servo {
         if view.facts.is_checking() && view.stage == Stage::PowerOn {
             return None;
         }
-        if let Some(run) = &self.run {
-            if run.wanted_command().is_some() {
-                return Some((Ask::Command, URGENT));
-            }
-            if let Some(kind) = run.wanted_reading() {
-                return Some((Ask::Reading(kind), URGENT));
-            }
+        if let Some(ask) = self.procedure_ask(view) {
+            return Some((ask, URGENT));
         }
         let poll = self.polls.most_overdue(cycle);
         let guard = self.guard(view, now, poll.map(|poll| poll.overdue));
@@ -71,37 +69,77 @@ impl Servo {
         Some((Ask::Poll(poll.kind.reply_kind()), poll.overdue))
     }
 
+    fn procedure_ask(&self, view: &View) -> Option<Ask> {
+        let run = self.procedures.run().filter(|run| run.may_go_on(view))?;
+        match run.wanted_command() {
+            Some(_) => Some(Ask::Command),
+            None => run.wanted_reading().map(Ask::Reading),
+        }
+    }
+
+    /// For how long the guard asks nothing.
+    pub(super) fn unguarded_us(&self, view: &View, now: Instant) -> u32 {
+        if !self.is_guarded(view) {
+            return u32::MAX;
+        }
+        let now_us = now.as_us() as u32;
+        let age_us = self.guarded_at.age_us(now);
+        let urgent_us = GUARD_URGENT_US.saturating_sub(age_us);
+        let windows = self.own_window().wrapping_sub(now_us / GUARD_WINDOW_US) % GUARD_WINDOWS;
+        let own_us = match windows {
+            0 => GUARD_WINDOW_US.saturating_sub(age_us),
+            windows => windows * GUARD_WINDOW_US - now_us % GUARD_WINDOW_US,
+        };
+        own_us.min(urgent_us)
+    }
+
+    fn is_guarded(&self, view: &View) -> bool {
+        view.facts.power == Power::On && !self.config.unwatched
+    }
+
+    fn own_window(&self) -> u32 {
+        u32::from(self.config.drive.get()) % GUARD_WINDOWS
+    }
+
     /// The request that asks it, and what that is for.
-    pub(super) fn request_for(&self, ask: Ask, view: &View) -> Option<(Class, Request)> {
+    pub(super) fn request_for(
+        &self,
+        ask: Ask,
+        view: &View,
+        now: Instant,
+    ) -> Option<(Class, Request)> {
         Some(match ask {
             Ask::Reading(kind) => (Class::Reading, self.request(kind)),
             Ask::Poll(kind) => (Class::Poll, self.request(kind)),
             Ask::Command => {
+                let run = self.procedures.run()?;
                 let class = match view.facts.work {
+                    _ if run.is_way_back() => Class::Repair,
                     Work::Repair => Class::Repair,
                     _ => Class::Write,
                 };
-                (class, self.run.as_ref()?.wanted_command()?)
+                (class, run.wanted_command()?)
             }
+            Ask::Own(class) => (class, self.own_request(class, now)?),
         })
     }
 
     /// By how many cycles the reading of the configuration of a drive with power is due again: somebody else may have changed its mode.
     /// Request and reply are as long as those of the status, so the plan of the bus knows them.
     fn guard(&self, view: &View, now: Instant, poll_overdue: Option<i32>) -> Option<i32> {
-        let is_on = view.facts.power == Power::On && !self.config.unwatched;
-        if !is_on {
+        // Constant speed has a mode of its own.
+        let is_speed = self.procedures.own().is_some_and(OwnMove::is_speed);
+        if !self.is_guarded(view) || is_speed {
             return None;
         }
-        // The lower half of the time is enough: windows and their places are powers of two, and a reading that is more than an hour old
-        // waits for its window at most.
+        // The lower half of the time is enough: windows and their places are powers of two.
         let now_us = now.as_us() as u32;
-        let age_us = now_us.wrapping_sub(self.guarded_at.as_us() as u32);
+        let age_us = self.guarded_at.age_us(now);
         if age_us >= GUARD_URGENT_US {
             return Some(Wanted::<Request>::URGENT);
         }
         let window = now_us / GUARD_WINDOW_US;
-        let is_turn = window % GUARD_WINDOWS == u32::from(self.config.drive.get()) % GUARD_WINDOWS;
+        let is_turn = window % GUARD_WINDOWS == self.own_window();
         if !is_turn || age_us < GUARD_WINDOW_US {
             return None;
         }
@@ -151,22 +189,27 @@ impl Servo {
         leaves_at: Instant,
         context: &mut Context<'_, Dyn>,
     ) -> Meaning<Fault> {
-        let (now, reply_us) = (context.log.now, context.config.timeouts.reply_us);
+        let (now, timeouts) = (context.log.now, &context.config.timeouts);
         self.counters.requests = self.counters.requests.wrapping_add(1);
-        self.asked_at = now;
+        if concerns_own_move(&request) {
+            self.note_own(request, context.view, now);
+            return Meaning::NONE;
+        }
+        self.retry_at = Stamp::of(now).after(timeouts.confirm_us);
         self.responses.asked(leaves_at);
         let is_command = self
-            .run
-            .as_ref()
-            .and_then(|run| run.wanted_command())
+            .procedures
+            .run()
+            .and_then(Run::wanted_command)
             .is_some_and(|command| command == request);
         if is_command {
-            return self.note_command(request, reply_us, now);
+            return self.note_command(request, timeouts, now);
         }
         if let Some(kind) = request.reply_kind() {
-            self.slot.ask(kind, now, reply_us);
+            self.slot.ask(kind, now, timeouts.reply_us);
             if kind == ReplyKind::Position {
-                self.drift.asked(self.ledger.sent_counts());
+                let sent = self.ledger.sent_counts();
+                self.drift.asked(sent, self.ledger.sent_before());
             }
             if let Some(poll) = PollKind::of_reply(kind) {
                 self.polls.asked(poll, context.cycle);
@@ -189,7 +232,8 @@ impl Servo {
         match request {
             Request::GoRelativePosPd(step) => {
                 self.ledger.returned(step);
-                if !context.view.facts.moves() {
+                self.drift.widen(self.ledger.sent_counts());
+                if !context.view.facts.sends_set_points() {
                     self.ledger.end_motion();
                 }
                 context.log.push(EventKind::SetPointDisplaced);
@@ -200,6 +244,7 @@ impl Servo {
                 return Returned::Switch(Class::SwitchOff);
             }
             Request::DriveReset => self.command_returned(),
+            own if concerns_own_move(&own) => return self.own_returned(own),
             other => match other.reply_kind() {
                 Some(kind) => {
                     self.slot.forget();

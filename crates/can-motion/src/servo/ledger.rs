@@ -13,7 +13,7 @@ use trajectory::whole_counts::{FRACTION, Lag, RampDown, StepLimits};
 use crate::servo::config::Limits;
 
 /// Target and sent position of one axis, in command counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Ledger {
     target_counts: i32,
     sent_counts: i32,
@@ -21,38 +21,60 @@ pub(crate) struct Ledger {
     due_counts: i32,
     /// The step of the latest frame, which is the velocity in counts per cycle.
     last_step: i16,
-    /// Velocity while something is caught up, in 1/256 counts per cycle.
-    catch_up_velocity: Option<i32>,
-    ramp: Option<RampDown>,
+    catch_up: CatchUp,
+    /// Of the frame that is being offered.
+    offered_catch_up: CatchUp,
     /// What the frame that is being offered carries.
-    offered: Offered,
+    offered_step: PdStep,
+    /// The ramp counts.
+    ramps: bool,
+    ramp: RampDown,
 }
 
 /// A step, and the velocity that it leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Offered {
     step: PdStep,
-    catch_up_velocity: Option<i32>,
+    catch_up: CatchUp,
 }
 
-impl Default for Offered {
-    fn default() -> Self {
-        Self {
-            step: PdStep::ZERO,
-            catch_up_velocity: None,
+/// Velocity while something is caught up, in 1/256 counts per cycle: at most 2^22. In half the room of an `Option`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct CatchUp(i32);
+
+impl CatchUp {
+    /// Nothing is caught up.
+    const NONE: Self = Self(i32::MIN);
+
+    const fn velocity(self) -> Option<i32> {
+        match self {
+            Self::NONE => None,
+            Self(velocity) => Some(velocity),
         }
     }
 }
 
 impl Ledger {
+    /// Nothing is owed, nothing moves, at the origin.
+    pub(crate) const NEW: Self = Self::at(0);
+
+    const fn at(counts: i32) -> Self {
+        Self {
+            target_counts: counts,
+            sent_counts: counts,
+            due_counts: counts,
+            last_step: 0,
+            catch_up: CatchUp::NONE,
+            offered_catch_up: CatchUp::NONE,
+            offered_step: PdStep::ZERO,
+            ramps: false,
+            ramp: RampDown::new(counts, 0, 0),
+        }
+    }
+
     /// Target and sent position agree with a position that was read back: nothing is owed, nothing moves.
     pub(crate) fn anchor(&mut self, position_counts: i32) {
-        *self = Self {
-            target_counts: position_counts,
-            sent_counts: position_counts,
-            due_counts: position_counts,
-            ..Self::default()
-        };
+        *self = Self::at(position_counts);
     }
 
     /// Forgets what is owed: the axis stays where the frames sent so far take it.
@@ -72,6 +94,11 @@ impl Ledger {
         self.sent_counts
     }
 
+    /// Where the set-points before the latest have taken the axis.
+    pub(crate) fn sent_before(&self) -> i32 {
+        self.sent_counts.wrapping_sub(self.last_step.into())
+    }
+
     pub(crate) const fn backlog_counts(&self) -> i32 {
         self.target_counts.wrapping_sub(self.sent_counts)
     }
@@ -79,25 +106,28 @@ impl Ledger {
     /// The step that the next frame carries.
     #[inline]
     pub(crate) fn offer(&mut self, limits: &Limits) -> PdStep {
-        self.offered = if self.due_counts == self.sent_counts && self.catch_up_velocity.is_none() {
-            Offered {
-                step: PdStep::toward(self.backlog_counts(), limits.max_step),
-                catch_up_velocity: None,
-            }
-        } else {
-            self.catch_up(limits)
-        };
-        self.offered.step
+        let Offered { step, catch_up } =
+            if self.due_counts == self.sent_counts && self.catch_up == CatchUp::NONE {
+                Offered {
+                    step: PdStep::toward(self.backlog_counts(), limits.max_step),
+                    catch_up: CatchUp::NONE,
+                }
+            } else {
+                self.caught_up(limits)
+            };
+        (self.offered_step, self.offered_catch_up) = (step, catch_up);
+        step
     }
 
     /// Towards the moving target as fast as the limits allow, so that it is met without going past it.
     #[inline(never)]
-    fn catch_up(&self, limits: &Limits) -> Offered {
+    fn caught_up(&self, limits: &Limits) -> Offered {
         let lag = Lag {
             owed_counts: self.backlog_counts(),
             left_over_counts: self.due_counts.wrapping_sub(self.sent_counts),
             velocity_256ths: self
-                .catch_up_velocity
+                .catch_up
+                .velocity()
                 .unwrap_or(i32::from(self.last_step) * FRACTION),
         };
         let step = lag.step(&StepLimits {
@@ -106,21 +136,22 @@ impl Ledger {
         });
         Offered {
             step: PdStep::toward(step.counts, limits.max_step),
-            catch_up_velocity: (!step.is_met).then_some(step.velocity_256ths),
+            catch_up: if step.is_met {
+                CatchUp::NONE
+            } else {
+                CatchUp(step.velocity_256ths)
+            },
         }
     }
 
     /// The controller accepted the frame that was offered; returns its step.
+    #[inline]
     pub(crate) fn accepted(&mut self) -> i16 {
-        let Offered {
-            step,
-            catch_up_velocity,
-        } = self.offered;
-        let step = step.get();
+        let step = self.offered_step.get();
         self.sent_counts = self.sent_counts.wrapping_add(i32::from(step));
         self.last_step = step;
         self.due_counts = self.target_counts;
-        self.catch_up_velocity = catch_up_velocity;
+        self.catch_up = self.offered_catch_up;
         step
     }
 
@@ -128,7 +159,11 @@ impl Ledger {
     pub(crate) fn missed(&mut self) {
         self.last_step = 0;
         self.due_counts = self.target_counts;
-        self.catch_up_velocity = (self.backlog_counts() != 0).then_some(0);
+        self.catch_up = if self.backlog_counts() == 0 {
+            CatchUp::NONE
+        } else {
+            CatchUp(0)
+        };
     }
 
     /// The controller returned a frame with this step unsent.
@@ -140,7 +175,7 @@ impl Ledger {
     pub(crate) fn begin_ramp(&mut self, cycles: u32) {
         let ramp = self.ramp_in(cycles);
         self.end_motion();
-        self.ramp = Some(ramp);
+        (self.ramp, self.ramps) = (ramp, true);
     }
 
     const fn ramp_in(&self, cycles: u32) -> RampDown {
@@ -149,9 +184,9 @@ impl Ledger {
 
     /// A cycle begins: a ramp goes on.
     pub(crate) fn begin_cycle(&mut self) {
-        if let Some(ramp) = &mut self.ramp {
-            ramp.advance();
-            self.target_counts = ramp.set_point();
+        if self.ramps {
+            self.ramp.advance();
+            self.target_counts = self.ramp.set_point();
         }
     }
 
@@ -168,7 +203,7 @@ impl Ledger {
 
     /// The ramp is through and nothing is owed.
     pub(crate) fn has_stopped(&self) -> bool {
-        self.ramp.is_none_or(|ramp| ramp.is_done()) && self.backlog_counts() == 0
+        (!self.ramps || self.ramp.is_done()) && self.backlog_counts() == 0
     }
 }
 

@@ -3,6 +3,9 @@
 //! Each cycle every axis in motion gets one `Go_Relative_Pos_PD` with the step from where its set-points have taken it towards its
 //! target. Steps are relative, so the ledger counts each one: see `docs/master.md`.
 
+mod activity;
+mod ask;
+mod books;
 pub mod bus_frames;
 pub(crate) mod config;
 mod drift;
@@ -13,7 +16,9 @@ mod family;
 mod fault;
 mod feedback;
 mod frames;
+mod latest;
 mod ledger;
+mod own_move;
 mod placement;
 pub(crate) mod plan;
 pub(crate) mod poll_kind;
@@ -23,6 +28,7 @@ mod procedures;
 mod readings;
 mod request_slot;
 mod response_watch;
+mod settings;
 mod snapshot;
 
 pub use config::{

@@ -32,8 +32,6 @@ pub struct Aligned {
     before: Option<u8>,
     /// The axes of these set-points, one bit each.
     before_mask: u64,
-    /// Set-points accepted in this cycle.
-    accepted: u32,
     /// Mean length of the set-points of a cycle lately, in sixteenths of a bit.
     mean_sixteenths: u32,
 }
@@ -47,7 +45,6 @@ impl Aligned {
             may_choose,
             before: None,
             before_mask: u64::MAX,
-            accepted: 0,
             mean_sixteenths: 0,
         }
     }
@@ -74,24 +71,19 @@ impl RequestPlacement for Aligned {
         axes: u8,
         window: impl FnOnce() -> Option<ResponseWindow>,
     ) {
-        self.accepted = 0;
         if cycle.is_multiple_of(PLACEMENT_CYCLES) {
             self.choose(axes, window());
         }
     }
 
-    fn frame_accepted(&mut self) {
-        self.accepted = self.accepted.wrapping_add(1);
-    }
-
     /// Behind what was accepted before it in this cycle.
-    fn request_leaves(&self, now: Instant, cycle_started: Instant) -> Instant {
-        let accepted_us = self.accepted.saturating_mul(self.burst.set_point_us);
+    fn request_leaves(&self, now: Instant, cycle_started: Instant, frames: u32) -> Instant {
+        let accepted_us = frames.saturating_mul(self.burst.set_point_us);
         now.max(cycle_started + accepted_us) + self.burst.request_us
     }
 
-    fn is_reached(&self, due: u64) -> bool {
-        due & self.before_mask == 0
+    fn before(&self) -> u64 {
+        self.before_mask
     }
 
     /// Where requests come before set-points, each cycle must have its requests, or set-points would shift.
@@ -101,8 +93,7 @@ impl RequestPlacement for Aligned {
 
     /// Beside set-points of extreme length a request whose length evens them out. Most set-points are of medium length and leave the
     /// choice to the due dates.
-    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
-        let set_points_bits = frames_bits();
+    fn preference(&mut self, set_points_bits: u32) -> Option<Ordering> {
         let mean_bits = self.mean_sixteenths / 16;
         // A sixteenth of the difference, as the mean is in sixteenths.
         self.mean_sixteenths = self
@@ -191,11 +182,9 @@ mod tests {
     #[test]
     fn the_place_is_reached_when_the_set_points_before_it_are_through() {
         let mut placement = Aligned::new(1_000, BURST, true);
-        assert!(!placement.is_reached(0b1000));
-        assert!(placement.is_reached(0));
+        assert_eq!(placement.before(), u64::MAX);
         placement.choose(8, around(500, 25));
-        assert!(!placement.is_reached(0b1111_1100));
-        assert!(placement.is_reached(0b1111_1000));
+        assert_eq!(placement.before(), 0b111);
     }
 
     #[test]
@@ -203,21 +192,21 @@ mod tests {
         let mut placement = Aligned::new(1_000, BURST, true);
         let start = Instant::from_us(5_000);
         placement.begin_cycle(1, 8, || None);
-        assert_eq!(placement.request_leaves(start, start), start + 57);
-        placement.frame_accepted();
-        placement.frame_accepted();
-        assert_eq!(placement.request_leaves(start, start), start + 2 * 67 + 57);
-        assert_eq!(placement.request_leaves(start + 400, start), start + 457);
+        assert_eq!(placement.request_leaves(start, start, 0), start + 57);
+        let behind_two = placement.request_leaves(start, start, 2);
+        assert_eq!(behind_two, start + 2 * 67 + 57);
+        let later = placement.request_leaves(start + 400, start, 2);
+        assert_eq!(later, start + 457);
     }
 
     #[test]
     fn a_request_evens_out_what_is_far_from_the_mean() {
         let mut placement = Aligned::new(1_000, BURST, true);
         for _ in 0..200 {
-            placement.preference(|| 524);
+            placement.preference(524);
         }
-        assert_eq!(placement.preference(|| 525), None);
-        assert_eq!(placement.preference(|| 514), Some(Ordering::Greater));
-        assert_eq!(placement.preference(|| 534), Some(Ordering::Less));
+        assert_eq!(placement.preference(525), None);
+        assert_eq!(placement.preference(514), Some(Ordering::Greater));
+        assert_eq!(placement.preference(534), Some(Ordering::Less));
     }
 }

@@ -6,32 +6,21 @@ use crate::servo::poll_kind::PollKind;
 /// This part of a period may be caught up when a poll was late, so that its mean period stays.
 const KEPT_PART: u32 = 4;
 
-/// Due date of one poll.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Due {
-    /// Cycles from one request to the next, 0 for a poll that is off.
-    period: u32,
-    /// Cycle in which the next request is due.
-    next: u32,
-}
+const KINDS: usize = PollKind::ALL.len();
 
-impl Due {
-    /// Cycles since the date; below 0 it is still to come.
-    fn overdue(self, cycle: u32) -> i32 {
-        let since = cycle.wrapping_sub(self.next).cast_signed();
-        // A date is never more than a period ahead: what looks so was passed longer ago than the count of cycles reaches.
-        if since < 0 && since.unsigned_abs() > self.period {
-            i32::MAX - 1
-        } else {
-            since
-        }
-    }
+/// Cycles of a period, 1..=65535; `None` for one that has fewer or more.
+pub(super) fn cycles_of(period_us: u32, cycle_us: u32) -> Option<u16> {
+    let cycles = u16::try_from(period_us.checked_div(cycle_us)?).ok()?;
+    (cycles != 0).then_some(cycles)
 }
 
 /// Due dates of one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PollClock {
-    due: [Due; PollKind::ALL.len()],
+    /// Cycle in which the next request of each kind is due.
+    next: [u32; KINDS],
+    /// Cycles from one request of each kind to the next, 0 for a poll that is off.
+    period: [u16; KINDS],
     /// The one that is due longest, or soonest: it stays that while time passes.
     first: Option<PollKind>,
 }
@@ -44,18 +33,36 @@ pub(crate) struct DuePoll {
     pub(crate) overdue: i32,
 }
 
+/// Cycles since a date; below 0 it is still to come.
+#[inline]
+const fn overdue(next: u32, period: u32, cycle: u32) -> i32 {
+    let since = cycle.wrapping_sub(next).cast_signed();
+    // A date is never more than a period ahead: what looks so was passed longer ago than the count of cycles reaches.
+    if since < 0 && since.unsigned_abs() > period {
+        i32::MAX - 1
+    } else {
+        since
+    }
+}
+
 impl PollClock {
     /// First due dates are spread by `rank`, so that axes do not ask all at once.
     pub(crate) fn new(periods: &PollPeriods, cycle_us: u32, rank: u32) -> Self {
-        let due = PollKind::ALL.map(|kind| {
-            let period = periods.of(kind).map_or(0, |us| us / cycle_us.max(1));
-            let spread = rank * PollKind::ALL.len() as u32 + kind as u32;
-            Due {
-                period,
-                next: spread.checked_rem(period).unwrap_or(0),
-            }
+        let period = PollKind::ALL.map(|kind| {
+            let period = periods.of(kind).and_then(|us| cycles_of(us, cycle_us));
+            period.unwrap_or(0)
         });
-        let mut clock = Self { due, first: None };
+        let mut place = rank * KINDS as u32;
+        let next = period.map(|period| {
+            let spread = place.checked_rem(period.into()).unwrap_or(0);
+            place += 1;
+            spread
+        });
+        let mut clock = Self {
+            next,
+            period,
+            first: None,
+        };
         clock.find_first(0);
         clock
     }
@@ -69,39 +76,62 @@ impl PollClock {
     #[inline]
     pub(crate) fn most_overdue(&self, cycle: u32) -> Option<DuePoll> {
         let kind = self.first?;
-        let due = self.due.get(kind as usize)?;
         Some(DuePoll {
             kind,
-            overdue: due.overdue(cycle),
+            overdue: self.overdue(kind, cycle),
         })
     }
 
+    /// Cycles since the date of a poll; below 0 it is still to come.
+    #[inline]
+    fn overdue(&self, kind: PollKind, cycle: u32) -> i32 {
+        let [next, period] = self.of(kind);
+        overdue(next, period, cycle)
+    }
+
+    /// When it is due, and its period.
+    #[inline]
+    fn of(&self, kind: PollKind) -> [u32; 2] {
+        let place = kind as usize;
+        match (self.next.get(place), self.period.get(place)) {
+            (Some(&next), Some(&period)) => [next, period.into()],
+            _ => [0; 2],
+        }
+    }
+
     fn find_first(&mut self, cycle: u32) {
-        let polls = self.due.iter().zip(PollKind::ALL);
-        let first = polls
-            .filter(|(due, _)| due.period != 0)
-            .map(|(due, kind)| (due.overdue(cycle), kind))
-            .reduce(|first, other| if other.0 > first.0 { other } else { first });
-        self.first = first.map(|(_, kind)| kind);
+        let (mut first, mut longest) = (None, i32::MIN);
+        for ((next, period), kind) in self.next.iter().zip(&self.period).zip(PollKind::ALL) {
+            if *period != 0 {
+                let overdue = overdue(*next, (*period).into(), cycle);
+                if overdue > longest {
+                    (first, longest) = (Some(kind), overdue);
+                }
+            }
+        }
+        self.first = first;
     }
 
     /// A request went out: the next one is due a period later, less what this one was late, up to a part of the period. More is
     /// forgotten: on a full bus every poll would owe it, and one that begins anew would wait behind all others for it.
     pub(crate) fn asked(&mut self, kind: PollKind, cycle: u32) {
-        if let Some(due) = self.due.get_mut(kind as usize) {
-            let late = due.overdue(cycle).max(0).unsigned_abs();
-            let kept = late.min(due.period / KEPT_PART);
-            due.next = cycle.wrapping_add(due.period - kept);
-        }
+        let [_, period] = self.of(kind);
+        let late = self.overdue(kind, cycle).max(0).unsigned_abs();
+        let kept = late.min(period / KEPT_PART);
+        self.set(kind, cycle.wrapping_add(period - kept));
         self.find_first(cycle);
     }
 
     /// The request came back unsent: it is due at once.
     pub(crate) fn returned(&mut self, kind: PollKind, cycle: u32) {
-        if let Some(due) = self.due.get_mut(kind as usize) {
-            due.next = cycle;
-        }
+        self.set(kind, cycle);
         self.find_first(cycle);
+    }
+
+    fn set(&mut self, kind: PollKind, cycle: u32) {
+        if let Some(next) = self.next.get_mut(kind as usize) {
+            *next = cycle;
+        }
     }
 }
 

@@ -6,14 +6,17 @@ use dyn_can::{
     FunctionCode, ParamGroup3, Reply, ReplyKind, Revision, ServoMode,
 };
 
+use crate::core::facts::Motion;
 use crate::core::family::{Context, Meaning, PowerReport, View};
+use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
-use crate::servo::config::DialectChoice;
-use crate::servo::drive::{Log, Servo};
+use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;
-use crate::servo::event::EventKind;
+use crate::servo::event::{EventKind, Log};
 use crate::servo::fault::Fault;
 use crate::servo::frames::stage_reading;
+use crate::servo::own_move::OwnMove;
+use crate::servo::procedure::Run;
 use crate::servo::request_slot::Unawaited;
 
 /// Reads of the diagnostic counter that may be missed between two that are seen, by lost replies or repeated requests.
@@ -31,7 +34,11 @@ impl Servo {
             return self.read_error(frame, context);
         }
         match self.slot.awaited(function) {
-            Ok((kind, asked_at)) => self.read_reply(frame, kind, asked_at, context),
+            Ok((kind, deadline)) => {
+                let waits_us = context.config.timeouts.reply_us;
+                let asked_at = deadline.before(waits_us).at(context.log.now);
+                self.read_reply(frame, kind, asked_at, context)
+            }
             Err(Unawaited::Late) => {
                 self.counters.late_replies = self.counters.late_replies.wrapping_add(1);
                 context.log.push(EventKind::LateReply(function));
@@ -107,9 +114,13 @@ impl Servo {
                 self.responses.replied(now, usual_us);
                 let suspicion = self.suspect(reply, context);
                 self.feedback.note(now, reply);
+                if let Reply::ParamGroup2(group) = reply {
+                    self.procedures.note_curve(Some(group));
+                }
                 let work_ended = self.procedure_replied(kind, reply, &mut context.log);
                 let mut meaning = self.meaning(kind, reply, asked_at, context);
                 meaning.fault = suspicion.or(meaning.fault);
+                self.judge_own(reply, asked_at, context, &mut meaning);
                 meaning.work_ended = work_ended;
                 meaning
             }
@@ -153,7 +164,7 @@ impl Servo {
     }
 
     fn recognise_revision(&mut self, frame: &DataFrame, log: &mut Log<'_>) {
-        if self.config.dialect == DialectChoice::Detect {
+        if self.config.detects_dialect {
             let Some(revision) = Revision::from_group3_reply_len(usize::from(frame.len())) else {
                 return;
             };
@@ -167,10 +178,12 @@ impl Servo {
     fn suspect(&mut self, reply: Reply, context: &Context<'_, Dyn>) -> Option<Fault> {
         match reply {
             Reply::DiagnosticCounter(actual) => {
-                let expected = self.feedback.counter?.value.wrapping_add(1);
+                let expected = self.feedback.counter()?.wrapping_add(1);
                 let restarted = actual.wrapping_sub(expected) >= COUNTER_SLACK;
                 restarted.then_some(Fault::Reboot { expected, actual })
             }
+            // A motion of the drive itself is judged for itself.
+            Reply::Position(_) if context.view.facts.motion == Motion::DriveMove => None,
             Reply::Position(read_back) if context.view.facts.holds_anchor() => {
                 let position = self.config.read_back.to_command_counts(read_back)?;
                 let arrival_us = context.config.timeouts.arrival_us;
@@ -200,8 +213,10 @@ impl Servo {
                 Some(fault) if is_asked => Meaning::fault(fault),
                 _ => to(Stage::CheckingConfig),
             },
+            // In another mode for a while, and on its way back.
+            Reply::DriveConfig(_) if self.may_be_in_other_mode() => Meaning::NONE,
             Reply::DriveConfig(byte) => {
-                self.guarded_at = context.log.now;
+                self.guarded_at = Stamp::of(context.log.now);
                 match judge_config(byte) {
                     Some(fault) => Meaning::fault(fault),
                     None => to(Stage::CheckingStatus),
@@ -247,13 +262,22 @@ impl Servo {
     fn stands(&mut self, speed_rpm: i16, context: &Context<'_, Dyn>) -> Option<bool> {
         let now = context.log.now;
         if speed_rpm != 0 {
-            self.still_since = None;
+            self.is_still = false;
             return Some(false);
         }
-        let since = *self.still_since.get_or_insert(now);
+        if !core::mem::replace(&mut self.is_still, true) {
+            self.still_since = Stamp::of(now);
+        }
         // What was read before the application asked for power does not count (D59).
-        let counted = now.us_since(since.max(context.view.since));
-        (counted >= u64::from(context.config.timeouts.standstill_us)).then_some(true)
+        let standstill_us = context.config.timeouts.standstill_us;
+        let counts = self.still_since.has_lasted(now, standstill_us)
+            && context.view.has_lasted(now, standstill_us);
+        counts.then_some(true)
+    }
+
+    fn may_be_in_other_mode(&self) -> bool {
+        let is_speed = self.procedures.own().is_some_and(OwnMove::is_speed);
+        is_speed || self.procedures.run().is_some_and(Run::is_way_back)
     }
 
     fn judge_group3(&self, group: ParamGroup3) -> Option<Fault> {
@@ -274,7 +298,7 @@ impl Servo {
 
     /// The position that was read last, in command counts.
     pub(super) fn located(&self) -> Result<i32, Fault> {
-        let read_back = self.feedback.position.map_or(0, |position| position.value);
+        let read_back = self.feedback.position().unwrap_or(0);
         let travel = &self.config.limits.travel;
         self.config
             .read_back

@@ -8,9 +8,10 @@
 use bus_user::Instant;
 use dyn_can::ReplyKind;
 
+use crate::core::stamp::Stamp;
+
 /// What a drive owes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) enum RequestSlot {
     /// Nothing; the next request may go out.
     #[default]
@@ -19,17 +20,15 @@ pub(crate) enum RequestSlot {
     Waiting {
         /// What was asked.
         kind: ReplyKind,
-        /// When the controller accepted the request.
-        since: Instant,
         /// When waiting ends.
-        deadline: Instant,
+        deadline: Stamp,
     },
     /// Nothing is awaited, but replies to what was asked may still come: they are dropped.
     Closed {
         /// What was asked last.
         kind: ReplyKind,
         /// When the slot is free again.
-        until: Instant,
+        until: Stamp,
     },
 }
 
@@ -52,8 +51,8 @@ impl RequestSlot {
     #[inline]
     pub(crate) fn pass(&mut self, now: Instant) -> bool {
         match *self {
-            Self::Waiting { deadline, .. } => now < deadline,
-            Self::Closed { until, .. } if now >= until => {
+            Self::Waiting { deadline, .. } => !deadline.has_come(now),
+            Self::Closed { until, .. } if until.has_come(now) => {
                 *self = Self::Free;
                 true
             }
@@ -65,8 +64,7 @@ impl RequestSlot {
     pub(crate) fn ask(&mut self, kind: ReplyKind, now: Instant, timeout_us: u32) {
         *self = Self::Waiting {
             kind,
-            since: now,
-            deadline: now + timeout_us,
+            deadline: Stamp::of(now).after(timeout_us),
         };
     }
 
@@ -75,13 +73,13 @@ impl RequestSlot {
         *self = Self::Free;
     }
 
-    /// The request that a frame with this function answers, and since when it was awaited.
+    /// The request that a frame with this function answers, and when waiting for it ends.
     pub(crate) fn awaited(
         &self,
         function: dyn_can::FunctionCode,
-    ) -> Result<(ReplyKind, Instant), Unawaited> {
+    ) -> Result<(ReplyKind, Stamp), Unawaited> {
         match *self {
-            Self::Waiting { kind, since, .. } if kind.function() == function => Ok((kind, since)),
+            Self::Waiting { kind, deadline } if kind.function() == function => Ok((kind, deadline)),
             Self::Closed { kind, .. } if kind.function() == function => Err(Unawaited::Late),
             _ => Err(Unawaited::Stray),
         }
@@ -92,19 +90,30 @@ impl RequestSlot {
         if let Self::Waiting { kind, .. } = *self {
             *self = Self::Closed {
                 kind,
-                until: now + closed_us,
+                until: Stamp::of(now).after(closed_us),
             };
+        }
+    }
+
+    /// As [`Stamp::keep`].
+    pub(crate) fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        if let Self::Waiting {
+            deadline: stamp, ..
+        }
+        | Self::Closed { until: stamp, .. } = self
+        {
+            stamp.keep(now, is_long_ago);
         }
     }
 
     /// Lets time pass; the request whose reply did not come, once.
     pub(crate) fn expire(&mut self, now: Instant, quarantine_us: u32) -> Option<ReplyKind> {
         match *self {
-            Self::Waiting { kind, deadline, .. } if now >= deadline => {
+            Self::Waiting { kind, deadline } if deadline.has_come(now) => {
                 self.close(now, quarantine_us);
                 Some(kind)
             }
-            Self::Closed { until, .. } if now >= until => {
+            Self::Closed { until, .. } if until.has_come(now) => {
                 *self = Self::Free;
                 None
             }
@@ -158,7 +167,7 @@ mod tests {
         );
         assert_eq!(
             slot.awaited(FunctionCode::GeneralRead),
-            Ok((ReplyKind::Torque, at(0)))
+            Ok((ReplyKind::Torque, Stamp::of(at(TIMEOUT_US.into()))))
         );
     }
 

@@ -3,47 +3,71 @@
 use bus_plan::ResponseWindow;
 use bus_user::Instant;
 
+use crate::core::stamp::Stamp;
+
 /// Replies after which the older half of what was seen is forgotten: a single late reply does not count for ever.
 const HALF: u8 = 64;
 
+/// A window that nothing was seen in begins behind its end.
+const NOTHING: ResponseWindow = ResponseWindow {
+    min_us: u32::MAX,
+    max_us: 0,
+};
+
 /// Shortest and longest response of one drive, of its latest 64 to 128 replies.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct ResponseWatch {
+    latest: ResponseWindow,
+    earlier: ResponseWindow,
     /// When the request had left, as far as the master can know.
-    asked_at: Option<Instant>,
-    latest: Option<ResponseWindow>,
-    earlier: Option<ResponseWindow>,
+    asked_at: Stamp,
+    is_asked: bool,
     replies: u8,
 }
 
 impl ResponseWatch {
+    /// No reply was seen.
+    pub(crate) const NEW: Self = Self {
+        latest: NOTHING,
+        earlier: NOTHING,
+        asked_at: Stamp::ZERO,
+        is_asked: false,
+        replies: 0,
+    };
+
     /// A request leaves the controller at this time.
-    pub(crate) fn asked(&mut self, at: Instant) {
-        self.asked_at = Some(at);
+    pub(crate) const fn asked(&mut self, at: Instant) {
+        self.asked_at = Stamp::of(at);
+        self.is_asked = true;
     }
 
     /// The reply to it came in at this time, after so long on the wire.
     pub(crate) fn replied(&mut self, at: Instant, on_wire_us: u32) {
-        let Some(asked_at) = self.asked_at.take() else {
+        if !core::mem::take(&mut self.is_asked) {
             return;
-        };
+        }
         if self.replies >= HALF {
-            self.earlier = self.latest.take();
+            self.earlier = core::mem::replace(&mut self.latest, NOTHING);
             self.replies = 0;
         }
         self.replies += 1;
-        let us = at.us_since(asked_at + on_wire_us);
-        let us = u32::try_from(us).unwrap_or(u32::MAX);
-        let one = ResponseWindow {
-            min_us: us,
-            max_us: us,
-        };
-        self.latest = ResponseWindow::union(self.latest, Some(one));
+        let us = self.asked_at.after(on_wire_us).age_us(at);
+        self.latest.min_us = self.latest.min_us.min(us);
+        self.latest.max_us = self.latest.max_us.max(us);
     }
 
     /// What was seen; `None` before the first reply.
     pub(crate) fn window(&self) -> Option<ResponseWindow> {
-        ResponseWindow::union(self.latest, self.earlier)
+        let window = ResponseWindow {
+            min_us: self.latest.min_us.min(self.earlier.min_us),
+            max_us: self.latest.max_us.max(self.earlier.max_us),
+        };
+        (window.min_us <= window.max_us).then_some(window)
+    }
+
+    /// As [`Stamp::keep`].
+    pub(crate) const fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
+        self.asked_at.keep(now, is_long_ago);
     }
 }
 
@@ -52,7 +76,7 @@ mod tests {
     use super::*;
 
     fn watch(responses_us: impl IntoIterator<Item = u32>) -> ResponseWatch {
-        let mut watch = ResponseWatch::default();
+        let mut watch = ResponseWatch::NEW;
         for us in responses_us {
             watch.asked(Instant::from_us(1_000));
             watch.replied(Instant::from_us(1_050) + us, 50);

@@ -6,7 +6,6 @@ use zlac8030l::{
     SetUpStep, State, StatusWord, objects,
 };
 
-use crate::core::event::EventLog;
 use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Power, Work};
 use crate::core::family::{
@@ -18,22 +17,20 @@ use crate::core::snapshot::Counters;
 use crate::core::state::{AxisState, Stage};
 use crate::core::targets::{AbsoluteLedger, ValueKind};
 use crate::wheel::config::{WheelConfig, WheelMasterConfig, WheelMode};
-use crate::wheel::event::WheelEventKind;
+use crate::wheel::event::{Log, WheelEventKind};
 use crate::wheel::fault::WheelFault;
 use crate::wheel::feedback::{WheelFeedback, WheelSnapshot};
 use crate::wheel::process_data;
-use crate::wheel::request::{Purpose, WheelRequest};
+use crate::wheel::request::{HealthReading, Purpose, WheelRequest};
 use crate::wheel::set_up;
 use crate::wheel::transfer::{TransferError, is_owned};
+use crate::wheel::way::Way;
 use crate::wheel::zlac_family::Zlac;
 
 /// Counts of a turn of the wheel with the 1024 encoder lines of its hub motors (200Bh).
 const COUNTS_PER_TURN: u32 = 4_096;
 /// A wheel that follows its set-points is not farther behind than it turns in this time at the speed of its profile.
 const LAG_MS: u32 = 100;
-
-/// Where a wheel writes its events.
-pub(super) type Log<'a> = EventLog<'a, WheelEventKind>;
 
 /// A ZLAC8030L.
 #[derive(Debug)]
@@ -68,7 +65,12 @@ pub struct Wheel {
     pub(super) timeouts_in_row: u8,
     /// When the latest transfer started.
     pub(super) asked_at: Instant,
+    /// When the latest reading of health was asked, and which comes next.
+    pub(super) health_asked_at: Option<Instant>,
+    pub(super) health_next: HealthReading,
     pub(super) still_since: Option<Instant>,
+    /// The way to the latest target of a position.
+    pub(super) way: Way,
     /// Since when the wheel turns at another speed than it was told.
     pub(super) off_since: Option<Instant>,
 }
@@ -93,7 +95,8 @@ impl Wheel {
             config,
             master: *master,
             ledger: AbsoluteLedger::new(match config.mode {
-                WheelMode::Velocity => ValueKind::Speed,
+                // Both end at 0.
+                WheelMode::Velocity | WheelMode::Torque { .. } => ValueKind::Speed,
                 WheelMode::Position { .. } => ValueKind::Position,
             }),
             feedback: WheelFeedback::default(),
@@ -113,13 +116,20 @@ impl Wheel {
             edge: false,
             timeouts_in_row: 0,
             asked_at: Instant::default(),
+            health_asked_at: None,
+            health_next: HealthReading::default(),
             still_since: None,
             off_since: None,
+            way: Way::default(),
         }
     }
 
     pub(super) const fn is_position(&self) -> bool {
         matches!(self.config.mode, WheelMode::Position { .. })
+    }
+
+    pub(super) const fn is_torque(&self) -> bool {
+        matches!(self.config.mode, WheelMode::Torque { .. })
     }
 
     /// The drive takes the frame of a cycle.
@@ -208,6 +218,7 @@ impl Drive for Wheel {
 
     fn snapshot(
         &self,
+        _: Instant,
         state: AxisState,
         facts: &Facts,
         fault: Option<WheelFault>,
@@ -228,7 +239,9 @@ impl Drive for Wheel {
     fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel> {
         let values = self.config.limits.values;
         let (min, max) = (values.min, values.max);
+        let before = self.ledger.target();
         let is_inside = self.ledger.accept_target(target, &values);
+        self.begin_way(before);
         is_inside.then_some(()).ok_or(OutOfTravel { min, max })
     }
 
@@ -250,10 +263,11 @@ impl Drive for Wheel {
         self.off_since = None;
     }
 
-    /// A move of the drive itself ends by quick stop, and the ramp with its standstill.
+    /// A move of the drive itself ends by quick stop, and so does torque, because a wheel without torque goes on turning; the ramp ends with
+    /// their standstill.
     fn begin_ramp(&mut self, cycles: u32) {
         self.ledger.begin_ramp(cycles);
-        if self.makes_own_move() {
+        if self.makes_own_move() || self.is_torque() {
             self.quick_stop = true;
             self.braking_cycles =
                 self.master.timeouts.standstill_limit_us / self.master.cycle_us.max(1);
@@ -275,6 +289,7 @@ impl Drive for Wheel {
     /// At once is by quick stop: the drive brakes as 605Ah says and stays energised.
     fn end_motion(&mut self, by_ramp: bool) {
         self.braking_cycles = 0;
+        self.way = Way::Over;
         self.quick_stop |= !by_ramp;
         if self.is_position() {
             self.ledger.end_motion();
@@ -305,8 +320,9 @@ impl Drive for Wheel {
         Ok(process_data::command(node, mode, word, value))
     }
 
-    fn cycle_frame_accepted(&mut self, _: Instant) {
+    fn cycle_frame_accepted(&mut self, now: Instant) {
         self.ledger.accepted();
+        self.note_way(now);
         self.edge = !self.edge;
         self.counters.set_points = self.counters.set_points.wrapping_add(1);
     }
@@ -370,6 +386,7 @@ impl Drive for Wheel {
             Some(_) => 0,
             None => self.braking_cycles.saturating_sub(1),
         };
+        self.watch_way(&mut context.log);
         self.pass_time(context)
     }
 

@@ -3,9 +3,12 @@
 use bus_user::BusErrorKind;
 use zlac8030l::{DecodeError, Emcy, FrameError, NmtState, SdoEvent, SdoIgnored, SetUpReport};
 
-use crate::core::event::CommonEvent;
+use crate::core::event::{CommonEvent, EventLog};
 use crate::core::state::{AxisState, Reason};
 use crate::wheel::fault::WheelFault;
+
+/// Where a wheel writes its events.
+pub(super) type Log<'a> = EventLog<'a, WheelEventKind>;
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +49,16 @@ pub enum WheelEventKind {
     ReplyIgnored(SdoIgnored),
     /// A frame of the drive does not decode.
     BadFrame(DecodeError),
+    /// A wheel in position mode stands where its latest target is.
+    Arrived {
+        /// Its position.
+        counts: i32,
+    },
+    /// A wheel in position mode does not stand where its latest target is, and its time is over. It goes on trying.
+    NotArrived {
+        /// How far it is from its target: position minus target.
+        off_counts: i32,
+    },
     /// The target of the cycle before did not reach the controller in time.
     TargetMerged,
     /// The controller gave back a target unsent; it is sent again.

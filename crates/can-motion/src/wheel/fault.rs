@@ -67,6 +67,14 @@ pub enum WheelFault {
         /// Speed that was read, in 0.1 r/min.
         actual_decirpm: i32,
     },
+    /// A wheel in torque mode turns faster than it may: its load is gone.
+    #[error("the wheel turns at {} r/min, at most {} are allowed in torque mode", Tenths(*.actual_decirpm), Tenths(*.most_decirpm))]
+    OverSpeed {
+        /// What is allowed, in 0.1 r/min.
+        most_decirpm: i32,
+        /// Speed that was read, in 0.1 r/min.
+        actual_decirpm: i32,
+    },
     /// The bus failed.
     #[error("the bus failed")]
     Bus,
@@ -120,7 +128,7 @@ impl WheelFault {
             | Self::PositionRange { .. } => (Loss::Knowledge, Reaction::Halt),
             Self::NotEnabled | Self::SwitchedOn => (Loss::Anchor, to.lost),
             Self::ConfirmTimeout => (Loss::Anchor, Reaction::Halt),
-            Self::FollowingError { .. } | Self::FollowingSpeed { .. } => {
+            Self::FollowingError { .. } | Self::FollowingSpeed { .. } | Self::OverSpeed { .. } => {
                 (Loss::Nothing, to.following_error)
             }
             Self::Group => (Loss::Nothing, Reaction::Halt),
@@ -208,6 +216,10 @@ mod tests {
             sent_decirpm: 0,
             actual_decirpm: 1,
         };
+        let over = WheelFault::OverSpeed {
+            most_decirpm: 1,
+            actual_decirpm: 2,
+        };
         let state = WheelFault::NotOperational(NmtState::Stopped);
         let transfer = WheelFault::Transfer(SdoEnd::TimedOut);
         let set_up = WheelFault::SetUp(SetUpError::Differs {
@@ -234,6 +246,7 @@ mod tests {
             (WheelFault::ConfirmTimeout, Loss::Anchor, ALL),
             (error, Loss::Nothing, following),
             (speed, Loss::Nothing, following),
+            (over, Loss::Nothing, following),
             (WheelFault::Group, Loss::Nothing, ALL),
         ];
         // Of the reactions only its own says to disable; all say so where it halts at any rate.

@@ -22,6 +22,12 @@ pub struct WheelFeedback {
     pub position_counts: Option<Stamped<i32>>,
     /// Torque 6077h as the drive counts it: 0.1 A by the text, mA by the printed range (Z25). With the position.
     pub torque: Option<Stamped<i16>>,
+    /// Temperature of the motor 2026h:01 in 0.1 degC (Z6, Z7), by [`WheelPolls`](crate::wheel::WheelPolls).
+    pub motor_decidegrees: Option<Stamped<i16>>,
+    /// Temperature of the driver 2026h:02 in 0.1 degC (Z6, Z7), by [`WheelPolls`](crate::wheel::WheelPolls).
+    pub driver_decidegrees: Option<Stamped<i16>>,
+    /// Voltage of the supply 2029h in 0.01 V, by [`WheelPolls`](crate::wheel::WheelPolls).
+    pub bus_centivolts: Option<Stamped<u16>>,
     /// State of NMT by the latest heartbeat.
     pub nmt: Option<Stamped<NmtState>>,
 }

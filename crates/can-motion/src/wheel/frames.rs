@@ -13,7 +13,7 @@ use crate::core::state::Stage;
 use crate::wheel::drive::{Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
 use crate::wheel::process_data;
-use crate::wheel::request::{Purpose, WheelRequest};
+use crate::wheel::request::{HealthReading, Purpose, WheelRequest};
 use crate::wheel::zlac_family::Zlac;
 
 /// Value of the holding brake 2030h:0E that closes it.
@@ -83,7 +83,10 @@ impl Wheel {
             };
             return Some((class, Purpose::Check, request));
         }
-        let request = self.procedure?;
+        let Some(request) = self.procedure else {
+            let reading = self.wanted_health(now)?;
+            return Some((Class::Poll, Purpose::Health(reading), reading.request()));
+        };
         let class = match facts.work {
             Work::Write => Class::Write,
             Work::Repair => Class::Repair,
@@ -92,11 +95,19 @@ impl Wheel {
         Some((class, Purpose::Procedure, request))
     }
 
+    /// The reading whose turn it is.
+    fn wanted_health(&self, now: Instant) -> Option<HealthReading> {
+        let every_us = self.config.polls.health_us? / HealthReading::COUNT;
+        let is_time = self
+            .health_asked_at
+            .is_none_or(|at| now.us_since(at) >= u64::from(every_us));
+        (self.takes_frames() && is_time).then_some(self.health_next)
+    }
+
     /// A holding brake is not made to stop a wheel that turns. Where nobody reports the speed, it waits as long as a standstill may take.
     fn may_close_brake(&self, view: &View, now: Instant) -> bool {
-        let waited_us = now.us_since(view.since);
-        self.still_since.is_some()
-            || waited_us >= u64::from(self.master.timeouts.standstill_limit_us)
+        let limit_us = self.master.timeouts.standstill_limit_us;
+        self.still_since.is_some() || view.has_lasted(now, limit_us)
     }
 
     fn check_transfer(&self, stage: Stage) -> Option<SdoRequest> {
@@ -131,6 +142,10 @@ impl Wheel {
                 let _ = self.sdo.start(now.as_us(), request);
                 self.purpose = Some(purpose);
                 self.asked_at = now;
+                if let Purpose::Health(reading) = purpose {
+                    self.health_next = reading.next();
+                    self.health_asked_at = Some(now);
+                }
             }
         }
     }

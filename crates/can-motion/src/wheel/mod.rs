@@ -7,13 +7,14 @@
 //! one a drive.
 //!
 //! ```text
-//!  control word and target --> RPDO1: 6040h, 60FFh (velocity) or 607Ah (position)
+//!  control word and target --> RPDO1: 6040h, 60FFh (velocity), 607Ah (position) or 6071h (torque)
 //!  status, fault, speed    <-- TPDO0: 6041h, 603Fh, 606Ch
 //!  position, torque        <-- TPDO1: 6064h, 6077h
 //! ```
 //!
 //! What the states of [`AxisState`](crate::AxisState) mean for a wheel is in `docs/wheels.md`.
 
+mod arrival;
 pub(crate) mod config;
 mod drive;
 mod event;
@@ -27,11 +28,12 @@ mod readings;
 mod request;
 mod set_up;
 mod transfer;
+mod way;
 mod zlac_family;
 
 pub use config::{
-    FeedbackTiming, WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig, WheelMode,
-    WheelStops, WheelTimeouts,
+    FeedbackTiming, WheelArrival, WheelConfig, WheelConfigError, WheelLimits, WheelMasterConfig,
+    WheelMode, WheelPolls, WheelStops, WheelTimeouts,
 };
 pub use drive::Wheel;
 pub use event::WheelEventKind;
@@ -39,6 +41,6 @@ pub use family::WheelMaster;
 pub use fault::{WheelFault, WheelReactions};
 pub use feedback::{WheelFeedback, WheelSnapshot};
 pub use plan::{STREAMS, WheelPlan};
-pub use request::{Purpose, WheelRequest};
+pub use request::{HealthReading, Purpose, WheelRequest};
 pub use transfer::TransferError;
 pub use zlac_family::Zlac;

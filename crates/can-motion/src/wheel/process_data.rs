@@ -23,6 +23,7 @@ pub(super) fn command_mapping(mode: WheelMode) -> PdoMapping {
     let target = match mode {
         WheelMode::Velocity => MappingEntry::of(objects::TARGET_SPEED),
         WheelMode::Position { .. } => MappingEntry::of(objects::TARGET_POSITION),
+        WheelMode::Torque { .. } => MappingEntry::of(objects::TARGET_TORQUE),
     };
     mapping(&[MappingEntry::of(objects::CONTROL_WORD), target])
 }
@@ -43,7 +44,12 @@ pub(super) fn position_mapping() -> PdoMapping {
 }
 
 pub(super) fn command(node: NodeId, mode: WheelMode, word: ControlWord, target: i32) -> DataFrame {
-    let values = [word.get().to_data(), target.to_data()];
+    let target = match mode {
+        // The limits of the targets are those of the object.
+        WheelMode::Torque { .. } => (target as i16).to_data(),
+        WheelMode::Velocity | WheelMode::Position { .. } => target.to_data(),
+    };
+    let values = [word.get().to_data(), target];
     command_mapping(mode).rpdo(node, COMMAND, &values)
 }
 
@@ -51,6 +57,8 @@ pub(super) fn command(node: NodeId, mode: WheelMode, word: ControlWord, target: 
 pub(super) fn target(frame: &DataFrame) -> i32 {
     match *frame.data() {
         [_, _, a, b, c, d] => i32::from_le_bytes([a, b, c, d]),
+        // Torques have 16 bits.
+        [_, _, a, b] => i32::from(i16::from_le_bytes([a, b])),
         _ => 0,
     }
 }
@@ -91,6 +99,10 @@ mod tests {
             (frame.id(), frame.data()),
             (0x304, &[0x0F, 0x00, 0x9C, 0xFF, 0xFF, 0xFF][..])
         );
+        let torque = WheelMode::Torque { slope_ma_s: 300 };
+        let frame = command(node, torque, ControlWord::QUICK_STOP, -1_000);
+        assert_eq!(frame.data(), [0x02, 0x00, 0x18, 0xFC]);
+        assert_eq!(target(&frame), -1_000);
         let frame =
             DataFrame::new(0x184, &[0x27, 0x40, 0x04, 0x00, 0xE8, 0x03, 0x00, 0x00]).unwrap();
         let (word, fault, speed) = status(&frame).unwrap();

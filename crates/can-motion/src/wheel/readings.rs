@@ -11,11 +11,11 @@ use crate::core::family::{Context, Drive, Meaning, PowerReport, View};
 use crate::core::snapshot::Stamped;
 use crate::core::state::Stage;
 use crate::wheel::config::WheelMasterConfig;
-use crate::wheel::drive::{Log, Reset, Wheel};
-use crate::wheel::event::WheelEventKind;
+use crate::wheel::drive::{Reset, Wheel};
+use crate::wheel::event::{Log, WheelEventKind};
 use crate::wheel::fault::WheelFault;
 use crate::wheel::process_data;
-use crate::wheel::request::Purpose;
+use crate::wheel::request::{HealthReading, Purpose};
 use crate::wheel::zlac_family::Zlac;
 
 impl Wheel {
@@ -27,7 +27,11 @@ impl Wheel {
     ) -> Meaning<WheelFault> {
         let meaning = match Message::decode(frame) {
             Ok(Message::Tpdo(_, process_data::STATUS, _)) => self.read_status(frame, context),
-            Ok(Message::Tpdo(_, process_data::POSITION, _)) => self.read_position(frame, context),
+            Ok(Message::Tpdo(_, process_data::POSITION, _)) => {
+                let meaning = self.read_position(frame, context);
+                self.judge_arrival(&mut context.log);
+                meaning
+            }
             Ok(Message::SdoReply(..)) => return self.read_reply(frame, context),
             Ok(Message::Heartbeat(beat)) => return self.read_heartbeat(beat.state, context),
             Ok(Message::Emcy(_, emergency)) => return read_emergency(emergency, &mut context.log),
@@ -98,7 +102,7 @@ impl Wheel {
         }
         let is_on = view.facts.power == Power::On;
         // The release of a quick stop takes a moment.
-        let is_settled = now.us_since(view.since) >= u64::from(config.timeouts.confirm_us);
+        let is_settled = view.has_lasted(now, config.timeouts.confirm_us);
         let is_stopped = status.emergency_stop() && !self.quick_stop && is_settled;
         let is_unknown = status.state() == State::Undocumented;
         (is_on && (is_stopped || is_unknown)).then_some(WheelFault::NotEnabled)
@@ -110,7 +114,7 @@ impl Wheel {
             return Some(false);
         }
         // What was read before the application asked for power does not count.
-        let since = self.still_since?.max(context.view.since);
+        let since = self.still_since?.max(context.view.since(context.log.now));
         let counted_us = context.log.now.us_since(since);
         (counted_us >= u64::from(context.config.timeouts.standstill_us)).then_some(true)
     }
@@ -157,7 +161,7 @@ impl Wheel {
         (follows && is_far).then_some(WheelFault::FollowingError { counts })
     }
 
-    /// A wheel in velocity mode that turns at another speed than it was told for too long.
+    /// A wheel in velocity mode that turns at another speed than it was told for too long, or one in torque mode that is too fast.
     fn following_speed(
         &mut self,
         actual_decirpm: i32,
@@ -166,20 +170,34 @@ impl Wheel {
     ) -> Option<WheelFault> {
         let follows = !self.is_position() && view.facts.moves();
         let resolution = i32::from(self.config.speed_resolution.max(1));
-        // At most ten times 1000 r/min, so that nothing overflows.
-        let sent_decirpm = self.ledger.sent().saturating_mul(10) / resolution;
+        let sent_decirpm = if self.is_torque() {
+            0
+        } else {
+            // At most ten times 1000 r/min, so that nothing overflows.
+            self.ledger.sent().saturating_mul(10) / resolution
+        };
         let limits = &self.config.limits;
         let difference = actual_decirpm.abs_diff(sent_decirpm);
-        if !follows || difference <= u32::from(limits.following_speed) {
+        // While it brakes a wheel in torque mode is as fast as it is.
+        let brakes = self.is_torque() && self.quick_stop;
+        if !follows || brakes || difference <= u32::from(limits.following_speed) {
             self.off_since = None;
             return None;
         }
         let since = *self.off_since.get_or_insert(now);
         let is_long = now.us_since(since) >= u64::from(limits.following_speed_us);
-        is_long.then_some(WheelFault::FollowingSpeed {
-            sent_decirpm,
-            actual_decirpm,
-        })
+        let fault = if self.is_torque() {
+            WheelFault::OverSpeed {
+                most_decirpm: i32::from(limits.following_speed),
+                actual_decirpm,
+            }
+        } else {
+            WheelFault::FollowingSpeed {
+                sent_decirpm,
+                actual_decirpm,
+            }
+        };
+        is_long.then_some(fault)
     }
 
     fn read_heartbeat(
@@ -257,6 +275,7 @@ impl Wheel {
             Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => {
                 meaning.brake = Some(brake);
             }
+            Some(Purpose::Health(reading)) => self.note_health(reading, event.end, context.log.now),
             Some(Purpose::Power) => meaning.power = self.power_read(event.end, context.view),
             Some(Purpose::Check) if context.view.facts.is_checking() => {
                 meaning = self.check_ended(event.end, context);
@@ -265,6 +284,30 @@ impl Wheel {
         }
         meaning.fault = meaning.fault.or(lost);
         meaning
+    }
+
+    /// A reading of health; one that was refused or not answered is asked again in its turn.
+    fn note_health(&mut self, reading: HealthReading, end: SdoEnd, now: Instant) {
+        let SdoEnd::Value(data) = end else {
+            return;
+        };
+        let signed = i16::from_data(data)
+            .ok()
+            .and_then(|value| stamped(value, now));
+        let feedback = &mut self.feedback;
+        match reading {
+            HealthReading::MotorTemperature => {
+                feedback.motor_decidegrees = signed.or(feedback.motor_decidegrees);
+            }
+            HealthReading::DriverTemperature => {
+                feedback.driver_decidegrees = signed.or(feedback.driver_decidegrees);
+            }
+            HealthReading::BusVoltage => {
+                let volts = u16::from_data(data).ok();
+                let volts = volts.and_then(|value| stamped(value, now));
+                feedback.bus_centivolts = volts.or(feedback.bus_centivolts);
+            }
+        }
     }
 
     /// Counts the transfers in a row that had no answer.
@@ -279,7 +322,8 @@ impl Wheel {
             return None;
         }
         self.counters.timeouts = self.counters.timeouts.wrapping_add(1);
-        if context.view.is_lost || purpose == Some(Purpose::Procedure) {
+        let is_asked_for = matches!(purpose, Some(Purpose::Procedure | Purpose::Health(_)));
+        if context.view.is_lost || is_asked_for {
             return None;
         }
         context.log.push(WheelEventKind::TransferTimeout(event));
@@ -362,8 +406,7 @@ impl Wheel {
         };
         let timeouts = &context.config.timeouts;
         let view = context.view;
-        let elapsed_us = now.us_since(view.since);
-        if view.stage == Stage::PowerOn && elapsed_us >= u64::from(timeouts.power_on_us) {
+        if view.stage == Stage::PowerOn && view.has_lasted(now, timeouts.power_on_us) {
             meaning.stage = Some(Stage::Probing);
         }
         let waits_for_feedback = view.facts.is_checking()
@@ -372,7 +415,7 @@ impl Wheel {
                 Stage::Locating => true,
                 _ => false,
             };
-        let is_late = waits_for_feedback && elapsed_us >= u64::from(timeouts.confirm_us);
+        let is_late = waits_for_feedback && view.has_lasted(now, timeouts.confirm_us);
         meaning.fault = meaning
             .fault
             .or_else(|| self.silence(context.config, view, now))

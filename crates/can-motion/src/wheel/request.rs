@@ -1,6 +1,6 @@
 //! What goes to a wheel in the gaps of the cycle.
 
-use zlac8030l::{DataFrame, NmtCommand, NmtRequest, NodeId, SdoRequest};
+use zlac8030l::{DataFrame, NmtCommand, NmtRequest, NodeId, SdoRequest, objects};
 
 use crate::core::facts::Brake;
 
@@ -15,6 +15,42 @@ pub enum Purpose {
     Brake(Brake),
     /// A procedure of the application.
     Procedure,
+    /// A reading that no PDO brings.
+    Health(HealthReading),
+}
+
+/// A reading that no PDO brings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HealthReading {
+    /// 2026h:01.
+    #[default]
+    MotorTemperature,
+    /// 2026h:02.
+    DriverTemperature,
+    /// 2029h.
+    BusVoltage,
+}
+
+impl HealthReading {
+    /// Readings in a round.
+    pub(super) const COUNT: u32 = 3;
+
+    /// The one behind it.
+    pub(super) const fn next(self) -> Self {
+        match self {
+            Self::MotorTemperature => Self::DriverTemperature,
+            Self::DriverTemperature => Self::BusVoltage,
+            Self::BusVoltage => Self::MotorTemperature,
+        }
+    }
+
+    pub(super) const fn request(self) -> SdoRequest {
+        match self {
+            Self::MotorTemperature => objects::MOTOR_TEMPERATURE.read(),
+            Self::DriverTemperature => objects::DRIVER_TEMPERATURE.read(),
+            Self::BusVoltage => objects::BUS_VOLTAGE.read(),
+        }
+    }
 }
 
 /// Something that goes out in the gaps.

@@ -25,14 +25,24 @@ pub(super) const fn options(wheel: &WheelConfig) -> SetUpOptions {
 
 /// The steps, in order. They must be the same at every call for one wheel.
 pub(super) fn steps(config: &WheelMasterConfig, wheel: &WheelConfig) -> [SetUpStep; STEPS] {
-    let (mode, speed_rpm) = match wheel.mode {
-        WheelMode::Velocity => (zlac8030l::Mode::Velocity, None),
+    let ramp_ms = u32::from(wheel.ramp_ms);
+    let acceleration = value(objects::ACCELERATION_TIME_MS, ramp_ms);
+    let mode = mode_of(wheel.mode).value();
+    let set_mode = value(objects::MODE, mode);
+    // Steps are as many in every mode; one that is done already is compared once more.
+    let (acceleration, profile, last) = match wheel.mode {
+        WheelMode::Velocity => (acceleration, set_mode, set_mode),
         WheelMode::Position { profile_speed_rpm } => {
-            (zlac8030l::Mode::Position, Some(profile_speed_rpm))
+            let speed = value(objects::PROFILE_SPEED, u32::from(profile_speed_rpm));
+            (acceleration, speed, set_mode)
+        }
+        WheelMode::Torque { slope_ma_s } => {
+            // The slope takes the place of the acceleration. The guide has two values for this mode (Z4): a drive that shows another one
+            // has not taken it.
+            let shown = SetUpStep::Expect(Setting::new(objects::MODE_DISPLAY, mode));
+            (value(objects::TORQUE_SLOPE, slope_ma_s), set_mode, shown)
         }
     };
-    let mode = value(objects::MODE, mode.value());
-    let ramp_ms = u32::from(wheel.ramp_ms);
     let (stops, timeouts) = (&wheel.stops, &config.timeouts);
     let emergency_ms = u32::from(stops.emergency_ms);
     [
@@ -44,10 +54,10 @@ pub(super) fn steps(config: &WheelMasterConfig, wheel: &WheelConfig) -> [SetUpSt
         value(objects::ROTATION, u16::from(wheel.counter_clockwise)),
         value(objects::PRODUCER_HEARTBEAT_MS, timeouts.heartbeat_ms),
         value(objects::OFFLINE_TIME_MS, timeouts.offline_ms),
-        value(objects::ACCELERATION_TIME_MS, ramp_ms),
+        acceleration,
         value(objects::DECELERATION_TIME_MS, ramp_ms),
-        speed_rpm.map_or(mode, |rpm| value(objects::PROFILE_SPEED, u32::from(rpm))),
-        mode,
+        profile,
+        last,
         SetUpStep::Pdo(receive(process_data::command_mapping(wheel.mode))),
         SetUpStep::Pdo(transmit(
             config,
@@ -60,6 +70,14 @@ pub(super) fn steps(config: &WheelMasterConfig, wheel: &WheelConfig) -> [SetUpSt
             process_data::position_mapping(),
         )),
     ]
+}
+
+const fn mode_of(mode: WheelMode) -> zlac8030l::Mode {
+    match mode {
+        WheelMode::Velocity => zlac8030l::Mode::Velocity,
+        WheelMode::Position { .. } => zlac8030l::Mode::Position,
+        WheelMode::Torque { .. } => zlac8030l::Mode::Torque,
+    }
 }
 
 fn value<T: ObjectValue>(object: Object<T>, value: T) -> SetUpStep {

@@ -4,9 +4,12 @@ use can_motion::facts::{
     Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work,
 };
 
+use can_motion::MoveEnd;
+
 use crate::faults;
 use crate::needs;
-use crate::promises::{is_off_due, moves, of_facts};
+use crate::own_moves;
+use crate::promises::{is_off_due, moves, of_facts, sends};
 use crate::readings;
 use crate::rules::Rules;
 use crate::walk::{Held, hold};
@@ -32,6 +35,7 @@ pub(crate) fn every_promise(rules: &Rules, before: Facts, input: Input, after: F
     power_is_meant(before, input, after, is_taken)?;
     readings::of_knowledge(before, input, after)?;
     readings::of_power(before, input, after)?;
+    own_moves::frames_count(before, input, after)?;
     readings::of_brake(before, input, after)
 }
 
@@ -60,8 +64,11 @@ fn never_refused(is_taken: bool, input: Input) -> Held {
             | Input::Resume
             | Input::Rearm
             | Input::Clear
+            | Input::Move
+            | Input::SyncMove
             | Input::StartWork(_)
             | Input::Start
+            | Input::Arm
     );
     hold(
         is_taken || may_be_refused,
@@ -72,9 +79,10 @@ fn never_refused(is_taken: bool, input: Input) -> Held {
 /// Promise 1: nothing resumes by itself, after anything.
 fn nothing_resumes(before: Facts, input: Input, after: Facts, is_taken: bool) -> Held {
     hold(
-        !moves(&after) || moves(&before) || (input == Input::Start && is_taken),
+        !sends(&after) || sends(&before) || (input == Input::Start && is_taken),
         "motion begins only when the whole group is ready",
     )?;
+    own_moves::nothing_moves_by_itself(before, input, after, is_taken)?;
     hold(
         before.motion != Motion::Ramp || after.motion != Motion::Stream,
         "a ramp never turns into streaming",
@@ -112,6 +120,7 @@ fn nothing_resumes(before: Facts, input: Input, after: Facts, is_taken: bool) ->
 fn power_is_meant(before: Facts, input: Input, after: Facts, is_taken: bool) -> Held {
     let is_held = before.power == Power::On && before.goal != Goal::Off;
     let is_asked = matches!(input, Input::Disable | Input::Rearm) && is_taken;
+    let is_in_other_mode = input == Input::MoveEnded(MoveEnd::OtherMode);
     let is_caught = before.brake != Brake::Absent
         && matches!(
             input,
@@ -121,7 +130,7 @@ fn power_is_meant(before: Facts, input: Input, after: Facts, is_taken: bool) -> 
             }
         );
     hold(
-        !is_held || is_asked || is_caught || !is_off_due(&after),
+        !is_held || is_asked || is_caught || is_in_other_mode || !is_off_due(&after),
         "what holds is not switched off without a command",
     )?;
     let is_untouched =
@@ -191,6 +200,22 @@ fn of_commands(before: Facts, input: Input, after: Facts) -> Held {
                 && after.knowledge == Knowledge::Unknown,
             "adopt takes over without switching, and checks and anchors anew",
         ),
+        Input::Move => hold(
+            after
+                == Facts {
+                    goal: Goal::Move,
+                    ..before
+                },
+            "a drive is asked to move by itself, and nothing else changes",
+        ),
+        Input::SyncMove => hold(
+            after
+                == Facts {
+                    goal: Goal::SyncMove,
+                    ..before
+                },
+            "a drive is asked to move with others, and nothing else changes",
+        ),
         Input::Start => hold(
             after.motion == Motion::Stream,
             "a group that is ready streams",
@@ -221,21 +246,22 @@ fn of_clear(before: Facts, after: Facts) -> Held {
 /// Promise 3: `stop`, `halt` and `disable` work in every combination.
 fn of_stops(before: Facts, input: Input, after: Facts) -> Held {
     hold(
-        after.motion != Motion::Stream && after.goal != Goal::Stream,
-        "stop, halt and disable end streaming in every combination",
+        after.motion != Motion::Stream && matches!(after.goal, Goal::Off | Goal::Hold),
+        "stop, halt and disable end streaming and moves in every combination",
     )?;
     hold(
         input == Input::Halt || moves(&before) == moves(&after),
         "stop and disable slow down on the path",
     )?;
     hold(
-        input != Input::Halt || !moves(&after),
+        input != Input::Halt || !sends(&after),
         "halt ends every set-point",
     )?;
     let may_hold =
         matches!(before.power, Power::On | Power::OnUnconfirmed) && before.goal != Goal::Off;
     if input == Input::Disable {
-        let is_said = moves(&after) || is_off_due(&after) || after.power == Power::Off;
+        let waits = sends(&after) || (moves(&after) && after.latch == Latch::None);
+        let is_said = waits || is_off_due(&after) || after.power == Power::Off;
         hold(
             after.goal == Goal::Off && is_said,
             "disable sends its command, whatever is known",

@@ -3,8 +3,9 @@
 //! The drive obeys the frames that reach it, in the order in which the controller took them. A frame may be lost on the way or given
 //! back. The drive may let go or start anew by itself, with its motor on or off; the master then receives a fault.
 
-use can_motion::facts::{Brake, Class, Facts, Input, Loss, Motion, Power};
+use can_motion::facts::{Brake, Class, Facts, Input, Loss, Power};
 
+use crate::promises::sends;
 use crate::rules::{BRAKES, Rules, inputs};
 use crate::walk::{Broken, Held, hold, walk};
 
@@ -131,7 +132,7 @@ fn check(before: Pair, event: Event, after: Pair) -> Held {
         "a drive that the master takes for off is off, and no command is under way that switches it on",
     )?;
     hold(
-        facts.motion == Motion::Rest || after.is_on,
+        !sends(facts) || after.is_on,
         "set-points go to a drive that is on",
     )?;
     let arrives = |class| matches!(event, Event::Arrives) && before.under_way[0] == Some(class);
@@ -141,7 +142,7 @@ fn check(before: Pair, event: Event, after: Pair) -> Held {
         "power goes off behind a closed brake",
     )?;
     hold(
-        !arrives(Class::BrakeClose) || facts.motion == Motion::Rest,
+        !arrives(Class::BrakeClose) || !sends(facts),
         "the brake closes at rest",
     )?;
     hold(

@@ -1,7 +1,9 @@
 //! No dead end: whatever happened, a drive and a bus that work again bring the axis to where the application wants it.
 
+use can_motion::MoveEnd;
 use can_motion::facts::{Brake, Class, Facts, Goal, Input, Knowledge, Latch, Motion, Power, Work};
 
+use crate::promises::{asks_to_move, is_loaded};
 use crate::rules::{BRAKES, Rules};
 use crate::walk::{Broken, Held, hold};
 
@@ -10,6 +12,7 @@ fn next_events(rules: &Rules, facts: &Facts) -> Vec<Input> {
     let leaves = |class| (rules.may_leave)(class, facts);
     match (facts.motion, facts.power) {
         (Motion::Ramp, _) => return vec![Input::RampDone],
+        (Motion::DriveMove, _) => return vec![Input::MoveEnded(MoveEnd::Arrived)],
         (_, power) if power.is_unclear() && facts.goal == Goal::Off => return vec![Input::SaysOff],
         (_, Power::Unclear | Power::OnUnconfirmed | Power::OnSent) => return vec![Input::SaysOn],
         (_, Power::OffSent) => return vec![Input::SaysOff],
@@ -35,6 +38,14 @@ fn next_events(rules: &Rules, facts: &Facts) -> Vec<Input> {
     }
     if facts.awaits_anchor() {
         return vec![Input::Anchored];
+    }
+    for class in [Class::DriveMove, Class::Load, Class::Trigger] {
+        if leaves(class) {
+            return vec![Input::Accepted(class)];
+        }
+    }
+    if (rules.accepts)(facts, Input::Arm) {
+        return vec![Input::Arm];
     }
     if facts.motion == Motion::Rest && (rules.accepts)(facts, Input::Start) {
         return vec![Input::Start];
@@ -113,6 +124,10 @@ fn check(rules: &Rules, facts: Facts) -> Held {
         "what is to hold gets there",
     )?;
     hold(
+        !asks_to_move(&facts) || is_holding(&alone) && alone.motion == Motion::Rest,
+        "what is to move by itself gets there, and holds",
+    )?;
+    hold(
         facts.goal != Goal::Off || is_off(&alone) || alone.power == Power::FoundOn,
         "what is to be off gets there, or is found on and reported",
     )?;
@@ -141,6 +156,19 @@ fn check(rules: &Rules, facts: Facts) -> Held {
         enabled.facts.motion == Motion::Stream,
         "what holds can be enabled with its group",
     )?;
+    for command in [Input::Move, Input::SyncMove] {
+        hold(
+            (rules.accepts)(&held.facts, command),
+            "the drive of what holds can be asked to move by itself",
+        )?;
+        let there = Course::from(rules, held.facts)
+            .by(command)
+            .by(Input::Resume);
+        hold(
+            there.facts.motion == Motion::Stream,
+            "what arrived can be resumed",
+        )?;
+    }
     let back = held.by(Input::Resume);
     hold(
         back.facts.motion == Motion::Stream,
@@ -153,7 +181,8 @@ fn check(rules: &Rules, facts: Facts) -> Held {
             "what holds can be switched off and on",
         )?;
     }
-    if facts.power == Power::FoundOn {
+    // With a loaded move it has to be off first.
+    if facts.power == Power::FoundOn && !is_loaded(&facts) {
         let taken = Course::from(rules, facts)
             .by(Input::WorkEnded)
             .by(Input::Clear)

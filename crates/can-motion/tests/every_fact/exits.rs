@@ -2,6 +2,7 @@
 
 use can_motion::facts::{Brake, Class, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
 
+use crate::promises::{asks_to_move, moves, sends};
 use crate::rules::Rules;
 use crate::walk::{Held, hold};
 
@@ -12,7 +13,10 @@ pub(crate) fn keeps_back(rules: &Rules, facts: &Facts) -> Held {
     let is_off_for_good = facts.power == Power::Off && facts.goal == Goal::Off;
     let is_fine = facts.latch == Latch::None;
     if leaves(Class::SetPoint) {
-        hold(facts.motion != Motion::Rest, "no set-point at rest")?;
+        hold(
+            sends(facts),
+            "no set-point at rest or while the drive moves by itself",
+        )?;
         hold(is_on, "no set-point without power of this master")?;
         hold(
             facts.knowledge == Knowledge::Anchored,
@@ -24,15 +28,13 @@ pub(crate) fn keeps_back(rules: &Rules, facts: &Facts) -> Held {
         )?;
     }
     if leaves(Class::StopFrame) {
-        hold(
-            facts.motion == Motion::Rest,
-            "no stop frame between set-points",
-        )?;
+        hold(!moves(facts), "no stop frame between set-points")?;
         hold(
             !matches!(facts.power, Power::FoundOn | Power::Unclear),
             "no frame touches a drive that may be somebody else's",
         )?;
     }
+    own_moves_keep_back(rules, facts)?;
     if leaves(Class::SwitchOn) {
         hold(
             matches!(facts.power, Power::OnWanted | Power::OnSent),
@@ -83,13 +85,62 @@ pub(crate) fn keeps_back(rules: &Rules, facts: &Facts) -> Held {
     brakes_keep_back(rules, facts)
 }
 
+fn own_moves_keep_back(rules: &Rules, facts: &Facts) -> Held {
+    let leaves = |class| (rules.may_leave)(class, facts);
+    for (class, goal, motions) in [
+        (
+            Class::DriveMove,
+            Goal::Move,
+            [Motion::Rest, Motion::DriveMove],
+        ),
+        (Class::Load, Goal::SyncMove, [Motion::Rest; 2]),
+        (Class::Trigger, Goal::SyncMove, [Motion::Armed; 2]),
+    ] {
+        if !leaves(class) {
+            continue;
+        }
+        hold(
+            facts.goal == goal,
+            "no motion of a drive that nobody asked for",
+        )?;
+        hold(
+            motions.contains(&facts.motion),
+            "no second motion of a drive, no trigger before every drive has its move",
+        )?;
+        hold(
+            facts.power == Power::On && facts.knowledge == Knowledge::Anchored,
+            "no motion of a drive that is not on and anchored",
+        )?;
+        hold(
+            facts.latch == Latch::None,
+            "no motion of a drive under a fault",
+        )?;
+        hold(
+            !facts.work.needs_off(),
+            "no motion of a drive beside a write",
+        )?;
+        hold(
+            matches!(facts.brake, Brake::Absent | Brake::Open),
+            "no motion of a drive against a brake",
+        )?;
+    }
+    if leaves(Class::DriveStop) {
+        hold(
+            facts.motion == Motion::DriveMove && !asks_to_move(facts),
+            "no command to stop what is wanted, or does not move",
+        )?;
+        hold(
+            !matches!(facts.power, Power::Unclear | Power::FoundOn),
+            "no command to stop touches a drive that may be somebody else's",
+        )?;
+    }
+    Ok(())
+}
+
 fn brakes_keep_back(rules: &Rules, facts: &Facts) -> Held {
     let leaves = |class| (rules.may_leave)(class, facts);
     if leaves(Class::BrakeClose) {
-        hold(
-            facts.motion == Motion::Rest,
-            "no brake closes on a moving axis",
-        )?;
+        hold(!moves(facts), "no brake closes on a moving axis")?;
         hold(
             facts.goal == Goal::Off,
             "no brake closes on an axis that is to hold",
@@ -124,14 +175,14 @@ fn brakes_keep_back(rules: &Rules, facts: &Facts) -> Held {
 /// What must be able to leave: nothing that is due waits for something that never comes.
 pub(crate) fn lets_out(rules: &Rules, facts: &Facts) -> Held {
     let leaves = |class| (rules.may_leave)(class, facts);
-    let is_at_rest = facts.motion == Motion::Rest;
+    let is_at_rest = !moves(facts);
     let has_brake = facts.brake != Brake::Absent;
     hold(
         leaves(Class::Reading) && leaves(Class::Poll),
         "readings and polls always may leave",
     )?;
     hold(
-        is_at_rest || leaves(Class::SetPoint),
+        !sends(facts) || leaves(Class::SetPoint),
         "an axis in motion gets its set-points",
     )?;
     let may_be_ours = !matches!(facts.power, Power::FoundOn | Power::Unclear);
@@ -139,6 +190,7 @@ pub(crate) fn lets_out(rules: &Rules, facts: &Facts) -> Held {
         !is_at_rest || !may_be_ours || leaves(Class::StopFrame),
         "an axis at rest gets the frame that keeps it there",
     )?;
+    own_moves_let_out(rules, facts)?;
     hold(
         facts.power != Power::OnWanted || leaves(Class::SwitchOn),
         "an enable command that is due may leave",
@@ -149,7 +201,7 @@ pub(crate) fn lets_out(rules: &Rules, facts: &Facts) -> Held {
         !is_off_due || waits_for_brake || leaves(Class::SwitchOff),
         "a disable command that is due may leave",
     )?;
-    let may_close = is_off_due || facts.power == Power::Off;
+    let may_close = (is_off_due && is_at_rest) || facts.power == Power::Off;
     hold(
         !may_close || !waits_for_brake || facts.goal != Goal::Off || leaves(Class::BrakeClose),
         "the brake of an axis that is to be off may be closed",
@@ -173,5 +225,20 @@ pub(crate) fn lets_out(rules: &Rules, facts: &Facts) -> Held {
     hold(
         !is_repair_due || leaves(Class::Repair),
         "a repair that was accepted may leave",
+    )
+}
+
+fn own_moves_let_out(rules: &Rules, facts: &Facts) -> Held {
+    let leaves = |class| (rules.may_leave)(class, facts);
+    let due = match (facts.goal, facts.motion) {
+        (Goal::Move, Motion::Rest | Motion::DriveMove) => Some(Class::DriveMove),
+        (Goal::SyncMove, Motion::Rest) => Some(Class::Load),
+        (Goal::SyncMove, Motion::Armed) => Some(Class::Trigger),
+        (_, Motion::DriveMove) if !asks_to_move(facts) => Some(Class::DriveStop),
+        _ => None,
+    };
+    hold(
+        due.is_none_or(leaves),
+        "a motion of the drive that is due may begin, and one that is not wanted be stopped",
     )
 }

@@ -21,7 +21,7 @@ pub(crate) fn of_faults(before: Facts, input: Input, after: Facts) -> Held {
                 before.knowledge == after.knowledge && before.work == after.work,
                 "a fault of the group takes nothing from another axis",
             )?;
-            ends_motion(before, ramp, after)
+            ends_motion(before, (ramp, false), after)
         }
         Input::ConfirmTimeout if before.power == Power::OnSent => hold(
             after.latch == Latch::Own && is_off_due(&after) && after.goal == Goal::Off,
@@ -39,18 +39,24 @@ pub(crate) fn of_faults(before: Facts, input: Input, after: Facts) -> Held {
             "a disable that is not confirmed is said again, and nothing else times out",
         ),
         Input::RampDone => hold(
-            moves(&after) == (before.motion == Motion::Stream),
+            after.motion
+                == match before.motion {
+                    Motion::Ramp => Motion::Rest,
+                    other => other,
+                },
             "a ramp that is done ends, and nothing else",
         ),
         _ => Ok(()),
     }
 }
 
-fn ends_motion(before: Facts, ramp: bool, after: Facts) -> Held {
-    let expected = if ramp && moves(&before) {
-        Motion::Ramp
-    } else {
-        Motion::Rest
+fn ends_motion(before: Facts, (ramp, lets_go): (bool, bool), after: Facts) -> Held {
+    let expected = match before.motion {
+        Motion::Stream | Motion::Ramp if ramp => Motion::Ramp,
+        Motion::Stream | Motion::Ramp => Motion::Rest,
+        Motion::DriveMove if lets_go => Motion::Rest,
+        // It is told to stop, and loaded moves stay loaded.
+        other => other,
     };
     hold(
         after.motion == expected,
@@ -66,7 +72,8 @@ fn ends_motion(before: Facts, ramp: bool, after: Facts) -> Held {
 fn of_own_fault(before: Facts, (loss, ramp): (Loss, bool), after: Facts) -> Held {
     hold(after.latch == Latch::Own, "a fault is latched")?;
     hold(after.work == Work::None, "a fault ends the work")?;
-    ends_motion(before, ramp && loss == Loss::Nothing, after)?;
+    let lets_go = loss == Loss::Drive;
+    ends_motion(before, (ramp && loss == Loss::Nothing, lets_go), after)?;
     let most = match loss {
         Loss::Nothing => before.knowledge,
         Loss::Anchor => before.knowledge.min(Knowledge::Checked),

@@ -11,6 +11,7 @@ mod faults;
 mod group;
 mod mistakes;
 mod needs;
+mod own_moves;
 mod promises;
 mod readings;
 mod rules;

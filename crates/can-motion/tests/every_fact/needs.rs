@@ -1,6 +1,6 @@
 //! What must be true before a command is accepted, in every combination that the types allow.
 
-use can_motion::facts::{Brake, Facts, Goal, Input, Knowledge, Latch, Power, Work};
+use can_motion::facts::{Brake, Facts, Goal, Input, Knowledge, Latch, Motion, Power, Work};
 
 use crate::promises::moves;
 use crate::rules::Rules;
@@ -40,6 +40,28 @@ pub(crate) fn is_fit_for(rules: &Rules, facts: &Facts, input: Input) -> Held {
                 "a load that can fall is not let go in passing",
             )
         }
+        Input::Move | Input::SyncMove => {
+            has_no_objection(facts)?;
+            hold(
+                is_held && is_anchored,
+                "asked to move by itself is what holds its anchor",
+            )?;
+            hold(
+                matches!(facts.brake, Brake::Absent | Brake::Open),
+                "a drive moves by itself with an open brake",
+            )?;
+            hold(
+                facts.work == Work::None,
+                "a drive moves by itself without a procedure beside",
+            )
+        }
+        Input::Arm => {
+            hold(
+                facts.motion == Motion::Loaded && facts.goal == Goal::SyncMove,
+                "a trigger waits for what is loaded and still wanted",
+            )?;
+            hold(facts.latch == Latch::None, "no trigger under a fault")
+        }
         Input::Start => {
             has_no_objection(facts)?;
             hold(
@@ -75,7 +97,10 @@ fn has_no_objection(facts: &Facts) -> Held {
         !facts.work.needs_off(),
         "no command for power beside a write",
     )?;
-    hold(!moves(facts), "no command for power to an axis that moves")
+    hold(
+        facts.motion == Motion::Rest,
+        "no command for power to an axis that moves or has a loaded move",
+    )
 }
 
 fn was_checked(facts: &Facts) -> Held {

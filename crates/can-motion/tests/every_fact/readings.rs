@@ -1,6 +1,6 @@
 //! What readings and the bus may change, and what they must.
 
-use can_motion::facts::{Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Power};
+use can_motion::facts::{Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power};
 
 use crate::promises::{is_off_due, moves};
 use crate::walk::{Held, hold};
@@ -109,8 +109,17 @@ fn switches(before: Facts, input: Input, after: Facts) -> Held {
         (Input::Accepted(_) | Input::Displaced(_), power) => power,
         _ => return Ok(()),
     };
+    // A motion that never began leaves a disable that waited for its end.
+    let expected = match (after.power, before.motion) {
+        (Power::OffWanted, Motion::DriveMove)
+            if before.power == Power::On && before.goal == Goal::Off && !moves(&after) =>
+        {
+            Power::OffWanted
+        }
+        _ => expected,
+    };
     hold(
-        after.power == expected && after.goal == before.goal && after.motion == before.motion,
+        after.power == expected && after.goal == before.goal,
         "what becomes of a command is known, and no other frame counts as one",
     )
 }

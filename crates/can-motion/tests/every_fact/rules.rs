@@ -1,5 +1,6 @@
 //! The three functions under test, what can happen to an axis, and every combination that the types allow.
 
+use can_motion::MoveEnd;
 use can_motion::facts::{
     Brake, Class, Facts, Goal, Input, Knowledge, Latch, Loss, Motion, Power, Work, accepts,
     may_leave, transition,
@@ -68,6 +69,8 @@ pub(crate) fn inputs() -> Vec<Input> {
         Input::Halt,
         Input::Disable,
         Input::Clear,
+        Input::Move,
+        Input::SyncMove,
         Input::StartWork(Work::None),
         Input::StartWork(Work::Read),
         Input::StartWork(Work::Write),
@@ -87,7 +90,9 @@ pub(crate) fn inputs() -> Vec<Input> {
         Input::GroupFault { ramp: true },
         Input::GroupFault { ramp: false },
         Input::Start,
+        Input::Arm,
     ];
+    all.extend(ENDS.map(Input::MoveEnded));
     all.extend(Class::ALL.map(Input::Accepted));
     all.extend(Class::ALL.map(Input::Displaced));
     for loss in LOSSES {
@@ -96,12 +101,31 @@ pub(crate) fn inputs() -> Vec<Input> {
     all
 }
 
+pub(crate) const ENDS: [MoveEnd; 3] = [MoveEnd::Arrived, MoveEnd::Elsewhere, MoveEnd::OtherMode];
+
 const LOSSES: [Loss; 5] = [
     Loss::Nothing,
     Loss::Anchor,
     Loss::Knowledge,
     Loss::Contact,
     Loss::Drive,
+];
+
+pub(crate) const MOTIONS: [Motion; 6] = [
+    Motion::Rest,
+    Motion::Ramp,
+    Motion::Stream,
+    Motion::Loaded,
+    Motion::Armed,
+    Motion::DriveMove,
+];
+
+pub(crate) const GOALS: [Goal; 5] = [
+    Goal::Off,
+    Goal::Hold,
+    Goal::Stream,
+    Goal::Move,
+    Goal::SyncMove,
 ];
 
 /// Every combination that the types allow, whether it can be reached or not.
@@ -124,8 +148,8 @@ pub(crate) fn every_combination() -> Vec<Facts> {
             Power::OffWanted,
             Power::OffSent,
         ] {
-            for motion in [Motion::Rest, Motion::Ramp, Motion::Stream] {
-                for goal in [Goal::Off, Goal::Hold, Goal::Stream] {
+            for motion in MOTIONS {
+                for goal in GOALS {
                     for latch in [Latch::None, Latch::Own, Latch::Group] {
                         for work in [Work::None, Work::Read, Work::Write, Work::Repair] {
                             for brake in [Brake::Absent, Brake::Unclear, Brake::Open, Brake::Closed]

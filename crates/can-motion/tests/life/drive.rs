@@ -69,7 +69,7 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
     fn brake(&self) -> Brake {
         self.axis.brake
     }
-    fn snapshot(&self, state: AxisState, facts: &Facts, fault: Option<Fault>) -> Seen {
+    fn snapshot(&self, _: Instant, state: AxisState, facts: &Facts, fault: Option<Fault>) -> Seen {
         Seen {
             state,
             facts: *facts,
@@ -200,8 +200,10 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
     ) -> Meaning<Fault> {
         match *frame {
             Frame::Says(_, meaning) => {
-                self.calls
-                    .push(Call::Heard(context.cycle, context.view.since));
+                self.calls.push(Call::Heard(
+                    context.cycle,
+                    context.view.since(context.log.now),
+                ));
                 if context.view.is_lost {
                     self.calls.push(Call::WasLost);
                 }

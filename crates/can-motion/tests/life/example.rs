@@ -11,7 +11,9 @@
 mod third_family;
 
 use can_motion::facts::{Brake, Facts};
-use can_motion::family::{CycleConfig, CycleUs, Drive, Family, Plan, ValueLimits, View, Wanted};
+use can_motion::family::{
+    CycleConfig, CycleUs, Drive, Family, Outlook, Plan, ValueLimits, View, Wanted,
+};
 use can_motion::{AxisState, GroupId, Instant, Master, Reaction, Stage};
 use third_family::{SimulatedToy, Toy, ToyAxis, ToyFault, cycle};
 
@@ -105,15 +107,14 @@ fn a_drive_that_says_nothing_of_its_own_has_no_brake_no_rearming_and_no_length()
     assert!(!drive.must_rearm() && !drive.streams_on(Instant::default()));
     assert_eq!((drive.cycle_frame_bits(), drive.poll_bits()), (0, 0));
     assert_eq!(drive.response_window(), None);
-    let view = View {
-        facts: Facts::start(Brake::Absent),
-        stage: Stage::Probing,
-        since: Instant::default(),
-        is_lost: false,
-    };
+    let view = View::new(
+        Facts::start(Brake::Absent),
+        Stage::Probing,
+        Instant::default(),
+    );
     assert!(!drive.owes_frame(&view));
     assert_eq!(
-        drive.overdue(&view, Instant::default(), 0),
-        Some(Wanted::<()>::URGENT)
+        drive.outlook(&view, Instant::default(), 0),
+        Outlook::now(Some(Wanted::<()>::URGENT))
     );
 }

@@ -100,7 +100,7 @@ pub(crate) const BUS: Bus = Bus {
     requests: 1,
     has_sync: false,
     place: Place {
-        from_due: 0,
+        before: u64::MAX,
         needs_requests: false,
         enough_bits: None,
         heard: None,
@@ -116,15 +116,15 @@ impl CycleConfig for Bus {
     }
 }
 
-/// Requests go out as soon as no frame of `from_due` or above (as bits of the axes) is ahead of them.
+/// Requests go out as soon as the frames of the axes of `before` are out.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
-    pub(crate) from_due: u64,
+    pub(crate) before: u64,
     pub(crate) needs_requests: bool,
     /// Beside frames of fewer bits than these the shortest request fits, otherwise the longest.
     pub(crate) enough_bits: Option<u32>,
-    /// What it was told: cycle, axes, the longest answer, and the frames accepted since.
-    pub(crate) heard: Option<(u32, u8, Option<ResponseWindow>, u32)>,
+    /// What it was told: cycle, axes, and the longest answer.
+    pub(crate) heard: Option<(u32, u8, Option<ResponseWindow>)>,
 }
 
 impl RequestPlacement for Place {
@@ -134,29 +134,24 @@ impl RequestPlacement for Place {
         axes: u8,
         window: impl FnOnce() -> Option<ResponseWindow>,
     ) {
-        self.heard = Some((cycle, axes, window(), 0));
+        self.heard = Some((cycle, axes, window()));
     }
-    fn frame_accepted(&mut self) {
-        if let Some((.., frames)) = &mut self.heard {
-            *frames += 1;
-        }
-    }
-    fn request_leaves(&self, now: Instant, cycle_started: Instant) -> Instant {
+    fn request_leaves(&self, now: Instant, cycle_started: Instant, frames: u32) -> Instant {
         // Everything that it knows can be read from this time.
-        let (cycle, axes, window, frames) = self.heard.unwrap_or_default();
+        let (cycle, axes, window) = self.heard.unwrap_or_default();
         let waits = now.us_since(cycle_started) as u32;
         let window = window.map_or(0, |window| window.max_us);
         now + 1_000_000 * cycle + 100_000 * u32::from(axes) + 1_000 * window + 10 * frames + waits
     }
-    fn is_reached(&self, due: u64) -> bool {
-        due <= self.from_due
+    fn before(&self) -> u64 {
+        self.before
     }
     fn needs_requests(&self) -> bool {
         self.needs_requests
     }
-    fn preference(&mut self, frames_bits: impl FnOnce() -> u32) -> Option<Ordering> {
+    fn preference(&mut self, frames_bits: u32) -> Option<Ordering> {
         self.enough_bits
-            .map(|enough_bits| frames_bits().cmp(&enough_bits))
+            .map(|enough_bits| frames_bits.cmp(&enough_bits))
     }
 }
 

@@ -161,7 +161,7 @@ fn a_request_knows_when_it_leaves_and_its_meaning_counts() {
 #[test]
 fn requests_go_where_the_placement_says() {
     let place = Place {
-        from_due: 0b100,
+        before: 0b011,
         ..BUS.place
     };
     let mut rig = three_streaming(Bus { place, ..BUS }, [axis(1), axis(2), axis(3)]);

@@ -6,6 +6,8 @@ use dyn_can::{
     StoredDriveId, TorqueFilter,
 };
 
+use super::gains::ServoLoop;
+use super::mechanics::Mechanics;
 use super::settings::{
     CoastDeceleration, PositionAfterPower, PositionOverflow, RangeErrors, Reaction, ReadBackUnit,
     ResponseDelay, ServoDynamics,
@@ -48,7 +50,7 @@ pub struct DynDriveConfig {
     pub read_back: ReadBackUnit,
     /// What General_Read reports beyond 28 bit.
     pub overflow: PositionOverflow,
-    /// Gains and torque filter; stored and reported, they do not change the motion.
+    /// Gains and torque filter; they change the motion where [`Self::servo_loop`] says so.
     pub group1: ParamGroup1,
     /// Max speed and max acceleration.
     pub group2: ParamGroup2,
@@ -58,6 +60,10 @@ pub struct DynDriveConfig {
     pub config_byte: ConfigByte,
     /// How fast the motor can follow.
     pub dynamics: ServoDynamics,
+    /// How the motor answers to its reference.
+    pub servo_loop: ServoLoop,
+    /// What the shaft meets on its way.
+    pub mechanics: Mechanics,
     /// Deceleration of a free motor, by friction.
     pub coast: CoastDeceleration,
     /// Position that the drive reports at 0 ns, in command counts.
@@ -117,6 +123,8 @@ impl DynDriveConfig {
             },
             config_byte: ConfigByte::from_byte(0),
             dynamics: ServoDynamics::FromParameters,
+            servo_loop: ServoLoop::Smooth,
+            mechanics: Mechanics::FREE,
             coast: CoastDeceleration::DEFAULT,
             start_position_counts: 0,
             enabled_after_power_on: true,

@@ -49,7 +49,7 @@ impl Motion {
     fn tick(&mut self) {
         match self.generator {
             Generator::Free => {
-                self.motor.coast(self.limits.coast_deceleration);
+                self.motor.coast(&self.limits);
                 self.reference = self.motor.position;
                 self.at_rest = self.motor.velocity == 0.0;
             }
@@ -85,6 +85,9 @@ impl Motion {
         // Between two ticks the shaft goes on at its speed; an instant before the last tick is not known any more.
         let since_s = at_ns.saturating_sub(self.ticks * TICK_NS) as f64 * 1e-9;
         self.motor.position += self.motor.velocity * since_s;
+        if let Some(stops) = &self.limits.stops {
+            self.motor.position = stops.hold(self.motor.position);
+        }
         if self.is_free() || matches!(self.generator, Generator::Speed { .. }) {
             self.reference = self.motor.position;
         }
@@ -118,8 +121,8 @@ impl Motion {
     }
 
     pub(super) fn set_limits(&mut self, limits: Limits) {
+        self.at_rest &= self.limits == limits;
         self.limits = limits;
-        self.at_rest = false;
     }
 
     /// Switches the motor free; a position error is forgotten.
@@ -232,7 +235,13 @@ impl Motion {
         }
         let (by_acceleration, by_error) = TORQUE_SHARES;
         let acceleration = self.motor.acceleration / self.limits.motor_acceleration;
+        let pressing = self.limits.stops.filter(|_| self.motor.is_pressed);
+        let full_error_counts =
+            pressing.map_or(full_error_counts, |stops| stops.full_torque_counts);
         let error = (self.error() / full_error_counts).clamp(-1.0, 1.0);
+        if pressing.is_some() {
+            return error;
+        }
         (by_acceleration * acceleration + by_error * error).clamp(-1.0, 1.0)
     }
 
@@ -259,6 +268,8 @@ mod tests {
             motor_acceleration: 10e6,
             coast_deceleration: 1e6,
             lost_phase: Some(8_192.0),
+            stops: None,
+            gains: None,
         }
     }
 

@@ -106,6 +106,8 @@ mod tests {
             motor_acceleration: acceleration,
             coast_deceleration: 1e6,
             lost_phase: None,
+            stops: None,
+            gains: None,
         }
     }
 

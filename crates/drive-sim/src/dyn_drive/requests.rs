@@ -130,7 +130,10 @@ impl DynDrive {
             Request::SetOrigin => self.set_origin(),
             Request::AssignDriveId(id) => self.assign_id(now_ns, id),
             Request::SetDriveConfig(config) => self.store_config(config),
-            Request::SetParamGroup1(set) => self.registers.store_group1(set),
+            Request::SetParamGroup1(set) => {
+                self.registers.store_group1(set);
+                self.update_limits();
+            }
             Request::SetParamGroup2(set) => {
                 self.registers.store_group2(set);
                 self.update_limits();

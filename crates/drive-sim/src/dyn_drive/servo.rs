@@ -4,7 +4,12 @@
 //! reference twice, feeds its speed forward and closes the rest with a gain that turns into a braking curve for large errors; this is
 //! a plausible servo and not a model of the real one, whose loop is not published.
 //!
+//! That loop does not know the gains. [`Gains`](super::gains::Gains) is another one that does, for drives that are to be tuned.
+//!
 //! All arithmetic is in command counts and seconds, in ticks of fixed length, so that results do not depend on when somebody looks.
+
+use super::gains::{Feedback, Gains};
+use super::mechanics::Stops;
 
 /// Length of a tick.
 pub const TICK_NS: u64 = 250_000;
@@ -33,6 +38,10 @@ pub(super) struct Limits {
     pub(super) motor_acceleration: f64,
     pub(super) coast_deceleration: f64,
     pub(super) lost_phase: Option<f64>,
+    /// Ends of the shaft's way.
+    pub(super) stops: Option<Stops>,
+    /// The loop whose answer depends on the gains.
+    pub(super) gains: Option<Gains>,
 }
 
 /// Position of the shaft and state of the loop.
@@ -42,16 +51,24 @@ pub(super) struct Motor {
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
     smoothed: [f64; 2],
+    /// State of the loop with gains.
+    feedback: Feedback,
+    /// The shaft stands against a stop.
+    pub(super) is_pressed: bool,
 }
 
 impl Motor {
     /// The loop forgets earlier references and starts from where the shaft is.
     pub(super) fn restart_loop(&mut self) {
         self.smoothed = [self.position; 2];
+        self.feedback = Feedback::default();
     }
 
     /// One tick towards `reference`.
     pub(super) fn follow(&mut self, reference: f64, limits: &Limits) {
+        if let Some(gains) = &limits.gains {
+            return self.answer(reference, gains, limits);
+        }
         let [first, second] = self.smoothed;
         let first = first + (reference - first) * SMOOTHING;
         let moved = (first - second) * SMOOTHING;
@@ -64,39 +81,59 @@ impl Motor {
     /// One tick towards a speed by a soft start.
     pub(super) fn ramp_to(&mut self, wanted: f64, ramp: f64, limits: &Limits) {
         let wanted = wanted.clamp(-limits.motor_speed, limits.motor_speed);
-        self.change_speed(wanted, ramp.min(limits.motor_acceleration));
+        self.change_speed(wanted, ramp.min(limits.motor_acceleration), limits);
     }
 
     /// One tick towards a speed.
     fn run_at(&mut self, wanted: f64, limits: &Limits) {
         let wanted = wanted.clamp(-limits.motor_speed, limits.motor_speed);
-        self.change_speed(wanted, limits.motor_acceleration);
+        self.change_speed(wanted, limits.motor_acceleration, limits);
+    }
+
+    /// One tick of the loop with gains.
+    fn answer(&mut self, reference: f64, gains: &Gains, limits: &Limits) {
+        let state = (self.position, self.velocity);
+        let wanted = self.feedback.acceleration(reference, state, gains, limits);
+        self.run_at(self.velocity + wanted * TICK_S, limits);
     }
 
     /// One tick of a free motor.
-    pub(super) fn coast(&mut self, deceleration: f64) {
-        self.change_speed(0.0, deceleration);
+    pub(super) fn coast(&mut self, limits: &Limits) {
+        self.change_speed(0.0, limits.coast_deceleration, limits);
         self.acceleration = 0.0;
     }
 
-    fn change_speed(&mut self, wanted: f64, acceleration: f64) {
+    fn change_speed(&mut self, wanted: f64, acceleration: f64, limits: &Limits) {
         let most = acceleration * TICK_S;
         let change = (wanted - self.velocity).clamp(-most, most);
         self.velocity += change;
         self.acceleration = change / TICK_S;
         self.position += self.velocity * TICK_S;
+        let way = limits.stops.map(|stops| stops.hold(self.position));
+        self.is_pressed = way.is_some_and(|way| way != self.position);
+        if let (true, Some(way)) = (self.is_pressed, way) {
+            (self.position, self.velocity, self.acceleration) = (way, 0.0, 0.0);
+        }
     }
 
     /// Stops exactly at a reference that stands still, once it is that near; returns whether it rests there.
     pub(super) fn settle(&mut self, reference: f64, limits: &Limits) -> bool {
         let near = |position: f64| (position - reference).abs() < ARRIVED_COUNTS;
         let [first, second] = self.smoothed;
-        let slow = self.velocity.abs() <= limits.motor_acceleration * TICK_S;
+        let slow = match limits.gains {
+            None => self.velocity.abs() <= limits.motor_acceleration * TICK_S,
+            Some(_) => self.velocity.abs() * TICK_S < ARRIVED_COUNTS / 100.0,
+        };
+        let [first, second] = match limits.gains {
+            None => [first, second],
+            Some(_) => [reference; 2],
+        };
         let arrived = slow && near(self.position) && near(first) && near(second);
         if arrived {
             *self = Self {
                 position: reference,
                 smoothed: [reference; 2],
+                feedback: self.feedback,
                 ..Self::default()
             };
         }
@@ -128,6 +165,8 @@ mod tests {
         motor_acceleration: 10e6,
         coast_deceleration: 1e6,
         lost_phase: None,
+        stops: None,
+        gains: None,
     };
 
     #[test]
@@ -171,7 +210,7 @@ mod tests {
             velocity: 100_000.0,
             ..Motor::default()
         };
-        (0..400).for_each(|_| motor.coast(LIMITS.coast_deceleration));
+        (0..400).for_each(|_| motor.coast(&LIMITS));
         assert_eq!(motor.velocity, 0.0);
         // v^2 / 2a = 5000 counts, less half a tick.
         assert!(

@@ -82,6 +82,12 @@ impl DynDrive {
         self.motion.at(at_ns).velocity() / self.counts_per_s_of_rpm()
     }
 
+    /// Whether the switch of the mechanics is operated; false where there is none.
+    pub fn switch_is_operated(&self, at_ns: u64) -> bool {
+        let switch = self.config.mechanics.switch;
+        switch.is_some_and(|switch| switch.is_operated(self.travel_counts(at_ns)))
+    }
+
     /// The status byte.
     pub fn status(&self, at_ns: u64) -> DriveStatus {
         self.status_of(&self.motion.at(at_ns))

@@ -3,6 +3,8 @@
 mod books;
 mod commands;
 mod faults;
+mod gains;
+mod mechanics;
 mod power;
 mod reads;
 mod serial;

@@ -1,5 +1,6 @@
 //! How a simulated hub-motor drive is set up: everything that the guide leaves open is a field here.
 
+use can_frame::BitRate;
 use zlac8030l::{NodeId, ObjectAddress};
 
 use crate::dyn_drive::ResponseDelay;
@@ -28,13 +29,38 @@ pub struct ZlacQuirks {
     pub torque_mode_is_6: bool,
     /// Replies to reads have specifier 42h, which leaves their size open.
     pub replies_without_size: bool,
+    /// 6074h counts 0.1 A and 6077h mA, as their ranges say, and not the other way round, as their texts say (Z25).
+    pub torque_units_by_range: bool,
+}
+
+/// What a drive measures besides its wheel; [`ZlacFaults`](super::ZlacFaults) changes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ZlacSurroundings {
+    /// 2026h:01 in 0.1 degC (Z6). At the threshold 2013h:01 the drive trips.
+    pub motor_decidegrees: i16,
+    /// 2026h:02 in 0.1 degC.
+    pub driver_decidegrees: i16,
+    /// 2029h in 0.01 V. No document lists the limits at which a drive trips, so none is simulated.
+    pub bus_centivolts: u16,
+}
+
+impl ZlacSurroundings {
+    /// A drive on 48 V in a room of 25 degC.
+    pub const DEFAULT: Self = Self {
+        motor_decidegrees: 250,
+        driver_decidegrees: 300,
+        bus_centivolts: 4_800,
+    };
 }
 
 /// A simulated drive's EEPROM, timing, mechanics and reading of the guide. Start from [`Self::new`] and change fields.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZlacDriveConfig {
-    /// Node number.
+    /// Node number. From 4 on it is what 200Dh stores; a lower one comes from the DIP switch, and 200Dh does not change it.
     pub node: NodeId,
+    /// Bit rate of the bus. A drive that stores another one (200Eh) sends and hears nothing from its start on; a real one also disturbs the
+    /// others. `None`: whatever is stored is that of the bus.
+    pub bus_bit_rate: Option<BitRate>,
     /// From the end of an SDO request to the moment the reply waits for the bus. No document has a figure.
     pub response_delay: ResponseDelay,
     /// Seed of the response delays.
@@ -57,6 +83,12 @@ pub struct ZlacDriveConfig {
     pub motor_acceleration_rpm_s: f64,
     /// Deceleration of a free wheel, in r/min a second.
     pub coast_deceleration_rpm_s: f64,
+    /// Deceleration of a wheel whose phases are short-circuited after an alarm (202Fh:01), in r/min a second.
+    pub shorted_deceleration_rpm_s: f64,
+    /// Deceleration by the holding brake, in r/min a second.
+    pub brake_deceleration_rpm_s: f64,
+    /// Temperatures and voltage at first.
+    pub surroundings: ZlacSurroundings,
     /// Deviations.
     pub quirks: ZlacQuirks,
 }
@@ -67,6 +99,7 @@ impl ZlacDriveConfig {
     pub const fn new(node: NodeId) -> Self {
         Self {
             node,
+            bus_bit_rate: None,
             response_delay: ResponseDelay::fixed(200_000),
             seed: 0,
             boot_delay_ns: 100_000_000,
@@ -78,12 +111,16 @@ impl ZlacDriveConfig {
             brakes_before_power_off: false,
             motor_acceleration_rpm_s: 5_000.0,
             coast_deceleration_rpm_s: 200.0,
+            shorted_deceleration_rpm_s: 1_000.0,
+            brake_deceleration_rpm_s: 4_000.0,
+            surroundings: ZlacSurroundings::DEFAULT,
             quirks: ZlacQuirks {
                 profile_speed_confirmed_as_sub_1: false,
                 emcy_on_sync_identifier: false,
                 status_word_without_cia402_bits: false,
                 torque_mode_is_6: false,
                 replies_without_size: false,
+                torque_units_by_range: false,
             },
         }
     }

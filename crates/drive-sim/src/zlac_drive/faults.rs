@@ -3,6 +3,8 @@
 //! Law: a drive does none of this by itself. What changes the drive takes effect when its bench runs next; what changes replies concerns
 //! the next ones that are prepared.
 
+use super::config::ZlacSurroundings;
+
 /// What changes the drive itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Action {
@@ -10,6 +12,7 @@ pub(super) enum Action {
     FaultGone,
     PowerCycle { off_ns: u64 },
     EmergencyInput(bool),
+    Surroundings(ZlacSurroundings),
 }
 
 /// How one SDO reply is spoilt.
@@ -36,6 +39,8 @@ pub struct ZlacFaults {
     deaf: bool,
     mute: bool,
     damage: Vec<ReplyDamage>,
+    /// Writes that are still confirmed.
+    writes_left: Option<u64>,
 }
 
 impl ZlacFaults {
@@ -57,6 +62,31 @@ impl ZlacFaults {
     /// Somebody presses or releases the button at an emergency stop input.
     pub fn emergency_input(&mut self, active: bool) {
         self.actions.push(Action::EmergencyInput(active));
+    }
+
+    /// Temperatures and voltage are others from now on.
+    pub fn surroundings(&mut self, surroundings: ZlacSurroundings) {
+        self.actions.push(Action::Surroundings(surroundings));
+    }
+
+    /// After so many SDO writes the drive neither obeys nor sends any more, as with a cable that breaks meanwhile.
+    pub fn fall_silent_after_writes(&mut self, writes: u64) {
+        self.writes_left = Some(writes);
+    }
+
+    /// An SDO write has come; tells whether the drive is there for it.
+    pub(super) fn takes_write(&mut self) -> bool {
+        match &mut self.writes_left {
+            None => true,
+            Some(0) => {
+                self.leave_bus();
+                false
+            }
+            Some(left) => {
+                *left -= 1;
+                true
+            }
+        }
     }
 
     /// From now on nothing is sent and nothing is heard, as with a broken cable; what moves goes on.

@@ -7,7 +7,7 @@ use zlac8030l::ObjectAddress;
 use super::config::ZlacDriveConfig;
 use super::memory::EepromWear;
 use super::network::NodeState;
-use super::{ZlacBooks, ZlacDrive, ZlacFaults};
+use super::{ZlacBooks, ZlacDrive};
 
 impl ZlacDrive {
     /// Its configuration.
@@ -23,11 +23,6 @@ impl ZlacDrive {
     /// How often its EEPROM was written.
     pub fn eeprom_wear(&self) -> EepromWear {
         self.memory.wear()
-    }
-
-    /// Faults, to command some.
-    pub fn faults_mut(&mut self) -> &mut ZlacFaults {
-        &mut self.faults
     }
 
     /// The value of an object as its bits; 0 for an object that it does not have.
@@ -54,9 +49,19 @@ impl ZlacDrive {
         self.network.state() == NodeState::Operational
     }
 
-    /// Speed of the wheel in r/min.
+    /// The node number in force.
+    pub fn node_id(&self) -> u8 {
+        self.node.get()
+    }
+
+    /// Latched bits of 603Fh.
+    pub fn fault_bits(&self) -> u16 {
+        self.stage.fault()
+    }
+
+    /// Speed of the wheel in r/min, positive clockwise seen from the shaft.
     pub fn speed_rpm(&self, at_ns: u64) -> f64 {
-        self.motion.at(at_ns).speed_rpm()
+        self.motion.at(at_ns).shaft_rpm()
     }
 
     /// Position that it reports, in counts.
@@ -64,7 +69,7 @@ impl ZlacDrive {
         self.motion.at(at_ns).counts()
     }
 
-    /// Distance of the wheel from where it stood at 0 ns, in counts; no clearing and no power cycle changes it.
+    /// Distance of the wheel from where it stood at 0 ns, in counts, positive clockwise seen from the shaft; no clearing and no power cycle changes it.
     pub fn travel_counts(&self, at_ns: u64) -> i64 {
         self.motion.at(at_ns).travel_counts()
     }

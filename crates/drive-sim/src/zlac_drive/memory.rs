@@ -4,11 +4,15 @@
 
 use std::collections::BTreeMap;
 
-use zlac8030l::ObjectAddress;
+use can_frame::BitRate;
 use zlac8030l::dictionary::{self, Entry};
+use zlac8030l::{NodeId, ObjectAddress};
 
 use super::config::ZlacDriveConfig;
 use super::objects::{self, Address};
+
+/// Node numbers below come from the DIP switch alone (guide section 9, 200Dh).
+const LEAST_STORED_NODE: u8 = 4;
 
 /// Writes of the EEPROM since the drive was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,9 +37,12 @@ impl Memory {
     pub(super) fn new(config: &ZlacDriveConfig) -> Self {
         let mut memory = Self {
             ram: BTreeMap::new(),
-            eeprom: factory(config),
+            eeprom: factory(config.node),
             wear: EepromWear::default(),
         };
+        // Stored when the drive was commissioned.
+        let node = u32::from(config.node.get().max(LEAST_STORED_NODE));
+        memory.eeprom.insert(objects::NODE_NUMBER, node);
         for (address, value) in &config.stored {
             // The lower bits of a negative number are its bits in a narrower type.
             memory
@@ -47,12 +54,30 @@ impl Memory {
     }
 
     pub(super) fn power_on(&mut self, config: &ZlacDriveConfig) {
-        self.ram = defaults(config);
+        self.ram = defaults(self.stored_node(config));
         self.ram.extend(&self.eeprom);
         self.set(
             objects::SOFTWARE_VERSION,
             u32::from(config.software_version),
         );
+    }
+
+    /// The node number of the next start: 200Dh, where the DIP switch leaves it open.
+    pub(super) fn stored_node(&self, config: &ZlacDriveConfig) -> NodeId {
+        let stored = self.eeprom.get(&objects::NODE_NUMBER).copied().unwrap_or(0);
+        let stored = NodeId::new(stored as i32).unwrap_or(config.node);
+        if config.node.get() < LEAST_STORED_NODE {
+            config.node
+        } else {
+            stored
+        }
+    }
+
+    /// Whether the bit rate in force is that of the bus; its code counts from the fastest (200Eh).
+    pub(super) fn has_bit_rate(&self, bus: BitRate) -> bool {
+        const KBIT_PER_S: [u32; 5] = [1_000, 500, 250, 125, 100];
+        let stored = KBIT_PER_S.get(self.get(objects::BIT_RATE) as usize);
+        stored == Some(&bus.kbit_per_s())
     }
 
     pub(super) fn get(&self, address: Address) -> u32 {
@@ -81,7 +106,7 @@ impl Memory {
     pub(super) fn store(&mut self, command: u32, config: &ZlacDriveConfig) {
         match command {
             1 => {
-                self.eeprom = factory(config);
+                self.eeprom = factory(config.node);
                 self.wear.restores += 1;
             }
             2 => {
@@ -110,18 +135,18 @@ pub(super) fn row((index, sub): Address) -> Option<&'static Entry> {
     dictionary::find(ObjectAddress::new(index, sub))
 }
 
-fn defaults(config: &ZlacDriveConfig) -> BTreeMap<Address, u32> {
-    let value = |entry: &Entry| entry.default.of(config.node).unwrap_or(0) as u32;
+fn defaults(node: NodeId) -> BTreeMap<Address, u32> {
+    let value = |entry: &Entry| entry.default.of(node).unwrap_or(0) as u32;
     dictionary::entries()
         .map(|entry| ((entry.address.index, entry.address.sub), value(entry)))
         .collect()
 }
 
 /// What the EEPROM has a place for: RW/S objects, and the mapping counts, without which saved entries would be worth nothing.
-fn factory(config: &ZlacDriveConfig) -> BTreeMap<Address, u32> {
+fn factory(node: NodeId) -> BTreeMap<Address, u32> {
     let is_count =
         |(index, sub): Address| sub == 0 && matches!(index, 0x1600..=0x1603 | 0x1A00..=0x1A03);
-    defaults(config)
+    defaults(node)
         .into_iter()
         .filter(|(address, _)| {
             is_count(*address) || row(*address).is_some_and(|entry| entry.access.is_stored())

@@ -17,8 +17,10 @@ const S_PER_MIN: f64 = 60.0;
 /// What the motor tries to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Goal {
-    /// Power stage off.
+    /// Power stage off, or the shaft released.
     Free,
+    /// Power stage off and the phases short-circuited (202Fh:01).
+    Shorted,
     /// A speed, reached with the accelerations in force.
     Speed { target: f64 },
     /// A position with a profile.
@@ -73,11 +75,47 @@ pub(super) struct Motion {
     resolution: f64,
     /// Where the wheel stands when the drive reports 0.
     origin: f64,
+    /// 1 where the drive counts clockwise turns up, -1 where it counts them down (2001h).
+    direction: f64,
+    /// Where the shaft stood when the direction came into force, clockwise up, and where the drive counted it then.
+    turned_at: (f64, f64),
+    /// Of the latest tick.
+    accelerated: f64,
+    /// In torque mode; the slope brings it to the target.
+    current_ma: f64,
+    /// mA a second; 0: at once.
+    slope_ma_s: f64,
+    /// The holding brake is closed.
+    braked: bool,
+    /// Current limit of the parking mode.
+    most_ma: f64,
+    start_stop: f64,
     set_point: Option<f64>,
     acknowledged: bool,
     mode: i8,
-    rpm_s: (f64, f64),
+    rpm_s: Rates,
 }
+
+/// What the mechanics do, in r/min a second.
+#[derive(Debug, Clone, Copy)]
+struct Rates {
+    motor: f64,
+    coast: f64,
+    shorted: f64,
+    brake: f64,
+}
+
+/// What an emergency stop input does while it is active (202Fh:03).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum EmergencyInput {
+    /// The wheel stops and is held.
+    Holds,
+    /// The shaft is released.
+    Releases,
+}
+
+/// The motor's current in parking mode is at most this (guide section 5.2).
+const PARKING_MA: f64 = 3_000.0;
 
 impl Motion {
     pub(super) fn new(config: &ZlacDriveConfig) -> Self {
@@ -93,13 +131,23 @@ impl Motion {
             counts_per_turn: 1.0,
             resolution: 1.0,
             origin: 0.0,
+            direction: 1.0,
+            turned_at: (0.0, 0.0),
+            accelerated: 0.0,
+            current_ma: 0.0,
+            slope_ma_s: 0.0,
+            braked: false,
+            most_ma: f64::INFINITY,
+            start_stop: 0.0,
             set_point: None,
             acknowledged: false,
             mode: 0,
-            rpm_s: (
-                config.motor_acceleration_rpm_s,
-                config.coast_deceleration_rpm_s,
-            ),
+            rpm_s: Rates {
+                motor: config.motor_acceleration_rpm_s,
+                coast: config.coast_deceleration_rpm_s,
+                shorted: config.shorted_deceleration_rpm_s,
+                brake: config.brake_deceleration_rpm_s,
+            },
         }
     }
 
@@ -107,9 +155,8 @@ impl Motion {
     pub(super) fn power_on(&mut self, memory: &Memory) {
         self.counts_per_turn = f64::from(memory.get(objects::ENCODER_LINES).max(1)) * 4.0;
         self.resolution = f64::from(memory.get(objects::SPEED_RESOLUTION).max(1));
-        let (motor, coast) = self.rpm_s;
-        self.motor_acceleration = self.counts_s(motor);
-        self.coast = self.counts_s(coast);
+        self.motor_acceleration = self.counts_s(self.rpm_s.motor);
+        self.coast = self.counts_s(self.rpm_s.coast);
         self.origin = self.position;
         self.set_point = None;
         self.mode = 0;
@@ -132,38 +179,80 @@ impl Motion {
     pub(super) fn at_rest(&self) -> bool {
         self.speed == 0.0
             && match self.goal {
-                Goal::Free => true,
+                Goal::Free | Goal::Shorted => true,
+                // A closed brake holds the wheel against everything.
+                Goal::Speed { .. } | Goal::Position { .. } if self.braked => true,
                 Goal::Speed { target } => target == 0.0,
                 Goal::Position { target, .. } => target == self.position,
-                Goal::Torque { ma } => ma == 0.0,
+                Goal::Torque { ma } => ma == self.current_ma && (ma == 0.0 || self.braked),
             }
     }
 
     fn tick(&mut self) {
-        let (wanted, rate) = match self.goal {
-            Goal::Free => (0.0, self.coast),
-            Goal::Speed { target } => (target, self.rate_to(target)),
-            Goal::Position { target, speed } => {
-                let distance = target - self.position;
-                let braking = (2.0 * self.deceleration * distance.abs()).sqrt();
-                // Half a tick's way is arrival: the profile cannot be finer.
-                if distance.abs() <= 0.5 || distance.abs() <= self.deceleration * TICK_S * TICK_S {
-                    self.position = target;
-                    self.speed = 0.0;
-                    return;
-                }
-                let wanted = distance.signum() * braking.min(speed).min(distance.abs() / TICK_S);
-                (wanted, self.rate_to(wanted).max(self.deceleration * 1.1))
-            }
-            Goal::Torque { ma } => {
-                // 1 A accelerates the unloaded wheel twice as much as friction brakes it.
-                let drive = ma / MS_PER_S * 2.0 * self.coast;
+        let before = self.speed;
+        self.follow_slope();
+        if self.braked {
+            self.approach(0.0, self.counts_s(self.rpm_s.brake));
+        } else {
+            self.move_on();
+        }
+        self.accelerated = (self.speed - before) / TICK_S;
+    }
+
+    /// The current of torque mode changes by the slope.
+    fn follow_slope(&mut self) {
+        let Goal::Torque { ma } = self.goal else {
+            self.current_ma = 0.0;
+            return;
+        };
+        let most = if self.slope_ma_s == 0.0 {
+            f64::INFINITY
+        } else {
+            self.slope_ma_s * TICK_S
+        };
+        self.current_ma += (ma - self.current_ma).clamp(-most, most);
+    }
+
+    fn move_on(&mut self) {
+        match self.goal {
+            Goal::Free => self.approach(0.0, self.coast),
+            Goal::Shorted => self.approach(0.0, self.counts_s(self.rpm_s.shorted)),
+            Goal::Speed { target } => self.approach(target, self.rate_to(target)),
+            Goal::Position { target, speed } => self.approach_position(target, speed),
+            Goal::Torque { .. } => {
+                let drive = self.acceleration_by(self.current_ma);
                 let friction = self.coast.min(self.speed.abs() / TICK_S) * self.speed.signum();
                 self.speed += (drive - friction) * TICK_S;
                 self.position += self.speed * TICK_S;
-                return;
             }
-        };
+        }
+    }
+
+    /// 1 A accelerates the unloaded wheel twice as much as friction brakes it.
+    fn acceleration_by(&self, ma: f64) -> f64 {
+        ma / MS_PER_S * 2.0 * self.coast
+    }
+
+    fn approach_position(&mut self, target: f64, speed: f64) {
+        let distance = target - self.position;
+        let braking = (2.0 * self.deceleration * distance.abs()).sqrt();
+        // Half a tick's way is arrival: the profile cannot be finer.
+        if distance.abs() <= 0.5 || distance.abs() <= self.deceleration * TICK_S * TICK_S {
+            self.position = target;
+            self.speed = 0.0;
+            return;
+        }
+        // The move begins and ends with the start/stop speed (6082h).
+        let slowest = self.start_stop.min(speed);
+        let wanted =
+            distance.signum() * braking.max(slowest).min(speed).min(distance.abs() / TICK_S);
+        if self.speed.abs() < slowest && self.speed * wanted >= 0.0 {
+            self.speed = wanted.signum() * slowest.min(wanted.abs());
+        }
+        self.approach(wanted, self.rate_to(wanted).max(self.deceleration * 1.1));
+    }
+
+    fn approach(&mut self, wanted: f64, rate: f64) {
         let change = (wanted - self.speed).clamp(-rate * TICK_S, rate * TICK_S);
         let before = self.speed;
         self.speed += change;
@@ -172,11 +261,13 @@ impl Motion {
 
     fn rate_to(&self, wanted: f64) -> f64 {
         let slower = wanted.abs() < self.speed.abs() || wanted * self.speed < 0.0;
-        if slower {
+        let rate = if slower {
             self.deceleration
         } else {
             self.acceleration
-        }
+        };
+        // Friction takes its part of what a limited current can do.
+        rate.min(self.acceleration_by(self.most_ma) - self.coast)
     }
 
     pub(super) fn release(&mut self) {
@@ -192,10 +283,16 @@ impl Motion {
         }
     }
 
-    pub(super) fn drive(&mut self, stage: &PowerStage, emergency_input: bool, memory: &Memory) {
+    pub(super) fn drive(
+        &mut self,
+        stage: &PowerStage,
+        input: Option<EmergencyInput>,
+        memory: &Memory,
+    ) {
+        self.take_settings(stage, memory);
         self.acceleration = self.ramp(memory, memory.get(objects::ACCELERATION_TIME));
         let enabled = stage.stage() == Stage::Enabled;
-        let braking = if emergency_input {
+        let braking = if input.is_some() {
             Some(Braking::Emergency)
         } else if stage.stage() == Stage::QuickStop {
             Some(Braking::of_quick_stop(
@@ -214,14 +311,53 @@ impl Motion {
         self.deceleration = self.ramp(memory, time_ms);
         let stops = braking.is_some() || stage.is_leaving();
         self.goal = match stage.stage() {
+            Stage::Enabled | Stage::QuickStop if input == Some(EmergencyInput::Releases) => {
+                self.set_point = None;
+                Goal::Free
+            }
             Stage::Enabled if stops => Goal::Speed { target: 0.0 },
             Stage::Enabled => self.enabled_goal(memory),
             Stage::QuickStop => Goal::Speed { target: 0.0 },
             Stage::Off | Stage::Ready | Stage::SwitchedOn | Stage::Fault => {
                 self.set_point = None;
-                Goal::Free
+                let is_shorted =
+                    stage.stage() == Stage::Fault && memory.get(objects::ALARM_PWM) == 1;
+                if is_shorted {
+                    Goal::Shorted
+                } else {
+                    Goal::Free
+                }
             }
         };
+    }
+
+    /// Settings that count at once; the direction waits until nothing is energised, so that no wheel jerks.
+    fn take_settings(&mut self, stage: &PowerStage, memory: &Memory) {
+        self.braked = memory.get(objects::HOLDING_BRAKE) == 1;
+        self.slope_ma_s = f64::from(memory.get(objects::TORQUE_SLOPE));
+        self.start_stop = self.counts_s(f64::from(memory.get(objects::START_STOP_SPEED)));
+        self.most_ma = if memory.get(objects::PARKING) == 1 {
+            PARKING_MA
+        } else {
+            f64::INFINITY
+        };
+        let direction = if memory.get(objects::ROTATION) == 1 {
+            -1.0
+        } else {
+            1.0
+        };
+        let is_energised = matches!(stage.stage(), Stage::Enabled | Stage::QuickStop);
+        if direction != self.direction && !is_energised {
+            self.turned_at = (self.shaft(), self.position);
+            self.direction = direction;
+            self.speed = -self.speed;
+        }
+    }
+
+    /// Where the shaft is, clockwise up.
+    fn shaft(&self) -> f64 {
+        let (shaft, position) = self.turned_at;
+        shaft + self.direction * (self.position - position)
     }
 
     pub(super) fn stands(&self) -> bool {
@@ -233,20 +369,31 @@ impl Motion {
             1 => match self.set_point {
                 Some(target) => Goal::Position {
                     target,
-                    speed: self.counts_s(f64::from(memory.get(objects::PROFILE_SPEED))),
+                    speed: self
+                        .counts_s(f64::from(memory.get(objects::PROFILE_SPEED)))
+                        .min(self.fastest(memory)),
                 },
                 None => Goal::Speed { target: 0.0 },
             },
-            3 => Goal::Speed {
-                target: self
-                    .counts_s(f64::from(memory.signed(objects::TARGET_SPEED)) / self.resolution),
-            },
+            3 => {
+                let rpm = f64::from(memory.signed(objects::TARGET_SPEED)) / self.resolution;
+                let fastest = self.fastest(memory);
+                Goal::Speed {
+                    target: self.counts_s(rpm).clamp(-fastest, fastest),
+                }
+            }
             4 => Goal::Torque {
                 // The lower 16 bits are the object.
-                ma: f64::from(memory.get(objects::TARGET_TORQUE) as i16),
+                ma: f64::from(memory.get(objects::TARGET_TORQUE) as i16)
+                    .clamp(-self.most_ma, self.most_ma),
             },
             _ => Goal::Speed { target: 0.0 },
         }
+    }
+
+    /// 200Ah.
+    fn fastest(&self, memory: &Memory) -> f64 {
+        self.counts_s(f64::from(memory.get(objects::MAX_SPEED)))
     }
 
     pub(super) fn set_mode(&mut self, mode: i8) {
@@ -277,9 +424,22 @@ impl Motion {
         (self.position - self.origin).round() as i64
     }
 
-    /// Distance from where the wheel stood at 0 ns; nothing changes it but motion.
+    /// Distance of the shaft from where it stood at 0 ns, clockwise up; nothing changes it but motion.
     pub(super) fn travel_counts(&self) -> i64 {
-        self.position.round() as i64
+        self.shaft().round() as i64
+    }
+
+    pub(super) fn shaft_turns(&self) -> f64 {
+        self.shaft() / self.counts_per_turn
+    }
+
+    pub(super) fn shaft_rpm(&self) -> f64 {
+        self.direction * self.speed_rpm()
+    }
+
+    /// It stands where its move should end.
+    pub(super) fn has_arrived(&self) -> bool {
+        matches!(self.goal, Goal::Position { target, .. } if target == self.position)
     }
 
     pub(super) fn speed_rpm(&self) -> f64 {
@@ -293,10 +453,10 @@ impl Motion {
     /// Bits 10, 12 and 14 of the status word.
     pub(super) fn status_bits(&self) -> u16 {
         let reached = match self.goal {
-            Goal::Free => false,
+            Goal::Free | Goal::Shorted => false,
             Goal::Speed { target } => (self.speed - target).abs() < 1e-6,
             Goal::Position { target, .. } => target == self.position,
-            Goal::Torque { .. } => true,
+            Goal::Torque { ma } => ma == self.current_ma,
         };
         let bit_12 = match self.mode {
             1 => self.acknowledged,
@@ -306,11 +466,24 @@ impl Motion {
         u16::from(reached) << 10 | u16::from(bit_12) << 12 | u16::from(self.speed != 0.0) << 14
     }
 
-    /// Current in mA.
+    /// Current in mA: in torque mode what the slope has reached, in the others what acceleration and friction take.
     pub(super) fn current_ma(&self) -> f64 {
         match self.goal {
+            Goal::Torque { .. } => self.current_ma,
+            Goal::Free | Goal::Shorted => 0.0,
+            Goal::Speed { .. } | Goal::Position { .. } if self.speed == 0.0 || self.braked => 0.0,
+            Goal::Speed { .. } | Goal::Position { .. } => {
+                let force = self.accelerated + self.coast * self.speed.signum();
+                force / self.acceleration_by(1.0)
+            }
+        }
+    }
+
+    /// What the drive tries to bring the current to, in mA.
+    pub(super) fn demand_ma(&self) -> f64 {
+        match self.goal {
             Goal::Torque { ma } => ma,
-            _ => 0.0,
+            _ => self.current_ma(),
         }
     }
 

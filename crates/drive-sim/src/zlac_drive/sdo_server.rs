@@ -22,6 +22,13 @@ const NO_SUB_INDEX: Abort = 0x0609_0011;
 const RANGE: Abort = 0x0609_0030;
 pub(super) const STATE: Abort = 0x0800_0022;
 
+/// Which of the two objects for torques.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TorqueObject {
+    Demand,
+    Actual,
+}
+
 impl ZlacDrive {
     pub(super) fn on_sdo(&mut self, now_ns: u64, data: &[u8]) {
         let Ok(request) = <[u8; 8]>::try_from(data) else {
@@ -33,6 +40,10 @@ impl ZlacDrive {
         }
         if request[0] == 0x80 {
             self.books.client_aborts += 1;
+            return;
+        }
+        let is_write = matches!(request[0], 0x2F | 0x2B | 0x27 | 0x23);
+        if is_write && !self.faults.takes_write() {
             return;
         }
         let address = (u16::from_le_bytes([request[1], request[2]]), request[3]);
@@ -86,10 +97,24 @@ impl ZlacDrive {
             objects::MODE_DISPLAY => self.reported_mode() as u32,
             objects::ACTUAL_POSITION => motion.counts() as u32,
             objects::ACTUAL_SPEED => (motion.speed_rpm() * 10.0).round() as i32 as u32,
-            objects::ACTUAL_TORQUE => (motion.current_ma() / 100.0).round() as i32 as u32,
+            objects::TORQUE_DEMAND => self.torque(motion.demand_ma(), TorqueObject::Demand),
+            objects::ACTUAL_TORQUE => self.torque(motion.current_ma(), TorqueObject::Actual),
+            objects::MOTOR_TEMPERATURE => self.surroundings.motor_decidegrees as u32,
+            objects::DRIVER_TEMPERATURE => self.surroundings.driver_decidegrees as u32,
+            objects::BUS_VOLTAGE => u32::from(self.surroundings.bus_centivolts),
+            objects::HALL_INPUTS => self.hall_inputs(now_ns),
+            objects::INPUT_LEVELS => self.input_levels(),
+            objects::OUTPUT_LEVELS => self.output_levels(now_ns),
             objects::MOTOR_STATUS => u32::from(!motion.at_rest()),
             other => self.memory.get(other),
         }
+    }
+
+    /// In 0.1 A or mA: the texts of the two objects and their ranges say the opposite (Z25).
+    fn torque(&self, ma: f64, object: TorqueObject) -> u32 {
+        let in_ma = (object == TorqueObject::Demand) != self.config.quirks.torque_units_by_range;
+        let number = if in_ma { ma } else { ma / 100.0 };
+        number.round() as i32 as u32
     }
 
     fn write(&mut self, now_ns: u64, address: Address, bytes: u8, value: u32) -> Result<(), Abort> {

@@ -1,3 +1,5 @@
+mod settings;
+
 use super::*;
 use crate::node::NodeId as BusNode;
 use embedded_can::{StandardId, nb::Can};

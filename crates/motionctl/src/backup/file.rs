@@ -39,7 +39,7 @@ impl fmt::Display for FileFault {
 impl std::error::Error for FileFault {}
 
 /// Makes sure, before anything is read, that the file may be written.
-pub(super) fn require_room(path: &Path, force: bool) -> Result<(), FileFault> {
+pub(crate) fn require_room(path: &Path, force: bool) -> Result<(), FileFault> {
     let is_there = path.symlink_metadata().is_ok();
     if is_there && !force {
         return Err(FileFault::Exists {
@@ -50,7 +50,7 @@ pub(super) fn require_room(path: &Path, force: bool) -> Result<(), FileFault> {
 }
 
 /// Writes the file beside its place and renames it.
-pub(super) fn create(path: &Path, text: &str, force: bool) -> Result<(), FileFault> {
+pub(crate) fn create(path: &Path, text: &str, force: bool) -> Result<(), FileFault> {
     let write = |source| FileFault::Write {
         path: path.to_owned(),
         source,
@@ -91,7 +91,7 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 }
 
 /// This tool, now.
-pub(super) fn origin() -> Origin {
+pub(crate) fn origin() -> Origin {
     let now = OffsetDateTime::now_utc();
     let date = Datetime {
         date: Some(Date {

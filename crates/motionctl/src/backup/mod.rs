@@ -1,6 +1,6 @@
 //! `motionctl backup`: every setting of drives into a file.
 
-mod file;
+pub(crate) mod file;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,7 +16,7 @@ use crate::exit::{self, Coded};
 use crate::output::{print, print_json};
 use crate::settings_file::{self, DriveSettings, FileRevision};
 use crate::station::ReplyOptions;
-use file::FileFault;
+pub(crate) use file::{FileFault, create as create_file, origin as this_tool};
 
 const EXAMPLES: &str = "\
 Examples:

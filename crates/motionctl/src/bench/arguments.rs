@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use drive_sim::BitRate;
 use dyn_can::DriveId;
 
+use super::mechanics::MechanicsOptions;
 use crate::drive_ids::drive_ids;
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 
@@ -40,6 +41,8 @@ pub(crate) struct Arguments {
     pub(crate) fresh: u8,
     #[command(flatten)]
     pub(crate) troubles: Troubles,
+    #[command(flatten)]
+    pub(super) mechanics: MechanicsOptions,
     #[command(flatten)]
     pub(crate) terminals: Terminals,
     /// Bit rate of the bus in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000.

@@ -3,6 +3,7 @@
 mod adapter;
 mod arguments;
 mod error;
+mod mechanics;
 mod report;
 mod rig;
 mod serial;
@@ -12,9 +13,11 @@ use std::process::ExitCode;
 use crate::counted::counted;
 use crate::interrupt;
 use crate::output::{print, print_json, tell};
+pub(crate) use adapter::{Adapter, Refusals};
 pub(crate) use arguments::Arguments;
-use error::BenchError;
+pub(crate) use error::BenchError;
 use rig::Rig;
+pub(crate) use rig::power_cycles;
 
 /// Offers the drives until the user asks to stop, then shows what each has received.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {

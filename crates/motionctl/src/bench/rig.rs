@@ -14,6 +14,7 @@ use signal_hook::consts::SIGUSR1;
 use super::adapter::Adapter;
 use super::arguments::{Arguments, Troubles};
 use super::error::BenchError;
+use super::mechanics::SwitchOutput;
 use super::report::Report;
 use super::serial::Serial;
 use crate::interrupt;
@@ -40,6 +41,7 @@ pub(super) struct Rig<'a> {
     adapter: Adapter,
     adapter_pty: Option<Pty>,
     serial: Option<Serial>,
+    switch: Option<SwitchOutput>,
     start: Instant,
     /// The bit rate that the user was warned of.
     warned_kbit_per_s: Option<u32>,
@@ -51,12 +53,13 @@ impl<'a> Rig<'a> {
         let node = bench.add_master(ControllerConfig::device());
         let options = &arguments.drive_options;
         let ids = arguments.ids();
-        let numbered = ids.iter().map(|&drive| options.drive(drive));
+        let numbered = ids.iter().map(|&drive| options.config(drive));
         let twins = arguments.troubles.twin.iter().flatten();
-        let fresh = (0..arguments.fresh).map(|number| options.fresh_drive(number));
+        let fresh = (0..arguments.fresh).map(|number| options.fresh_config(number));
         let drives: Vec<DeviceId> = numbered
-            .chain(twins.map(|&drive| options.twin(drive)))
+            .chain(twins.map(|&drive| options.twin_config(drive)))
             .chain(fresh)
+            .map(|config| DynDrive::new(arguments.mechanics.on(config)))
             .map(|drive| bench.add_device(drive, ControllerConfig::device()))
             .collect();
         // A drive that starts has no alarm yet.
@@ -75,6 +78,10 @@ impl<'a> Rig<'a> {
             serial: create(terminals.serial.as_ref(), |link| {
                 Serial::create(link, &drives)
             })?,
+            switch: create(
+                arguments.mechanics.switch_lines.as_ref(),
+                SwitchOutput::create,
+            )?,
             start: Instant::now(),
             warned_kbit_per_s: None,
         })
@@ -116,6 +123,10 @@ impl<'a> Rig<'a> {
         let adapter_is_behind = self.serve_adapter()?;
         if let Some(serial) = &mut self.serial {
             serial.exchange(&mut self.bench)?;
+        }
+        if let (Some(switch), Some(&drive)) = (&mut self.switch, self.drives.first()) {
+            let now_ns = self.bench.now_ns();
+            switch.tell(self.bench.device(drive).switch_is_operated(now_ns))?;
         }
         let wait = if adapter_is_behind {
             WAIT_FOR_ROOM
@@ -187,7 +198,7 @@ impl<'a> Rig<'a> {
 }
 
 /// From now on SIGUSR1 asks for a power cycle.
-fn power_cycles() -> io::Result<Arc<AtomicBool>> {
+pub(crate) fn power_cycles() -> io::Result<Arc<AtomicBool>> {
     let is_asked = Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(SIGUSR1, Arc::clone(&is_asked))?;
     Ok(is_asked)

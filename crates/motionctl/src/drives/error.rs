@@ -5,12 +5,14 @@ use std::io;
 
 use can_motion::{ConfigError, Fault, ProcedureError};
 use dyn_can::{DecodeError, DriveId, GearNumber, StoredDriveId};
+use homing::OutsideTravel;
 
 use super::{AssignError, Parameter};
 use crate::confirm::NotConfirmed;
 use crate::drive_ids::about;
 use crate::exit::{self, Coded};
 use crate::link::{LinkFault, OpenError};
+use crate::origins::OriginsError;
 use crate::output::tell;
 use crate::station::{
     BringUpError, End, LookError, Station, fault_text, left_on, unconfirmed_warning,
@@ -41,10 +43,19 @@ pub(crate) enum DrivesError {
     Enabled { drive: StoredDriveId },
     /// A drive stopped with a fault.
     DriveFault { drive: DriveId, fault: Fault },
+    /// A file of origins cannot be used.
+    Origins(OriginsError),
+    /// A position is outside the travel of its axis.
+    OutsideTravel {
+        drive: DriveId,
+        error: OutsideTravel,
+    },
     /// Ctrl-C cannot be listened to.
     Interrupt(io::Error),
     /// CANopen drives have no serial port that this tool speaks to.
     CanopenOnSerial,
+    /// A motion that a drive is to make by itself was refused.
+    MoveRefused { drive: DriveId, reason: String },
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
     /// The master refuses the configuration.
@@ -160,6 +171,8 @@ impl Coded for DrivesError {
             } => error.exit_code(),
             Self::Config(_)
             | Self::Interrupt(_)
+            | Self::Origins(_)
+            | Self::OutsideTravel { .. }
             | Self::NotConfirmed(_)
             | Self::CanopenOnSerial
             | Self::NoIdOnCan
@@ -167,6 +180,7 @@ impl Coded for DrivesError {
             | Self::SameId { .. }
             | Self::Twice { .. }
             | Self::Gear { .. }
+            | Self::MoveRefused { .. }
             | Self::Enabled { .. }
             | Self::Look(LookError::Config(_)) => exit::BAD_INPUT,
             _ => exit::BROKEN_PROMISE,
@@ -189,7 +203,14 @@ impl fmt::Display for DrivesError {
                 "no frame gets out to the bus: check --bit-rate, wiring and termination, and that at least one drive has power",
             ),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
+            Self::Origins(source) => source.fmt(f),
+            Self::OutsideTravel { drive, error } => {
+                write!(f, "drive {drive}: {error}. Nothing has moved")
+            }
             Self::NotConfirmed(source) => source.fmt(f),
+            Self::MoveRefused { drive, reason } => {
+                write!(f, "drive {drive}: {reason}. Nothing has moved")
+            }
             Self::CanopenOnSerial => f.write_str(
                 "--protocol canopen is for CAN: use --slcan or --can in place of --serial",
             ),

@@ -174,6 +174,11 @@ impl Frames {
         on_can(when, drive.into(), request, Dialect::V1_6A)
     }
 
+    /// One request to every drive on CAN: the trigger.
+    pub(crate) fn to_all(when: When, request: Request) -> Option<Step> {
+        on_can(when, StoredDriveId::NONE, request, Dialect::V1_6A)
+    }
+
     fn read_id(self, when: When, drive: StoredDriveId) -> Option<Step> {
         match self {
             Self::Can => on_can(when, drive, Request::ReadDriveId, Dialect::V1_6A),

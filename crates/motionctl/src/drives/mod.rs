@@ -19,7 +19,7 @@ use serde::Serialize;
 use crate::station::MotionLimits;
 
 pub(crate) use assign::{AssignEnd, AssignError};
-pub(crate) use can::state_of;
+pub(crate) use can::{CanDrives, Life, life_of, read_curve, state_of};
 pub(crate) use error::DrivesError;
 pub(crate) use frames::{Frames, Step, When};
 pub(crate) use options::DrivesOptions;
@@ -118,6 +118,9 @@ pub(crate) trait Drives {
 
     /// Clears the fault and the position of a drive, where its protocol has that. The user has agreed.
     fn reset(&mut self, drive: StoredDriveId) -> Result<ResetEnd, DrivesError>;
+
+    /// Looks at the diagnostic counter of a drive, where its protocol has one, and at its position.
+    fn life(&mut self, drive: StoredDriveId) -> Result<Life, DrivesError>;
 
     /// Finds out the byte orders of a drive without power. The user has agreed.
     fn probe(&mut self, drive: StoredDriveId) -> Result<ProbeEnd, DrivesError>;

@@ -1,5 +1,8 @@
 //! `motionctl jog`: turns one motor a little, by hand.
 
+mod way;
+
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use dyn_can::{GearNumber, StoredDriveId};
@@ -15,6 +18,7 @@ use crate::station::{AxisOptions, MotionLimits};
 
 /// A jog is for looking whether a motor turns and which way round. More is for `run`.
 const MOST_TURNS: f64 = 10.0;
+const MOST_PLACE_TURNS: f64 = 1_000.0;
 const MOST_RPM: f64 = 300.0;
 const MOST_RPM_PER_S: f64 = 100_000.0;
 
@@ -23,6 +27,7 @@ Examples:
   motionctl jog --slcan /dev/ttyACM0 --drive 3 --turns 0.25
   motionctl jog --can can0 --drive 3 --turns -1 --rpm 120 --yes
   motionctl jog --serial /dev/ttyUSB0 --drive 3 --turns 0.25 --rpm 300
+  motionctl jog --slcan /dev/ttyACM0 --drive 3 --to 0 --origins machine.toml     to the zero of an axis that was homed
 
 The motor turns on a smooth profile that reaches --rpm in its middle, or less where --max-acceleration allows no more.
 A drive that is disabled is enabled for it and disabled afterwards: a vertical axis without a brake falls then. One
@@ -44,8 +49,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ID", value_parser = stored_id)]
     drive: StoredDriveId,
     /// Motor turns, positive clockwise; at most 10 either way.
-    #[arg(long, value_name = "TURNS", allow_hyphen_values = true, value_parser = turns)]
-    turns: f64,
+    #[arg(long, value_name = "TURNS", allow_hyphen_values = true, value_parser = turns, required_unless_present = "to", conflicts_with = "to")]
+    turns: Option<f64>,
+    /// Where to, in motor turns from the zero of the axis in --origins; at most 10 turns away.
+    #[arg(long, value_name = "TURNS", allow_hyphen_values = true, value_parser = place, requires = "origins")]
+    to: Option<f64>,
+    /// File of software origins that `motionctl home` wrote: the axis stays within its travel, and --to is possible.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "serial")]
+    origins: Option<PathBuf>,
     /// Highest speed in rpm, at most 300.
     #[arg(long, value_name = "RPM", default_value = "60", value_parser = rpm)]
     rpm: f64,
@@ -69,9 +80,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         .drives
         .open(arguments.axes)
         .map_err(DrivesError::Open)?;
+    let turns = &way::turns(arguments, drives.as_mut())?;
     let Arguments {
         drive,
-        turns,
         rpm,
         max_acceleration,
         ..
@@ -138,6 +149,15 @@ fn turns(text: &str) -> Result<f64, String> {
         Ok(turns) if turns.abs() <= MOST_TURNS && turns != 0.0 => Ok(turns),
         _ => Err(format!(
             "must be -{MOST_TURNS}..={MOST_TURNS} turns and not 0, got {text}"
+        )),
+    }
+}
+
+fn place(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(turns) if turns.abs() <= MOST_PLACE_TURNS => Ok(turns),
+        _ => Err(format!(
+            "must be -{MOST_PLACE_TURNS}..={MOST_PLACE_TURNS} turns, got {text}"
         )),
     }
 }

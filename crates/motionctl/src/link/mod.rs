@@ -3,6 +3,7 @@
 //! A [`Link`] is what a CAN driver is on a board: it implements `embedded_can::nb::Can`, and the master is driven over it
 //! by the same `can_motion::service`. In addition it can wait, and it remembers the fault that made it unusable.
 
+mod buses;
 mod error;
 #[cfg(test)]
 pub(crate) mod fake_adapter;
@@ -18,6 +19,7 @@ use can_motion::plan::BitRate;
 use drive_sim::Frame;
 use embedded_can::nb::Can;
 
+pub(crate) use buses::{BusesOptions, OpenBus};
 pub(crate) use error::OpenError;
 pub(crate) use fault::LinkFault;
 pub(crate) use options::{

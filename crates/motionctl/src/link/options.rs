@@ -74,24 +74,22 @@ impl LinkOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open(&self) -> Result<Link, OpenError> {
+        self.open_at(&self.speeds)
+    }
+
+    /// Opens the bus of drives that come with another bit rate.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub(crate) fn open_of_drives_with(&self, usual: BitRate) -> Result<Link, OpenError> {
+        self.open_at(&self.speeds.of_drives_with(usual))
+    }
+
+    fn open_at(&self, speeds: &SpeedOptions) -> Result<Link, OpenError> {
         match (&self.port.slcan, &self.port.can) {
-            (Some(port), _) => self.speeds.open_slcan(port),
-            (None, interface) => self
-                .speeds
-                .open_interface(interface.as_deref().unwrap_or_default()),
+            (Some(port), _) => speeds.open_slcan(port),
+            (None, interface) => speeds.open_interface(interface.as_deref().unwrap_or_default()),
         }
-    }
-}
-
-impl LinkOptions {
-    /// The bit rate of the bus in kbit/s.
-    pub(crate) fn bit_rate_kbit(&self) -> u32 {
-        self.speeds.kbit_per_s()
-    }
-
-    /// The network interface, when it is one.
-    pub(crate) fn interface(&self) -> Option<&str> {
-        self.port.can.as_deref()
     }
 }
 

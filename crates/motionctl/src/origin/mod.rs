@@ -182,7 +182,7 @@ impl fmt::Display for Origin {
         } else {
             write!(
                 f,
-                "drive {drive} stands at {origin} counts: subtract that from its positions until it loses its power. Nothing was written"
+                "drive {drive} stands at {origin} counts: subtract that from its positions until it loses its power, or let `motionctl home --method here --origins FILE` keep it. Nothing was written"
             )
         }
     }

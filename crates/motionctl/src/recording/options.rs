@@ -61,16 +61,39 @@ impl std::error::Error for RecordingError {}
 type Make = fn(Box<dyn io::Write + Send>, &About) -> io::Result<Box<dyn Keep>>;
 
 impl RecordingOptions {
+    /// The files, without the folder of the page.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        let files = [&self.candump, &self.csv, &self.mcap];
+        files.into_iter().filter_map(|path| path.as_deref())
+    }
+
+    /// The same with other names, for one of several recordings of a run: `run.csv` becomes `run-TAIL.csv`.
+    pub(crate) fn named_apart(&self, tail: &str) -> Self {
+        let apart = |path: &Option<PathBuf>| {
+            let path = path.as_ref()?;
+            let mut name = path.file_stem().unwrap_or_default().to_owned();
+            name.push("-");
+            name.push(tail);
+            if let Some(extension) = path.extension() {
+                name.push(".");
+                name.push(extension);
+            }
+            Some(path.with_file_name(name))
+        };
+        Self {
+            candump: apart(&self.candump),
+            report: apart(&self.report),
+            csv: apart(&self.csv),
+            mcap: apart(&self.mcap),
+        }
+    }
+
     /// Opens everything before a run for whose results there would be no place. Files of a simulation are written at once, those of
-    /// a motion in real time behind queues. `input` is the motion file.
+    /// a motion in real time behind queues. Files that are `taken` are the motion file and those of other recordings.
     ///
     /// # Errors
     /// When a file or the folder of the page cannot be made, or would be written over another.
-    pub(crate) fn open(
-        &self,
-        about: &About,
-        input: Option<&Path>,
-    ) -> Result<Recorder, RecordingError> {
+    pub(crate) fn open(&self, about: &About, taken: &[&Path]) -> Result<Recorder, RecordingError> {
         let files: [(&Option<PathBuf>, Make); 3] = [
             (&self.candump, |to, about| {
                 Ok(Box::new(Candump::new(to, about)))
@@ -80,8 +103,7 @@ impl RecordingOptions {
                 Ok(Box::new(McapFile::new(to, about)?))
             }),
         ];
-        let outputs = files.iter().filter_map(|(path, _)| path.as_deref());
-        let all: Vec<&Path> = input.into_iter().chain(outputs).collect();
+        let all: Vec<&Path> = taken.iter().copied().chain(self.files()).collect();
         if let Some(path) = given_twice(&all) {
             let path = path.to_owned();
             return Err(RecordingError::SameFile { path });
@@ -120,5 +142,23 @@ impl RecordingOptions {
             }
         }
         Ok(recorder)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_several_recordings_keep_their_folder_and_kind() {
+        let options = RecordingOptions {
+            csv: Some("out/run.csv".into()),
+            report: Some("page".into()),
+            ..RecordingOptions::default()
+        };
+        let apart = options.named_apart("can1");
+        assert_eq!(apart.csv, Some("out/run-can1.csv".into()));
+        assert_eq!(apart.report, Some("page-can1".into()));
+        assert_eq!((apart.candump, apart.mcap), (None, None));
     }
 }

@@ -59,6 +59,7 @@ const fn reason_words(reason: Reason) -> &'static str {
         Reason::Displaced => "displaced",
         Reason::Elapsed => "time is over",
         Reason::Standstill => "standstill",
+        Reason::MoveEnded => "the motion of the drive itself ended",
         Reason::Group => "the group is ready",
         Reason::Fault => "fault",
     }
@@ -129,6 +130,7 @@ mod tests {
             Reason::Displaced,
             Reason::Elapsed,
             Reason::Standstill,
+            Reason::MoveEnded,
             Reason::Group,
             Reason::Fault,
         ];

@@ -45,7 +45,7 @@ fn recording() -> Recording {
 }
 
 fn page() -> String {
-    text(&recording(), &Outcome::default())
+    text(&recording(), &Outcome::default(), None)
 }
 
 #[test]

@@ -5,10 +5,15 @@ use std::io;
 
 use can_motion::ConfigError;
 use dyn_can::{DriveId, GearNumber, units};
+use homing::OutsideTravel;
+use trajectory::RangeError;
 
 use crate::confirm::NotConfirmed;
+use crate::drives::DrivesError;
+use crate::endpoint::EndpointError;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
+use crate::origins::OriginsError;
 use crate::recording::RecordingError;
 use crate::station::{LimitError, LookError};
 use crate::trajectory::MotionError;
@@ -43,6 +48,25 @@ pub(crate) enum RunError {
     Look(LookError),
     /// Drives have other gear numbers than the motion was made for; every axis in the order of the columns.
     Gear(Vec<GearDifference>),
+    /// A file of origins cannot be used.
+    Origins(OriginsError),
+    /// A drive does not tell whether its origin holds.
+    Life(DrivesError),
+    /// An axis stands somewhere else than its motion begins.
+    Start {
+        drive: DriveId,
+        expected_turns: f64,
+        actual_turns: f64,
+    },
+    /// The motion leaves the travel of an axis.
+    OutsideTravel {
+        drive: DriveId,
+        error: OutsideTravel,
+    },
+    /// Nobody can be listened to.
+    Endpoint(EndpointError),
+    /// Limits that no stream can have.
+    Range(RangeError),
     /// Ctrl-C cannot be listened to.
     Interrupt(io::Error),
     /// Nobody agreed.
@@ -63,6 +87,7 @@ impl Coded for RunError {
             Self::Look(LookError::Fault { .. } | LookError::Incomplete { .. }) | Self::Print(_) => {
                 exit::BROKEN_PROMISE
             }
+            Self::Life(error) => error.exit_code(),
             _ => exit::BAD_INPUT,
         }
     }
@@ -77,7 +102,28 @@ impl fmt::Display for RunError {
             Self::Open(source) => source.fmt(f),
             Self::Look(source) => write!(f, "{source}. Nothing was switched and nothing has moved"),
             Self::Gear(axes) => gear_text(f, axes),
-            Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
+            Self::Origins(source) => source.fmt(f),
+            Self::Life(source) => write!(f, "{source}. Nothing was switched and nothing has moved"),
+            Self::Start {
+                drive,
+                expected_turns,
+                actual_turns,
+            } => write!(
+                f,
+                "the motion of drive {drive} begins at {expected_turns:.4} turns of its motor, and the axis stands at {actual_turns:.4}: bring it there with `motionctl jog --drive {drive} --to {expected_turns:.4} --origins`. Nothing has moved"
+            ),
+            Self::OutsideTravel { drive, error } => write!(
+                f,
+                "the motion of drive {drive} leaves the travel of its axis: {error}. Nothing has moved"
+            ),
+            Self::Endpoint(source) => source.fmt(f),
+            Self::Range(source) => write!(
+                f,
+                "--max-rpm and --max-acceleration make no limits of a stream in this cycle: {source}"
+            ),
+            Self::Interrupt(source) => {
+                write!(f, "cannot listen to signals, keys or senders: {source}")
+            }
             Self::NotConfirmed(source) => source.fmt(f),
             Self::Recording(source) => source.fmt(f),
             Self::Terminal(source) => write!(

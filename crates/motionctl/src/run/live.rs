@@ -2,16 +2,18 @@
 
 use std::io;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind};
 
+use super::summary::Summary;
+use crate::control::{Status, Wish, Wishes, wish};
 use crate::interrupt;
 use crate::live_view::{LOAD_WINDOW_US, Screen, TakenTerminal};
 use crate::output;
-use crate::recording::{About, Item, Recording, Viewer};
+use crate::recording::{About, Item, Recorded, Recording, Viewer};
 
 /// Time between two pictures.
 const PICTURE: Duration = Duration::from_millis(50);
@@ -19,19 +21,26 @@ const PICTURE: Duration = Duration::from_millis(50);
 const EVENTS: usize = 100;
 const MESSAGES: usize = 3;
 
-const KEYS: &str =
-    "up/down select  s or Ctrl-C stop: slows down, again: at once  q stop and leave the view";
+const KEYS: &str = "up/down select  space pause  + - 1 speed  s stop on the path  Ctrl-C stop: slows down, again: at once  q stop and leave the view";
 const KEYS_AT_END: &str = "q leave the view";
 
 /// A view that is open.
 pub(super) struct LiveView {
-    verdict: Sender<(String, bool)>,
-    thread: JoinHandle<()>,
+    /// Until the view shall end.
+    verdict: Option<Sender<(String, bool)>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Shows the result in a view that is open until the user leaves it; the drives are off.
+pub(super) fn end(view: Option<LiveView>, results: &[(Summary, Recorded)]) {
+    if let (Some(view), Some((summary, _))) = (view, results.first()) {
+        view.end(&summary.verdict(), summary.is_completed());
+    }
 }
 
 impl LiveView {
     /// Takes the terminal and shows what the viewer is given.
-    pub(super) fn open(about: &About) -> io::Result<(Self, Viewer)> {
+    pub(super) fn open(about: &About, wishes: &Wishes) -> io::Result<(Self, Viewer)> {
         let terminal = TakenTerminal::take()?;
         terminal.keep_signals()?;
         let (viewer, items) = Viewer::new();
@@ -41,6 +50,8 @@ impl LiveView {
             recording: Recording::new(about.clone()),
             selected: 0,
             is_leaving: false,
+            wishes: wishes.sender(),
+            status: wishes.status(),
             requests: interrupt::requests(),
         };
         let thread = std::thread::Builder::new()
@@ -54,14 +65,29 @@ impl LiveView {
                     ));
                 }
             })?;
-        Ok((Self { verdict, thread }, viewer))
+        let view = Self {
+            verdict: Some(verdict),
+            thread: Some(thread),
+        };
+        Ok((view, viewer))
     }
 
     /// Shows the result until the user leaves; the drives are off.
-    pub(super) fn end(self, verdict: &str, is_good: bool) {
-        // A view that was left before is no failure, and its thread has told of one.
-        let _ = self.verdict.send((verdict.to_owned(), is_good));
-        let _ = self.thread.join();
+    fn end(self, verdict: &str, is_good: bool) {
+        if let Some(sender) = &self.verdict {
+            // A view that was left before is no failure, and its thread has told of one.
+            let _ = sender.send((verdict.to_owned(), is_good));
+        }
+    }
+}
+
+impl Drop for LiveView {
+    /// Waits until the terminal is itself again: after the result until the user leaves, without one at once.
+    fn drop(&mut self) {
+        self.verdict = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
     }
 }
 
@@ -70,6 +96,8 @@ struct View {
     recording: Recording,
     selected: usize,
     is_leaving: bool,
+    wishes: Sender<Wish>,
+    status: Arc<Status>,
     /// Requests to stop that were there before the end.
     requests: u32,
 }
@@ -81,12 +109,16 @@ impl View {
         verdicts: &Receiver<(String, bool)>,
     ) -> io::Result<()> {
         let mut verdict = None;
-        let mut is_over = false;
         while !self.is_leaving {
             let next = Instant::now() + PICTURE;
-            is_over |= self.take(items, next);
-            if is_over && verdict.is_none() {
-                verdict = verdicts.recv_timeout(PICTURE).ok();
+            self.take(items, next);
+            if verdict.is_none() {
+                verdict = match verdicts.try_recv() {
+                    Ok(verdict) => Some(verdict),
+                    Err(TryRecvError::Empty) => None,
+                    // The motion did not begin.
+                    Err(TryRecvError::Disconnected) => return Ok(()),
+                };
                 // Ctrl-C from now on leaves the view.
                 self.requests = interrupt::requests();
             }
@@ -98,8 +130,8 @@ impl View {
         Ok(())
     }
 
-    /// Takes what came until the next picture; true when nothing will come any more.
-    fn take(&mut self, items: &Receiver<Arc<Item>>, until: Instant) -> bool {
+    /// Takes what comes until the next picture.
+    fn take(&mut self, items: &Receiver<Arc<Item>>, until: Instant) {
         loop {
             let left = until.saturating_duration_since(Instant::now());
             match items.recv_timeout(left) {
@@ -107,7 +139,7 @@ impl View {
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => {
                     std::thread::sleep(left);
-                    return true;
+                    break;
                 }
             }
             if left.is_zero() {
@@ -115,17 +147,27 @@ impl View {
             }
         }
         self.recording.forget_before(LOAD_WINDOW_US, EVENTS);
-        false
     }
 
     fn draw(&mut self, verdict: Option<(&str, bool)>) -> io::Result<()> {
-        let is_stopping = interrupt::requests() > 0 && verdict.is_none();
+        let (percent, is_paused) = self.status.speed();
+        let status = match () {
+            () if verdict.is_some() => "",
+            () if interrupt::requests() > 0 => "STOPPING",
+            () if is_paused => "PAUSED",
+            () => "",
+        };
+        let head = if self.has_begun() {
+            format!("on the bus at {percent} %")
+        } else {
+            "on the bus".to_owned()
+        };
         self.terminal.draw(&Screen {
             recording: &self.recording,
             selected: self.selected,
             off_the_bus: &[],
-            head: "on the bus",
-            status: if is_stopping { "STOPPING" } else { "" },
+            head: &head,
+            status,
             keys: if verdict.is_some() { KEYS_AT_END } else { KEYS },
             events_title: " events and messages ",
             messages: &output::held(MESSAGES),
@@ -147,16 +189,27 @@ impl View {
                     let last = self.recording.about.axes.len().saturating_sub(1);
                     self.selected = (self.selected + 1).min(last);
                 }
-                KeyCode::Char('s') if !is_over => interrupt::request(),
+                // Nothing goes on a path yet.
+                KeyCode::Char('s') if !is_over && !self.has_begun() => interrupt::request(),
                 KeyCode::Char('q') | KeyCode::Esc => {
                     self.is_leaving = true;
                     if !is_over {
                         interrupt::request();
                     }
                 }
+                KeyCode::Char(key) if !is_over => {
+                    if let Some(wish) = u8::try_from(key).ok().and_then(wish) {
+                        // Whoever has ended does not listen any more.
+                        let _ = self.wishes.send(wish);
+                    }
+                }
                 _ => {}
             }
         }
         Ok(())
+    }
+
+    fn has_begun(&self) -> bool {
+        self.recording.motion_start.is_some()
     }
 }

@@ -1,123 +1,51 @@
-//! `motionctl run`: a motion from a file on the drives of a real bus, in real time.
+//! `motionctl run`: a motion on the drives of a real bus, in real time: from a file, or from set-points that arrive meanwhile.
 
 mod arguments;
+mod buses;
 mod error;
+mod file;
 mod follow;
 mod live;
+mod places;
 mod recording;
+mod streamed;
 mod summary;
+mod together;
 
 use std::process::ExitCode;
 
-use can_motion::{AxisConfig, ReadBackScale};
-use dyn_can::{DriveId, GearNumber, StepLimit};
+use can_motion::AxisConfig;
+use dyn_can::{DriveId, GearNumber};
 
 use crate::confirm::confirm;
+use crate::control::{ControlSocket, Listening, Wishes};
 use crate::drive_ids::about;
+use crate::endpoint::Endpoint;
 use crate::interrupt;
 use crate::link::Link;
-use crate::output::{print, print_json, tell};
-use crate::recording::WithRecording;
+use crate::output::tell;
+use crate::recording::AxisAbout;
 use crate::station::{Needs, Seen, Station, look};
-use crate::trajectory::{Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
-use follow::{Follow, places};
-use recording::{RunRecording, write_page};
 
 /// One axis of the motion, in the order of the columns.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Axis {
     drive: DriveId,
     gear: GearNumber,
     needs: Needs,
+    /// The first position of the file, in command counts.
+    first_counts: f64,
+    about: AxisAbout,
 }
 
 /// Checks everything, asks, runs the motion, prints the summary.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
-    let motion = arguments.motion.read().map_err(RunError::Motion)?;
-    let plan = motion
-        .plan(arguments.cycle_us, StepLimit::MAX)
-        .map_err(RunError::Motion)?;
-    let drives = motion.drives().map_err(RunError::Motion)?;
-    let gears = motion.gear_numbers().map_err(RunError::Motion)?;
-    let axes: Vec<Axis> = drives
-        .iter()
-        .zip(gears)
-        .enumerate()
-        .map(|(axis, (&drive, gear))| {
-            let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
-            Axis {
-                drive,
-                gear,
-                needs: Needs::of(&positions, gear, arguments.cycle_us),
-            }
-        })
-        .collect();
-    let report = motion.report(&plan, &drives, StepLimit::MAX);
-    if !arguments.json {
-        report.show();
+    match &arguments.stream.stream {
+        Some(endpoint) => streamed::run(arguments, endpoint),
+        None => file::run(arguments),
     }
-    for axis in &axes {
-        let within = arguments.limits.check(axis.drive, &axis.needs);
-        within.map_err(RunError::Limit)?;
-    }
-    let recording = RunRecording::begin(arguments, motion.axes_about(&drives))?;
-    let mut link = arguments.link.open().map_err(RunError::Open)?;
-    if recording.is_some() {
-        link.keep_frames();
-    }
-    admit(arguments, &mut link, &axes)?;
-    confirm(&question(arguments, &drives, &plan), arguments.yes).map_err(RunError::NotConfirmed)?;
-    interrupt::listen_in_motion().map_err(RunError::Interrupt)?;
-    if !arguments.json {
-        tell(format_args!("limits: {}", arguments.limits));
-        if arguments.polls().status_us.is_none() {
-            tell(
-                "note: with --status-hz 0 nobody notices a drive that leaves the bus or loses its power",
-            );
-        }
-    }
-    let seen = match ask(arguments, &mut link, &axes) {
-        Ok(seen) => seen,
-        Err(error) => {
-            if let Some(recording) = recording {
-                recording.give_up(&mut link);
-            }
-            return Err(error);
-        }
-    };
-    let configs = configs(arguments, &axes, |drive| {
-        let seen = seen.iter().find(|seen| seen.drive == drive);
-        seen.map_or(0, |seen| seen.position_counts)
-    });
-    let mut station =
-        Station::new(&mut link, &configs, arguments.cycle_us).map_err(RunError::Config)?;
-    let scales = axes.iter().map(|axis| arguments.axes.scale(axis.gear));
-    let scales: Vec<ReadBackScale> = scales.collect();
-    let view = match recording {
-        Some(recording) => recording.attach(arguments, &mut station, &places(&drives), &scales)?,
-        None => None,
-    };
-    let follow = Follow::new(station, &drives, scales);
-    let (summary, recorded) = follow.run(&plan, !arguments.json && view.is_none());
-    if let Some(view) = view {
-        view.end(&summary.verdict(), summary.is_completed());
-    }
-    let is_recorded = write_page(arguments, &recorded, &summary) && recorded.report.is_complete();
-    if arguments.json {
-        print_json(&WithMotion {
-            motion: &report,
-            result: &WithRecording {
-                result: &summary,
-                recording: &recorded.report,
-            },
-        })
-        .map_err(RunError::Print)?;
-    } else {
-        print(&summary).map_err(RunError::Print)?;
-    }
-    Ok(summary.exit_code(is_recorded))
 }
 
 /// The axes as the master wants them: with their limits around these positions, in ascending order of drive id.
@@ -150,8 +78,58 @@ fn admit(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<(), Ru
         .map_err(RunError::Config)
 }
 
+/// Asks whether the motors may move, and listens to signals from then on.
+fn ask(arguments: &Arguments, drives: &[DriveId], what: &str) -> Result<(), RunError> {
+    let question = format!(
+        "{} {what}, {}. Is everybody clear of the machine?",
+        about(
+            drives,
+            "will be enabled and its motor will MOVE",
+            "will be enabled and their motors will MOVE"
+        ),
+        arguments.limits
+    );
+    confirm(&question, arguments.yes).map_err(RunError::NotConfirmed)?;
+    interrupt::listen_in_motion().map_err(RunError::Interrupt)?;
+    if !arguments.json {
+        tell(format_args!("limits: {}", arguments.limits));
+        if arguments.polls().status_us.is_none() {
+            tell(
+                "note: with --status-hz 0 nobody notices a drive that leaves the bus or loses its power",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Opens the socket of those who give orders; obeyed is nobody yet.
+fn open_control(arguments: &Arguments, wishes: &Wishes) -> Result<Option<ControlSocket>, RunError> {
+    let socket = arguments.control.open(wishes).map_err(RunError::Endpoint)?;
+    if let Some(port) = socket.as_ref().and_then(ControlSocket::port) {
+        tell(format_args!("orders are taken at port {port}"));
+    }
+    Ok(socket)
+}
+
+/// Takes the keys of the terminal, where neither set-points come from there nor a view has it.
+fn listen(
+    arguments: &Arguments,
+    socket: Option<ControlSocket>,
+    wishes: &Wishes,
+) -> Result<Listening, RunError> {
+    let takes_input = arguments.stream.stream == Some(Endpoint::StandardInput);
+    let takes_keys = !takes_input && !arguments.live;
+    let listening = Listening::new(socket, wishes, takes_keys).map_err(RunError::Interrupt)?;
+    if !arguments.json
+        && let Some(help) = listening.help()
+    {
+        tell(help);
+    }
+    Ok(listening)
+}
+
 /// Asks the drives what they are and where they stand, and refuses a scale that is not theirs.
-fn ask(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<Vec<Seen>, RunError> {
+fn look_at(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<Vec<Seen>, RunError> {
     let mut ascending: Vec<DriveId> = axes.iter().map(|axis| axis.drive).collect();
     ascending.sort_unstable();
     let seen = look(link, arguments.axes, &ascending).map_err(RunError::Look)?;
@@ -169,18 +147,8 @@ fn ask(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<Vec<Seen
     if differences.iter().any(GearDifference::is_one) {
         return Err(RunError::Gear(differences));
     }
+    if let Some(path) = &arguments.origins {
+        places::check(arguments, link, axes, path)?;
+    }
     Ok(seen)
-}
-
-fn question(arguments: &Arguments, drives: &[DriveId], plan: &Plan) -> String {
-    let seconds = plan.cycles() as f64 * f64::from(arguments.cycle_us) * 1e-6;
-    format!(
-        "{} for {seconds:.1} s, {}. Is everybody clear of the machine?",
-        about(
-            drives,
-            "will be enabled and its motor will MOVE",
-            "will be enabled and their motors will MOVE"
-        ),
-        arguments.limits
-    )
 }

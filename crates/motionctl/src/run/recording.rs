@@ -1,14 +1,19 @@
-//! The recording of a motion on a real bus: opened before anything is sent, written while the motion runs, closed behind it.
+//! The recordings of a motion on real buses, one a bus: opened before anything is sent, written while the motion runs, closed behind it.
+
+use std::path::Path;
+use std::time::Instant;
 
 use can_motion::ReadBackScale;
 
 use super::arguments::Arguments;
+use super::buses::Bus;
 use super::error::RunError;
 use super::live::LiveView;
 use super::summary::Summary;
+use crate::control::Wishes;
 use crate::link::Link;
 use crate::output::tell;
-use crate::recording::{About, AxisAbout, Origin, Recorded, Recorder};
+use crate::recording::{About, Origin, Recorded, Recorder, RecordingOptions};
 use crate::report;
 use crate::station::{Station, StationRecorder};
 
@@ -16,32 +21,67 @@ use crate::station::{Station, StationRecorder};
 pub(super) struct RunRecording {
     recorder: Recorder,
     about: About,
-    start: std::time::Instant,
+    start: Instant,
+}
+
+/// Opens every file of every bus, when something is to be recorded or watched.
+pub(super) fn begin(arguments: &Arguments, buses: &mut [Bus]) -> Result<(), RunError> {
+    let start = Instant::now();
+    let options = options(arguments, buses);
+    // No recording is written over another, or over the motion itself.
+    let mut taken: Vec<&Path> = arguments.motion.file().into_iter().collect();
+    for (number, (bus, options)) in buses.iter_mut().zip(&options).enumerate() {
+        let axes = bus.axes.iter().map(|axis| axis.about.clone()).collect();
+        let bit_ns = 1_000_000 / u64::from(arguments.link.bit_rate_kbit().max(1));
+        let interface = bus.interface.clone();
+        let about = About {
+            interface: interface.unwrap_or_else(|| format!("can{number}")),
+            ..About::now(Origin::Bus, axes, arguments.cycle_us, bit_ns)
+        };
+        let recorder = options.open(&about, &taken).map_err(RunError::Recording)?;
+        taken.extend(options.files());
+        if arguments.live || !recorder.is_idle() {
+            bus.link.keep_frames();
+            bus.recording = Some(RunRecording {
+                recorder,
+                about,
+                start,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// What to record of each bus: files of several buses are named apart.
+fn options(arguments: &Arguments, buses: &[Bus]) -> Vec<RecordingOptions> {
+    let options = &arguments.recording;
+    let names: Vec<&str> = buses.iter().map(|bus| bus.name.as_str()).collect();
+    match names[..] {
+        [_] => vec![options.clone()],
+        _ => {
+            let tails = tails(&names).into_iter();
+            tails.map(|tail| options.named_apart(&tail)).collect()
+        }
+    }
+}
+
+/// What tells the files of the buses apart: the last part of the names of their links, or numbers from 1 where two have the same.
+fn tails(names: &[&str]) -> Vec<String> {
+    let tails = names.iter().map(|name| {
+        let last = name.rsplit('/').next().unwrap_or_default();
+        last.to_owned()
+    });
+    let tails: Vec<String> = tails.collect();
+    let mut different = tails.clone();
+    different.sort_unstable();
+    different.dedup();
+    if different.len() == tails.len() {
+        return tails;
+    }
+    (1..=names.len()).map(|number| number.to_string()).collect()
 }
 
 impl RunRecording {
-    /// Opens every file; `None` when nothing is to be recorded or watched.
-    pub(super) fn begin(
-        arguments: &Arguments,
-        axes: Vec<AxisAbout>,
-    ) -> Result<Option<Self>, RunError> {
-        let start = std::time::Instant::now();
-        let link = &arguments.link;
-        let bit_ns = 1_000_000 / u64::from(link.bit_rate_kbit().max(1));
-        let about = About {
-            interface: link.interface().unwrap_or("can0").to_owned(),
-            ..About::now(Origin::Bus, axes, arguments.cycle_us, bit_ns)
-        };
-        let input = arguments.motion.file();
-        let recorder = arguments.recording.open(&about, input);
-        let recorder = recorder.map_err(RunError::Recording)?;
-        Ok((arguments.live || !recorder.is_idle()).then_some(Self {
-            recorder,
-            about,
-            start,
-        }))
-    }
-
     /// Closes the files of a motion that did not begin, with the frames that say why.
     pub(super) fn give_up(self, link: &mut Link) {
         let (start, bit_ns) = (self.start, self.about.bit_ns);
@@ -57,10 +97,12 @@ impl RunRecording {
         station: &mut Station<'_>,
         places: &[usize],
         read_back: &[ReadBackScale],
+        wishes: &Wishes,
     ) -> Result<Option<LiveView>, RunError> {
         let mut view = None;
         if arguments.live {
-            let (opened, viewer) = LiveView::open(&self.about).map_err(RunError::Terminal)?;
+            let opened = LiveView::open(&self.about, wishes).map_err(RunError::Terminal)?;
+            let (opened, viewer) = opened;
             self.recorder.watch(viewer);
             view = Some(opened);
         }
@@ -76,16 +118,38 @@ impl RunRecording {
     }
 }
 
-/// Writes the page of a motion that has ended; false when one was wanted and there is none.
-pub(super) fn write_page(arguments: &Arguments, recorded: &Recorded, summary: &Summary) -> bool {
-    let Some(folder) = &arguments.recording.report else {
+/// Writes the pages of a motion that has ended, with the picture of a path if there is one, and notes in the summaries what became of the
+/// recordings.
+pub(super) fn close(
+    arguments: &Arguments,
+    buses: &[Bus],
+    results: Vec<(Summary, Recorded)>,
+    picture: Option<&str>,
+) -> Vec<Summary> {
+    let options = options(arguments, buses).into_iter();
+    let close = |((mut summary, recorded), options): ((Summary, Recorded), RecordingOptions)| {
+        let has_page = write_page(options.report.as_deref(), &recorded, &summary, picture);
+        summary.note_recording(recorded.report, has_page);
+        summary
+    };
+    results.into_iter().zip(options).map(close).collect()
+}
+
+/// False when a page was wanted and there is none.
+fn write_page(
+    folder: Option<&Path>,
+    recorded: &Recorded,
+    summary: &Summary,
+    picture: Option<&str>,
+) -> bool {
+    let Some(folder) = folder else {
         return true;
     };
     let Some(recording) = &recorded.recording else {
         tell("the page is not written: its numbers are not whole");
         return false;
     };
-    match report::write(folder, recording, &summary.for_page()) {
+    match report::write(folder, recording, &summary.for_page(), picture) {
         Ok(page) => {
             tell(format_args!("report: {}", page.display()));
             true
@@ -94,5 +158,16 @@ pub(super) fn write_page(arguments: &Arguments, recorded: &Recorded, summary: &S
             tell(format_args!("cannot write {}: {source}", path.display()));
             false
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buses_are_told_apart_by_the_end_of_their_links_or_by_numbers() {
+        assert_eq!(tails(&["can0", "/dev/ttyACM1"]), ["can0", "ttyACM1"]);
+        assert_eq!(tails(&["/a/tty", "/b/tty", "can0"]), ["1", "2", "3"]);
     }
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::counted::counted;
 use crate::exit;
 use crate::link::LinkFault;
-use crate::recording::{AxisOutcome, Outcome as PageOutcome};
+use crate::recording::{AxisOutcome, Outcome as PageOutcome, RecordingReport};
 use crate::station::{End, PaceCounts, left_on};
 use crate::table::align_numbers;
 
@@ -28,6 +28,10 @@ pub(super) enum Outcome {
     /// Why it is not known that set-points got out, which was told already.
     StoodStill(String),
     Interrupted,
+    /// Somebody gave the order.
+    Ordered,
+    /// A stream had no more set-points, which was told already.
+    RanOut,
     LinkFailed(LinkFault),
 }
 
@@ -35,7 +39,7 @@ impl Outcome {
     /// Why it is not complete.
     pub(super) fn reason(&self) -> Option<String> {
         match self {
-            Self::Completed | Self::Interrupted => None,
+            Self::Completed | Self::Interrupted | Self::Ordered | Self::RanOut => None,
             Self::Stopped(reason) | Self::StoodStill(reason) => Some(reason.clone()),
             Self::LinkFailed(fault) => Some(fault.to_string()),
         }
@@ -51,6 +55,8 @@ impl fmt::Display for Outcome {
                 f.write_str("stopped, because it is not known that its set-points got out")
             }
             Self::Interrupted => f.write_str("stopped by the user"),
+            Self::Ordered => f.write_str("stopped by an order"),
+            Self::RanOut => f.write_str("the set-points ran out"),
             Self::LinkFailed(fault) => write!(f, "the link failed: {fault}"),
         }
     }
@@ -121,6 +127,9 @@ impl AxisSummary {
 /// A whole motion.
 #[derive(Debug, Serialize)]
 pub(super) struct Summary {
+    /// The bus, where there are several.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    bus: String,
     completed: bool,
     outcome: String,
     reason: Option<String>,
@@ -139,12 +148,14 @@ pub(super) struct Summary {
     /// The drives that were left on, for those who have read the other warnings already.
     #[serde(skip)]
     left_on: Option<String>,
+    recording: RecordingReport,
     #[serde(skip)]
     exit_code: u8,
 }
 
 impl Summary {
     pub(super) fn new(
+        bus: String,
         outcome: Outcome,
         end: End,
         told_warning: Option<String>,
@@ -159,7 +170,7 @@ impl Summary {
         let completed = outcome == Outcome::Completed && sums_are_equal && is_off;
         let exit_code = match outcome {
             Outcome::LinkFailed(_) | Outcome::StoodStill(_) => exit::LINK_FAILED,
-            Outcome::Interrupted if is_off => exit::INTERRUPTED,
+            Outcome::Interrupted | Outcome::Ordered if is_off => exit::INTERRUPTED,
             _ if completed => 0,
             _ => exit::BROKEN_PROMISE,
         };
@@ -167,6 +178,7 @@ impl Summary {
         let warnings = [left_on.clone(), told_warning];
         let ids = |drives: &[DriveId]| drives.iter().map(|drive| drive.get()).collect();
         Self {
+            bus,
             completed,
             reason: outcome.reason(),
             outcome: outcome.to_string(),
@@ -178,15 +190,8 @@ impl Summary {
             left_enabled: ids(&end.left_on),
             warnings: warnings.into_iter().flatten().collect(),
             left_on,
+            recording: RecordingReport::default(),
             exit_code,
-        }
-    }
-
-    /// `is_recorded` says whether everything that was to be recorded is.
-    pub(super) fn exit_code(&self, is_recorded: bool) -> ExitCode {
-        match self.exit_code {
-            0 if !is_recorded => exit::BROKEN_PROMISE.into(),
-            code => code.into(),
         }
     }
 
@@ -230,6 +235,33 @@ impl Summary {
         )
     }
 
+    /// How the motion ended, in words.
+    pub(super) fn outcome(&self) -> &str {
+        &self.outcome
+    }
+
+    /// The larger, the worse: nobody knows, then not as promised, then ended before.
+    pub(super) fn severity(&self) -> u8 {
+        match self.exit_code {
+            exit::LINK_FAILED => 3,
+            0 => 0,
+            exit::INTERRUPTED => 1,
+            _ => 2,
+        }
+    }
+
+    /// Notes what became of the recording, and whether the page that was wanted is there.
+    pub(super) fn note_recording(&mut self, report: RecordingReport, has_page: bool) {
+        if self.exit_code == 0 && !(report.is_complete() && has_page) {
+            self.exit_code = exit::BROKEN_PROMISE;
+        }
+        self.recording = report;
+    }
+
+    pub(super) fn exit_code(&self) -> ExitCode {
+        self.exit_code.into()
+    }
+
     fn table(&self) -> Table {
         let mut table = Table::new();
         table.load_style(UTF8_BORDERS_ONLY).set_header([
@@ -261,6 +293,9 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.bus.is_empty() {
+            writeln!(f, "bus {}", self.bus)?;
+        }
         writeln!(f, "{}", self.table())?;
         writeln!(f, "{}", self.pace_text())?;
         if let Some(text) = &self.left_on {

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::confirm::confirm;
 use crate::drives::{DrivesError, DrivesOptions, FoundDrive};
 use crate::exit;
+use crate::link::{Link, LinkOptions};
 use crate::output::{print, print_json};
 use crate::station::AxisOptions;
 
@@ -76,13 +77,31 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
         ProtocolOption::Dyn => (scan_dyn(arguments)?, NO_DRIVE.to_owned()),
         ProtocolOption::Canopen => scan_canopen(arguments)?,
     };
+    show(drives, silence, arguments.json)
+}
+
+/// Asks every CANopen node on a bus and prints what answered.
+pub(crate) fn run_canopen(
+    link: &LinkOptions,
+    yes: bool,
+    json: bool,
+) -> Result<ExitCode, DrivesError> {
+    confirm(QUESTION, yes).map_err(DrivesError::NotConfirmed)?;
+    let mut link = link
+        .open_of_drives_with(zlac8030l::FACTORY_BIT_RATE)
+        .map_err(DrivesError::Open)?;
+    let silence = no_node(link.bit_rate().kbit_per_s());
+    show(scan_nodes(&mut link, json)?, silence, json)
+}
+
+fn show(drives: Vec<FoundDrive>, silence: String, json: bool) -> Result<ExitCode, DrivesError> {
     let found = Found { drives };
-    if arguments.json {
+    if json {
         print_json(&found).map_err(DrivesError::Print)?;
     } else if found.drives.is_empty() {
         print(silence).map_err(DrivesError::Print)?;
     }
-    for found in found.drives.iter().filter(|_| !arguments.json) {
+    for found in found.drives.iter().filter(|_| !json) {
         print(format_args!("drive {:2}  {}", found.drive, found.protocol))
             .map_err(DrivesError::Print)?;
     }
@@ -111,10 +130,14 @@ fn scan_canopen(arguments: &Arguments) -> Result<(Vec<FoundDrive>, String), Driv
     }
     confirm(QUESTION, arguments.yes).map_err(DrivesError::NotConfirmed)?;
     let (mut link, kbit_per_s) = arguments.drives.open_canopen().map_err(DrivesError::Open)?;
-    let bar = progress_bar(NODES, !arguments.json);
-    let found = canopen::scan(&mut link, &mut |node| bar.set_position(node.into()));
+    Ok((scan_nodes(&mut link, arguments.json)?, no_node(kbit_per_s)))
+}
+
+fn scan_nodes(link: &mut Link, json: bool) -> Result<Vec<FoundDrive>, DrivesError> {
+    let bar = progress_bar(NODES, !json);
+    let found = canopen::scan(link, &mut |node| bar.set_position(node.into()));
     bar.finish_and_clear();
-    Ok((found?, no_node(kbit_per_s)))
+    found
 }
 
 /// Names the other bit rates of the drives; none is tried unasked, because a wrong one disturbs the bus.

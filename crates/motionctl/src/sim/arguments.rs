@@ -14,6 +14,7 @@ use super::faults::Script;
 use super::setup::{MOST_AXES, Setup};
 use crate::recording::RecordingOptions;
 use crate::trajectory::{MotionFile, MotionOptions};
+use crate::twist::TwistOptions;
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 
 const EXAMPLES: &str = "\
@@ -22,12 +23,14 @@ Examples:
   cargo sim -- --trajectory plan.csv            the columns that the header line names as positions
   cargo sim -- --trajectory plan.csv --time-column 1 --axes 6   a file without names: the next six columns
   cargo sim -- --trajectory plan.csv --columns shoulder,elbow --gear-ratio 50
+  cargo sim -- --program examples/programs/circle.ngc --axes 2 --mm-per-turn 5 --axis-rpm 3000   G-code, see docs/paths.md
   cargo sim -- --report out                     and a page with pictures, out/index.html
   cargo sim -- --live                           watch it in the terminal and interfere
   cargo sim -- --faults examples/faults.toml    see what the master does when things go wrong
   cargo sim -- --candump run.log                and the bus traffic as a candump log
   cargo sim -- --mcap run.mcap                  and everything for Foxglove or PlotJuggler
   cargo sim -- --drives zlac                    two hub motors of a differential drive on CANopen
+  cargo sim -- --drives zlac --twist examples/square-twist.csv --track 0.4 --wheel-radius 0.085
 
 Exit status: 0 every promise kept, 1 a promise broken (a sum differs, a cycle was late, an axis
 faulted) or a recording that is not complete, 2 the input cannot be used and nothing was run.";
@@ -47,6 +50,11 @@ pub(crate) struct Arguments {
     /// Hub motors: speeds count 1/N r/min, up to 1000 of them (202Fh:05).
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=10))]
     pub(super) speed_resolution: u16,
+    /// Hub motors: time of the drives' own ramps to their largest speed, in milliseconds (6083h, 6084h); 0 is as fast as they can.
+    #[arg(long, value_name = "MS", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=32_767))]
+    pub(super) ramp_ms: u16,
+    #[command(flatten)]
+    pub(super) twist: TwistOptions,
     /// Largest step of an axis in one cycle, in command counts.
     #[arg(long, value_name = "COUNTS", default_value_t = 16_384)]
     max_step: i32,
@@ -57,7 +65,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "HZ", default_value_t = 50)]
     position_hz: u32,
     #[command(flatten)]
-    drive_options: VirtualDriveOptions,
+    pub(super) drive_options: VirtualDriveOptions,
     /// Order in which the master's controller sends its mailboxes.
     #[arg(long, value_enum, default_value_t)]
     tx_order: TxOrderOption,
@@ -87,10 +95,11 @@ enum TxOrderOption {
 impl Arguments {
     pub(crate) fn setup(&self, motion: &MotionFile<'_>) -> Result<Setup, SimError> {
         let period_us = |hz: u32| 1_000_000_u32.checked_div(hz);
-        if motion.axes() > MOST_AXES {
+        let axes = motion.axes().map_err(SimError::Motion)?;
+        if axes > MOST_AXES {
             return Err(SimError::AxisCount {
                 most: MOST_AXES,
-                actual: motion.axes(),
+                actual: axes,
             });
         }
         let drives = motion.drives().map_err(SimError::Motion)?;
@@ -128,9 +137,7 @@ impl Arguments {
     pub(super) fn not_for_wheels(&self) -> Option<&'static str> {
         let given = [
             (self.recording.report.is_some(), "--report"),
-            (self.recording.csv.is_some(), "--csv"),
             (self.recording.mcap.is_some(), "--mcap"),
-            (self.faults.is_some(), "--faults"),
             (self.live, "--live"),
         ];
         given
@@ -140,17 +147,22 @@ impl Arguments {
     }
 
     fn script(&self, drives: &[DriveId]) -> Result<Script, SimError> {
-        let Some(path) = &self.faults else {
+        let Some((path, text)) = self.script_text()? else {
             return Ok(Script::default());
         };
-        let text = read_script(path).map_err(|source| SimError::Read {
-            path: path.clone(),
-            source,
-        })?;
-        Script::parse(&text, drives).map_err(|source| SimError::Script {
-            path: path.clone(),
-            source,
-        })
+        Script::parse(&text, drives).map_err(|source| SimError::Script { path, source })
+    }
+
+    /// The fault script, where there is one, and its path.
+    pub(super) fn script_text(&self) -> Result<Option<(PathBuf, String)>, SimError> {
+        let read = |path: &PathBuf| match read_script(path) {
+            Ok(text) => Ok((path.clone(), text)),
+            Err(source) => Err(SimError::Read {
+                path: path.clone(),
+                source,
+            }),
+        };
+        self.faults.as_ref().map(read).transpose()
     }
 }
 

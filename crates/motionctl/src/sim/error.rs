@@ -10,6 +10,8 @@ use dyn_can::RangeError;
 use super::faults::ScriptError;
 use crate::recording::RecordingError;
 use crate::trajectory::MotionError;
+use crate::twist::TwistError;
+use diff_drive::ValueError;
 
 /// A simulation that cannot be run, or whose result cannot be written.
 #[derive(Debug)]
@@ -25,6 +27,8 @@ pub(crate) enum SimError {
     Script { path: PathBuf, source: ScriptError },
     /// A recording cannot begin.
     Recording(RecordingError),
+    /// The fault script for hub motors is not usable.
+    WheelScript { path: PathBuf, what: String },
     /// The live view cannot use the terminal.
     Terminal(std::io::Error),
     /// A file cannot be written.
@@ -55,8 +59,14 @@ pub(crate) enum SimError {
     },
     /// A speed beyond what the drive can be told at this resolution.
     WheelSpeed { most_rpm: u32, actual_rpm: u32 },
+    /// A file of twists cannot be used.
+    Twist { path: PathBuf, source: TwistError },
+    /// A measure of the vehicle is out of range.
+    Vehicle(ValueError),
     /// An option that a simulation of wheels does not have.
     NotForWheels { option: &'static str },
+    /// An option that a simulation of servos does not have.
+    NotForServos { option: &'static str },
 }
 
 impl fmt::Display for SimError {
@@ -66,6 +76,7 @@ impl fmt::Display for SimError {
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Script { path, source } => write!(f, "{}: {source}", path.display()),
             Self::Recording(source) => source.fmt(f),
+            Self::WheelScript { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Terminal(source) => write!(
                 f,
                 "the live view needs a terminal ({source}): leave out --live, or use --report"
@@ -97,9 +108,15 @@ impl fmt::Display for SimError {
                 f,
                 "at this resolution a wheel can be told at most {most_rpm} r/min, the file has {actual_rpm}: lower --speed-resolution"
             ),
+            Self::Twist { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Vehicle(source) => source.fmt(f),
+            Self::NotForServos { option } => write!(
+                f,
+                "{option} is for hub motors: add --drives zlac, or zlac:LEFT,RIGHT"
+            ),
             Self::NotForWheels { option } => write!(
                 f,
-                "{option} is for servo drives: with --drives zlac use --json or --candump"
+                "{option} is for servo drives: with --drives zlac use --json, --csv or --candump"
             ),
         }
     }

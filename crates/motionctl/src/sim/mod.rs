@@ -13,6 +13,7 @@ mod summary;
 mod watch;
 mod wheels;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::exit;
@@ -36,12 +37,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     if let Some(nodes) = arguments.motion.hub_motors() {
         return wheels::run(arguments, nodes);
     }
+    if arguments.twist.twist.is_some() {
+        return Err(SimError::NotForServos { option: "--twist" });
+    }
     let motion = arguments.motion.read().map_err(SimError::Motion)?;
     let setup = arguments.setup(&motion)?;
     let plan = motion
         .plan(setup.cycle_us, setup.max_step)
         .map_err(SimError::Motion)?;
-    let axes = motion.axes_about(&setup.drives);
+    let axes = motion.axes_about(&setup.drives).map_err(SimError::Motion)?;
     let about = About {
         seed: Some(setup.drive_options.seed()),
         ..About::now(
@@ -51,17 +55,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
             setup.bit_rate.bit_ns(),
         )
     };
+    let input: Vec<&Path> = arguments.motion.file().into_iter().collect();
     let recorder = arguments
         .recording
-        .open(&about, arguments.motion.file())
+        .open(&about, &input)
         .map_err(SimError::Recording)?;
-    let motion = motion.report(&plan, &setup.drives, setup.max_step);
+    let picture = arguments
+        .motion
+        .path_picture(&plan, arguments.recording.report.is_some())
+        .map_err(SimError::Motion)?;
+    let motion = motion
+        .report(&plan, &setup.drives, setup.max_step)
+        .map_err(SimError::Motion)?;
     if !arguments.json {
         motion.show();
     }
     let (summary, recorded) = simulate(arguments, setup, recorder, &about, &plan)?;
     if let (Some(recording), Some(folder)) = (&recorded.recording, &arguments.recording.report) {
-        let page = report::write(folder, recording, &outcome(&summary));
+        let page = report::write(folder, recording, &outcome(&summary), picture.as_deref());
         let page = page.map_err(|(path, source)| SimError::Write { path, source })?;
         tell(format_args!("report: {}", page.display()));
     }

@@ -3,13 +3,17 @@
 use super::error::SimError;
 use super::faults::Fault;
 use super::summary::Summary;
+use crate::control::Wish;
 use crate::recording::Recording;
+use crate::set_points::Speed;
 
 /// What a spectator wants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Order {
     /// Ramp down and end the motion.
     Stop,
+    /// Pause, speed and stop of the motion, on its path.
+    Motion(Wish),
     /// Let something go wrong.
     Fault(Fault),
 }
@@ -18,6 +22,9 @@ pub(crate) enum Order {
 pub(crate) trait Spectator {
     /// Called after each cycle; may wait, so that virtual time passes like real time.
     fn after_cycle(&mut self, recording: &Recording) -> Result<Vec<Order>, SimError>;
+
+    /// How fast the motion goes, before each picture.
+    fn speed(&mut self, speed: Speed);
 
     /// Called once, when nothing will change any more.
     fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError>;
@@ -33,6 +40,8 @@ impl Spectator for Nobody {
     fn after_cycle(&mut self, _recording: &Recording) -> Result<Vec<Order>, SimError> {
         Ok(Vec::new())
     }
+
+    fn speed(&mut self, _speed: Speed) {}
 
     fn end(&mut self, _recording: &Recording, _summary: &Summary) -> Result<(), SimError> {
         Ok(())

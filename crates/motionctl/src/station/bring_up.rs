@@ -155,7 +155,14 @@ impl Station<'_> {
         fault
     }
 
-    fn wait_until(&mut self, is_so: impl Fn(AxisState) -> bool) -> Result<(), BringUpError> {
+    /// Cycles until every drive is in such a state.
+    ///
+    /// # Errors
+    /// [`BringUpError`] when a drive has a fault, Ctrl-C comes first, or it takes too long.
+    pub(crate) fn wait_until(
+        &mut self,
+        is_so: impl Fn(AxisState) -> bool,
+    ) -> Result<(), BringUpError> {
         let start = self.now();
         loop {
             self.cycle(|_, _| {})?;

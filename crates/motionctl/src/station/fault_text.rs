@@ -74,6 +74,10 @@ fn next_step(fault: Fault) -> Option<&'static str> {
             "bring the axis back into its travel, or look whether it reports in another unit (--read-back)"
         }
         Fault::Gear { .. } => "`motionctl read` shows its gear number, `motionctl write` sets it",
+        Fault::NotArrived { .. } => {
+            "look whether it is blocked, whether its max-speed and max-acceleration were changed, and for errors on the bus"
+        }
+        Fault::TravelEnd { .. } => "run slower or shorter, or give it a wider travel",
         // What to do is in the words, or at the drive that is the cause.
         Fault::SwitchedOn | Fault::Group => return None,
         _ => return None,
@@ -116,6 +120,8 @@ mod tests {
             Fault::Bus,
             Fault::ConfirmTimeout,
             Fault::PositionRange { read_back: 1 },
+            Fault::NotArrived { counts: 1 },
+            Fault::TravelEnd { position_counts: 1 },
             Fault::Group,
         ];
         faults.extend((1..8).map(|code| Fault::AlarmStatus(Alarm::from_code(code))));

@@ -25,7 +25,7 @@ pub(crate) use clock::{Clock, serve_until};
 pub(crate) use fault_text::fault_text;
 pub(crate) use look::{LookError, Seen, look};
 pub(crate) use motion_limits::{LimitError, MotionLimits, Needs};
-pub(crate) use pace::PaceCounts;
+pub(crate) use pace::{Pace, PaceCounts};
 pub(crate) use pc_master::{GROUP, Station};
 pub(crate) use recording::StationRecorder;
 pub(crate) use shut_down::{End, found_on, left_on, unconfirmed_warning};

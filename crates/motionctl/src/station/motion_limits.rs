@@ -5,10 +5,13 @@
 
 use core::fmt;
 
+use board_link::AxisLimits;
 use can_motion::{Limits, StepChange, Travel};
 use dyn_can::{DriveId, GearNumber, StepLimit, units};
+use trajectory::{Position, RangeError};
 
 use super::pc_master::STUCK_US;
+use crate::set_points::AxisHeadroom;
 
 /// Acceleration is a mean over so long: command counts are too coarse for less.
 const WINDOW_US: u32 = 20_000;
@@ -41,32 +44,40 @@ pub(crate) struct Needs {
     largest_step: u32,
 }
 
+/// Something that a motion needs of a motor, and how much of it is allowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LimitedQuantity {
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    /// The option of the limit.
+    pub(crate) option: &'static str,
+    pub(crate) needs: f64,
+    pub(crate) allowed: f64,
+}
+
 /// A motion that needs more than is allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LimitError {
     drive: DriveId,
-    what: &'static str,
-    unit: &'static str,
-    option: &'static str,
-    needs: f64,
-    allowed: f64,
+    quantity: LimitedQuantity,
 }
 
 impl fmt::Display for LimitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            drive,
-            what,
+        let LimitedQuantity {
+            name,
             unit,
             option,
             needs,
             allowed,
-        } = self;
+        } = self.quantity;
+        let drive = self.drive;
+        let article = if name.starts_with('a') { "an" } else { "a" };
         // Rounded up, so that the option that is offered is enough.
         let enough = (needs * 100.0).ceil() / 100.0;
         write!(
             f,
-            "the motion of drive {drive} needs {what} of {enough} {unit}, and {option} allows {allowed}: check the file and its unit, or allow it with {option} {enough}"
+            "the motion of drive {drive} needs {article} {name} of {enough} {unit}, and {option} allows {allowed}: check the file and its unit, or allow it with {option} {enough}"
         )
     }
 }
@@ -105,40 +116,109 @@ impl Needs {
     }
 }
 
+impl Needs {
+    /// The same motion, played so many times as fast at most: its axes may take larger steps.
+    pub(crate) fn at_rate(self, rate: f64) -> Self {
+        Self {
+            largest_step: (f64::from(self.largest_step) * rate).ceil() as u32,
+            ..self
+        }
+    }
+}
+
 impl MotionLimits {
-    /// Refuses a motion that needs more than is allowed.
-    pub(crate) fn check(&self, drive: DriveId, needs: &Needs) -> Result<(), LimitError> {
+    /// Everything that these limits allow, for a motion that is not known yet.
+    pub(crate) fn as_needs(&self, gear: GearNumber, cycle_us: u32) -> Needs {
+        let (velocity, _) = per_cycle(self.max_rpm, self.max_acceleration, gear, cycle_us);
+        Needs {
+            rpm: self.max_rpm,
+            rpm_per_s: self.max_acceleration,
+            min_turns: -self.max_turns,
+            max_turns: self.max_turns,
+            // What rounding to whole counts may add.
+            largest_step: velocity as u32 + 1,
+        }
+    }
+
+    /// What an axis has left of its limits for another speed of its motion.
+    pub(crate) fn headroom(&self, needs: &Needs, gear: GearNumber, cycle_us: u32) -> AxisHeadroom {
+        let (velocity, acceleration) =
+            per_cycle(self.max_rpm, self.max_acceleration, gear, cycle_us);
+        let (needed_velocity, needed_acceleration) =
+            per_cycle(needs.rpm, needs.rpm_per_s, gear, cycle_us);
+        AxisHeadroom {
+            velocity,
+            acceleration,
+            needed_velocity,
+            needed_acceleration,
+        }
+    }
+
+    /// The limits of an axis that is streamed to, around where it stands.
+    ///
+    /// # Errors
+    /// When they are outside of what a trajectory can have.
+    pub(crate) fn of_stream(
+        &self,
+        gear: GearNumber,
+        cycle_us: u32,
+    ) -> Result<AxisLimits, RangeError> {
+        let (velocity, acceleration) =
+            per_cycle(self.max_rpm, self.max_acceleration, gear, cycle_us);
+        let turn = f64::from(units::command_counts_per_turn(gear));
+        // Behind the largest there is nothing to keep from.
+        let end = Position::from_counts((self.max_turns * turn) as i32);
+        Ok(AxisLimits {
+            motion: trajectory::Limits::without_jerk(velocity as f32, acceleration as f32)?,
+            lowest: Position::ZERO.distance_from(end),
+            highest: end,
+        })
+    }
+
+    /// Speed, acceleration and way of a motion against their limits.
+    pub(crate) fn quantities(&self, needs: &Needs) -> [LimitedQuantity; 3] {
         let farthest = needs.max_turns.max(-needs.min_turns);
-        let checks = [
-            ("a speed", "r/min", "--max-rpm", needs.rpm, self.max_rpm),
-            (
-                "an acceleration",
+        let quantity = |name, unit, option, needs, allowed| LimitedQuantity {
+            name,
+            unit,
+            option,
+            needs,
+            allowed,
+        };
+        [
+            quantity("speed", "r/min", "--max-rpm", needs.rpm, self.max_rpm),
+            quantity(
+                "acceleration",
                 "r/min per second",
                 "--max-acceleration",
                 needs.rpm_per_s,
                 self.max_acceleration,
             ),
-            (
-                "a way",
+            quantity(
+                "way",
                 "turns of its motor",
                 "--max-turns",
                 farthest,
                 self.max_turns,
             ),
-        ];
-        for (what, unit, option, needs, allowed) in checks {
-            if needs > allowed {
-                return Err(LimitError {
-                    drive,
-                    what,
-                    unit,
-                    option,
-                    needs,
-                    allowed,
-                });
-            }
-        }
-        Ok(())
+        ]
+    }
+
+    /// Every limit that a motion exceeds.
+    pub(crate) fn exceeded(
+        &self,
+        drive: DriveId,
+        needs: &Needs,
+    ) -> impl Iterator<Item = LimitError> + use<> {
+        let quantities = self.quantities(needs).into_iter();
+        quantities
+            .filter(|quantity| quantity.needs > quantity.allowed)
+            .map(move |quantity| LimitError { drive, quantity })
+    }
+
+    /// Refuses a motion that needs more than is allowed.
+    pub(crate) fn check(&self, drive: DriveId, needs: &Needs) -> Result<(), LimitError> {
+        self.exceeded(drive, needs).next().map_or(Ok(()), Err)
     }
 
     /// The limits of an axis that stands at this position: an axis that is behind catches up a quarter faster than the motion is.
@@ -197,6 +277,16 @@ impl fmt::Display for MotionLimits {
             STUCK_US / 1_000
         )
     }
+}
+
+/// Speed and acceleration of a motor in counts per cycle, and per cycle and cycle.
+fn per_cycle(rpm: f64, rpm_per_s: f64, gear: GearNumber, cycle_us: u32) -> (f64, f64) {
+    let turn = f64::from(units::command_counts_per_turn(gear));
+    let cycle_s = f64::from(cycle_us) * 1e-6;
+    (
+        rpm / 60.0 * turn * cycle_s,
+        rpm_per_s / 60.0 * turn * cycle_s * cycle_s,
+    )
 }
 
 /// An acceleration in command counts per cycle and cycle.

@@ -48,6 +48,11 @@ impl Station<'_> {
         })
     }
 
+    /// A drive has confirmed that it is off, whoever switched it on.
+    pub(crate) fn was_switched_off(&mut self, drive: DriveId) {
+        self.found_on.retain(|other| *other != drive);
+    }
+
     /// Switches off every drive of the station, whoever switched it on. Returns the drives that did not confirm.
     ///
     /// # Errors

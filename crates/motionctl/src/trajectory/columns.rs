@@ -46,6 +46,15 @@ pub(super) enum Unnamed {
 }
 
 impl Columns {
+    pub(super) fn time(&self) -> &Column {
+        &self.time
+    }
+
+    /// One an axis.
+    pub(super) fn positions(&self) -> &[Column] {
+        &self.positions
+    }
+
     /// Chooses by the names of a header line.
     pub(super) fn named(
         choice: &ColumnChoice,

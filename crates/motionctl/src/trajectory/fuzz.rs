@@ -132,7 +132,7 @@ fn run(bytes: &[u8], reading: &Reading) -> Result<(), String> {
     let limits = vec![StepLimit::MAX; scales.len()];
     match Plan::new(&table, &scales, Interpolation::Monotone, 100_000, &limits) {
         Ok(plan) => {
-            let first: Vec<i32> = plan.row(0).collect();
+            let first: Vec<i32> = plan.row(0);
             let is_right =
                 first.iter().all(|counts| *counts == 0) && plan.last().len() == columns.len();
             is_right

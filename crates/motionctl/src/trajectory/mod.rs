@@ -5,6 +5,7 @@
 //! an axis cannot follow, [`motion_report`] says what it found. Nothing runs before all of it has passed. [`options`] is all of
 //! it as options of a command line.
 
+mod axes_about;
 mod cells;
 mod columns;
 mod curve;
@@ -13,6 +14,7 @@ mod exact;
 #[cfg(test)]
 mod fuzz;
 mod header;
+mod layout;
 mod lines;
 mod motion_error;
 mod motion_report;
@@ -29,7 +31,9 @@ mod variants;
 use columns::ColumnChoice;
 use curve::Interpolation;
 use error::TrajectoryError;
+pub(crate) use layout::{FieldError, Layout, TimedCounts};
 pub(crate) use motion_error::MotionError;
+use motion_report::FileReport;
 pub(crate) use motion_report::{MotionReport, WithMotion};
 pub(crate) use options::{MotionFile, MotionOptions};
 pub(crate) use plan::Plan;

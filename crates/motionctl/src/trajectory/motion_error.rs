@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::TrajectoryError;
 use crate::counted::counted;
+use crate::program::ProgramFileError;
 
 /// Options that make no motion.
 #[derive(Debug)]
@@ -19,10 +20,14 @@ pub(crate) enum MotionError {
         path: String,
         source: TrajectoryError,
     },
+    /// The program is not usable.
+    Program(ProgramFileError),
     /// The number of drive ids, of which there are 63, is not the number of axes.
     DriveCount { expected: usize, actual: usize },
     /// No gear number makes so many counts of a turn.
     CountsPerTurn { actual: f64 },
+    /// A stream without drives.
+    DrivesOfStream,
     /// Hub motors were asked for where servo drives are moved.
     HubMotors,
     /// Wheels do not stand in the first or the last line.
@@ -35,10 +40,14 @@ impl fmt::Display for MotionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
+            Self::Program(source) => source.fmt(f),
             Self::Trajectory { path, source } => write!(f, "{path}: {source}"),
             Self::CountsPerTurn { actual } => write!(
                 f,
                 "--counts-per-turn must be 4 times the gear number of the drive, 2000..=65536, got {actual}"
+            ),
+            Self::DrivesOfStream => f.write_str(
+                "--stream: nothing says which drives it moves: expected --drives with their ids in the order of the axes",
             ),
             Self::HubMotors => f.write_str(
                 "hub motors follow speeds on a bus of their own: use `motionctl sim --drives zlac`",
@@ -62,3 +71,9 @@ impl fmt::Display for MotionError {
 }
 
 impl std::error::Error for MotionError {}
+
+impl From<ProgramFileError> for MotionError {
+    fn from(source: ProgramFileError) -> Self {
+        Self::Program(source)
+    }
+}

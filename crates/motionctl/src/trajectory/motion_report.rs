@@ -2,6 +2,7 @@
 
 use crate::counted::counted;
 use crate::output::tell;
+use crate::program::ProgramReport;
 use core::fmt;
 
 use comfy_table::Table as TextTable;
@@ -22,7 +23,15 @@ const RATED_RPM: f64 = 3_000.0;
 
 /// A motion in figures.
 #[derive(Debug, Serialize)]
-pub(crate) struct MotionReport {
+#[serde(untagged)]
+pub(crate) enum MotionReport {
+    File(FileReport),
+    Program(ProgramReport),
+}
+
+/// A motion file in figures.
+#[derive(Debug, Serialize)]
+pub(crate) struct FileReport {
     file: String,
     points: usize,
     duration_s: f64,
@@ -66,7 +75,7 @@ struct AxisReport {
     near: Vec<String>,
 }
 
-impl MotionReport {
+impl FileReport {
     pub(super) fn new(
         file: String,
         table: &Table,
@@ -178,6 +187,15 @@ fn near_limits(near: &mut Vec<String>, peaks: &Peaks, limit: StepLimit, rpm: f64
 }
 
 impl fmt::Display for MotionReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(report) => report.fmt(f),
+            Self::Program(report) => report.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for FileReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = |number: usize, name: &str| {
             if name.is_empty() {

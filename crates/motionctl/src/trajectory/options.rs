@@ -10,11 +10,16 @@ use zlac8030l::NodeId;
 use crate::drive_ids::{DriveSet, drive_set};
 use crate::recording::AxisAbout;
 
+use super::axes_about;
+use super::columns::{Column, Columns};
+use super::layout::{Layout, check_axes};
 use super::motion_error::MotionError;
+use super::name::Name;
 use super::resolve;
 use super::table::Reading;
 use super::unit::{AxisScale, TimeUnit, Unit};
-use super::{ColumnChoice, Interpolation, MotionReport, Plan, Table, TrajectoryError};
+use super::{ColumnChoice, FileReport, Interpolation, MotionReport, Plan, Table, TrajectoryError};
+use crate::program::{Axes, ProgramFile, ProgramFileError, ProgramOptions, ProgramReport};
 
 /// The motion that runs when no file is given.
 const EXAMPLE: &str = include_str!("../../../../examples/pick-and-place.csv");
@@ -31,12 +36,12 @@ const FACTORY_COUNTS_PER_TURN: f64 = 16_384.0;
 const MOST_NUMBERS: usize = 1 << 24;
 
 /// What to move.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct MotionOptions {
     /// Motion file: time and one position an axis in each line, separated by commas, semicolons, tabs or blanks, with a header
     /// line of names. The motion starts where the drives stand. Without it the built-in pick-and-place runs.
     #[arg(long, value_name = "FILE")]
-    trajectory: Option<PathBuf>,
+    pub(crate) trajectory: Option<PathBuf>,
     /// Position columns: names from the header line, numbers from 1, or ranges as in 2-7. Default: the columns whose names say
     /// so; speeds, torques, counters and the like are left out and shown.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
@@ -94,12 +99,25 @@ pub(crate) struct MotionOptions {
     /// are speeds in r/min: zlac for nodes 4, 5 ..., zlac:7,9 for others.
     #[arg(long, value_name = "IDS", value_parser = drive_set)]
     drives: Option<DriveSet>,
+    #[command(flatten)]
+    pub(crate) program: ProgramOptions,
 }
 
-/// A motion file that was read, with the columns that it moves.
+/// A motion that was read, with the axes that it moves.
 #[derive(Debug)]
 pub(crate) struct MotionFile<'a> {
     options: &'a MotionOptions,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    File(FileContent),
+    Program(ProgramFile),
+}
+
+#[derive(Debug)]
+struct FileContent {
     table: Table,
     /// One an axis; empty for wheels, whose scale their drives set.
     scales: Vec<AxisScale>,
@@ -114,9 +132,10 @@ impl MotionOptions {
         }
     }
 
-    /// The motion file, when one is given.
+    /// The motion file or the program, when one is given.
     pub(crate) fn file(&self) -> Option<&Path> {
-        self.trajectory.as_deref()
+        let program = self.program.program.as_deref();
+        program.or(self.trajectory.as_deref())
     }
 
     /// The built-in example and its name.
@@ -129,42 +148,119 @@ impl MotionOptions {
 
     /// Reads the file, finds its columns and their units.
     pub(crate) fn read(&self) -> Result<MotionFile<'_>, MotionError> {
+        if let Some(path) = &self.program.program {
+            if self.hub_motors().is_some() {
+                return Err(MotionError::HubMotors);
+            }
+            return Ok(MotionFile {
+                options: self,
+                content: Content::Program(ProgramFile::open(path)?),
+            });
+        }
         let table = self.table()?;
         let columns = &table.columns.positions;
         let scales = if self.hub_motors().is_some() {
             self.check_options_of_wheels()?;
             resolve::check_speeds(columns).map(|()| Vec::new())
         } else {
-            resolve::position_units(&self.unit, columns).and_then(|units| {
-                let or_default = |given: &[f64], default| match given {
-                    [] => vec![default],
-                    given => given.to_vec(),
-                };
-                resolve::scales(
-                    &units,
-                    columns,
-                    &or_default(&self.gear_ratio, 1.0),
-                    &or_default(&self.counts_per_turn, FACTORY_COUNTS_PER_TURN),
-                    &self.mm_per_turn,
-                )
-            })
+            self.scales(columns)
         };
         let scales = scales.map_err(|source| self.in_file(source))?;
         Ok(MotionFile {
             options: self,
-            table,
-            scales,
+            content: Content::File(FileContent { table, scales }),
         })
+    }
+
+    /// Drives that are streamed to, which must be named: nothing else says how many axes there are.
+    pub(crate) fn drives_of_stream(&self) -> Result<Vec<DriveId>, MotionError> {
+        match &self.drives {
+            Some(DriveSet::Dyn(drives)) => Ok(drives.clone()),
+            Some(DriveSet::Zlac(_)) => Err(MotionError::HubMotors),
+            None => Err(MotionError::DrivesOfStream),
+        }
+    }
+
+    /// The gear numbers of so many drives.
+    pub(crate) fn gears_of_stream(&self, axes: usize) -> Result<Vec<GearNumber>, MotionError> {
+        let all = match self.counts_per_turn[..] {
+            [] => vec![FACTORY_COUNTS_PER_TURN; axes],
+            [one] => vec![one; axes],
+            _ => self.counts_per_turn.clone(),
+        };
+        if all.len() != axes {
+            let source = TrajectoryError::ListLength {
+                what: "--counts-per-turn",
+                expected: axes,
+                actual: all.len(),
+            };
+            let path = "--stream".to_owned();
+            return Err(MotionError::Trajectory { path, source });
+        }
+        gear_numbers(all.iter().map(|counts| counts.abs()))
+    }
+
+    /// The columns of a line of names, for so many axes; `None` when it is no line of names.
+    pub(crate) fn layout(
+        &self,
+        line: u64,
+        text: &str,
+        axes: usize,
+    ) -> Result<Option<Layout>, TrajectoryError> {
+        if Layout::has_numbers(text, self.decimal_comma) {
+            return Ok(None);
+        }
+        self.layout_of(line, &Layout::names(text, self.decimal_comma), axes)
+            .map(Some)
+    }
+
+    /// The same of names that are known one by one.
+    pub(crate) fn named_layout(
+        &self,
+        line: u64,
+        names: &[String],
+        axes: usize,
+    ) -> Result<Layout, TrajectoryError> {
+        let names: Vec<Name> = names.iter().map(|name| Name::parse(name)).collect();
+        self.layout_of(line, &names, axes)
+    }
+
+    fn layout_of(&self, line: u64, names: &[Name], axes: usize) -> Result<Layout, TrajectoryError> {
+        let columns = Columns::named(&self.choice(), line, names)?;
+        check_axes(line, axes, columns.positions().len())?;
+        let time_unit = resolve::time_unit(self.time_unit, columns.time())?;
+        let scales = self.scales(columns.positions())?;
+        Ok(Layout::new(columns, names.len(), time_unit, scales))
+    }
+
+    /// Whether numbers have decimal commas.
+    pub(crate) fn decimal_comma(&self) -> bool {
+        self.decimal_comma
+    }
+
+    fn scales(&self, columns: &[Column]) -> Result<Vec<AxisScale>, TrajectoryError> {
+        let units = resolve::position_units(&self.unit, columns)?;
+        resolve::scales(
+            &units,
+            columns,
+            &or_default(&self.gear_ratio, 1.0),
+            &self.counts_per_turn(),
+            &self.mm_per_turn,
+        )
+    }
+
+    fn choice(&self) -> ColumnChoice {
+        ColumnChoice {
+            time: self.time_column.clone(),
+            positions: self.columns.clone(),
+            axes: self.axes,
+            speeds: self.hub_motors().is_some(),
+        }
     }
 
     fn table(&self) -> Result<Table, MotionError> {
         let reading = Reading {
-            choice: ColumnChoice {
-                time: self.time_column.clone(),
-                positions: self.columns.clone(),
-                axes: self.axes,
-                speeds: self.hub_motors().is_some(),
-            },
+            choice: self.choice(),
             time_unit: self.time_unit,
             decimal_comma: self.decimal_comma,
             most_duration_s: self.max_duration,
@@ -197,6 +293,43 @@ impl MotionOptions {
         }
     }
 
+    /// The path of a program as SVG, where a file is asked for or `is_needed`; the file is written.
+    pub(crate) fn path_picture(
+        &self,
+        plan: &Plan,
+        is_needed: bool,
+    ) -> Result<Option<String>, MotionError> {
+        let path = self.program.path_svg.as_ref();
+        let Some(checked) = plan.program().filter(|_| is_needed || path.is_some()) else {
+            return Ok(None);
+        };
+        let picture = checked.picture()?;
+        if let Some(path) = path {
+            std::fs::write(path, &picture).map_err(|source| ProgramFileError::Write {
+                path: path.clone(),
+                source,
+            })?;
+        }
+        Ok(Some(picture))
+    }
+
+    fn counts_per_turn(&self) -> Vec<f64> {
+        or_default(&self.counts_per_turn, FACTORY_COUNTS_PER_TURN)
+    }
+
+    fn axes_of_program<'a>(&'a self, counts_per_turn: &'a [f64]) -> Axes<'a> {
+        Axes {
+            count: self.axes,
+            mm_per_turn: &self.mm_per_turn,
+            gear_ratio: match &self.gear_ratio[..] {
+                [] => &[1.0],
+                given => given,
+            },
+            counts_per_turn,
+            max_duration_s: self.max_duration,
+        }
+    }
+
     fn file_name(&self) -> String {
         self.trajectory.as_ref().map_or_else(
             || self.example().1.to_owned(),
@@ -212,69 +345,84 @@ impl MotionOptions {
 
 impl MotionFile<'_> {
     /// Number of axes that move.
-    pub(crate) fn axes(&self) -> usize {
-        self.table.columns.positions.len()
+    pub(crate) fn axes(&self) -> Result<usize, MotionError> {
+        Ok(match &self.content {
+            Content::File(file) => file.table.columns.positions.len(),
+            Content::Program(_) => self.options.axes_of_program(&[]).count()?,
+        })
+    }
+
+    /// The same drives as were named elsewhere, when there is one for each axis.
+    pub(crate) fn takes_drives(&self, drives: Vec<DriveId>) -> Result<Vec<DriveId>, MotionError> {
+        let expected = self.axes()?;
+        if drives.len() == expected {
+            return Ok(drives);
+        }
+        Err(MotionError::DriveCount {
+            expected,
+            actual: drives.len(),
+        })
     }
 
     /// The drive of each axis.
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
-        let axes = self.axes();
+        let axes = self.axes()?;
         let drives: Vec<DriveId> = match &self.options.drives {
             Some(DriveSet::Dyn(drives)) => drives.clone(),
             Some(DriveSet::Zlac(_)) => return Err(MotionError::HubMotors),
             None => DriveId::all().take(axes).collect(),
         };
-        if drives.len() != axes {
-            return Err(MotionError::DriveCount {
-                expected: axes,
-                actual: drives.len(),
-            });
-        }
-        Ok(drives)
+        self.takes_drives(drives)
     }
 
     /// Name, unit and scale of each axis, for a recording.
-    pub(crate) fn axes_about(&self, drives: &[DriveId]) -> Vec<AxisAbout> {
-        let start = self.table.row(0);
-        let columns = self.table.columns.positions.iter().zip(&self.scales);
-        let axes = columns.zip(drives).zip(start);
-        axes.map(|(((column, scale), drive), &start)| AxisAbout {
-            name: match column.label.name.as_str() {
-                "" => format!("column {}", column.label.number),
-                name => name.to_owned(),
-            },
-            unit: scale.unit.to_string(),
-            counts_per_unit: scale.counts_per_unit(),
-            start,
-            ..AxisAbout::of_drive(*drive)
+    pub(crate) fn axes_about(&self, drives: &[DriveId]) -> Result<Vec<AxisAbout>, MotionError> {
+        Ok(match &self.content {
+            Content::File(file) => axes_about::of_columns(&file.table, &file.scales, drives),
+            Content::Program(_) => {
+                let turns = self.options.counts_per_turn();
+                let axes = self.options.axes_of_program(&turns);
+                axes_about::of_program(&self.options.program.counts_per_mm(&axes)?, drives)
+            }
         })
-        .collect()
     }
 
     /// The gear number of the drive of each axis: a quarter of the counts of a turn.
     pub(crate) fn gear_numbers(&self) -> Result<Vec<GearNumber>, MotionError> {
-        let gear = |counts: f64| {
-            let number = counts / 4.0;
-            let is_whole = number.fract() == 0.0 && (0.0..=65_535.0).contains(&number);
-            let gear = is_whole
-                .then(|| GearNumber::new(number as i32).ok())
-                .flatten();
-            gear.ok_or(MotionError::CountsPerTurn { actual: counts })
+        let counts: Vec<f64> = match &self.content {
+            Content::File(file) => {
+                let counts = file.scales.iter().map(|scale| scale.counts_per_turn.abs());
+                counts.collect()
+            }
+            Content::Program(_) => match self.options.counts_per_turn()[..] {
+                [all] => vec![all; self.axes()?],
+                ref each => each.to_vec(),
+            },
         };
-        let counts = self.scales.iter().map(|scale| scale.counts_per_turn.abs());
-        counts.map(gear).collect()
+        gear_numbers(counts.into_iter())
     }
 
     /// The positions at every cycle, checked against the step that each axis can follow.
     pub(crate) fn plan(&self, cycle_us: u32, max_step: StepLimit) -> Result<Plan, MotionError> {
-        Plan::new(
-            &self.table,
-            &self.scales,
-            self.options.interpolation,
-            cycle_us,
-            &vec![max_step; self.axes()],
-        )
-        .map_err(|source| self.options.in_file(source))
+        let options = self.options;
+        match &self.content {
+            Content::File(file) => Plan::new(
+                &file.table,
+                &file.scales,
+                options.interpolation,
+                cycle_us,
+                &vec![max_step; file.table.columns.positions.len()],
+            )
+            .map_err(|source| options.in_file(source)),
+            Content::Program(file) => {
+                let turns = options.counts_per_turn();
+                let axes = options.axes_of_program(&turns);
+                let checked = options
+                    .program
+                    .check(file.clone(), &axes, cycle_us, max_step)?;
+                Ok(Plan::of_program(checked))
+            }
+        }
     }
 
     /// What the motion is about to do.
@@ -283,29 +431,45 @@ impl MotionFile<'_> {
         plan: &Plan,
         drives: &[DriveId],
         max_step: StepLimit,
-    ) -> MotionReport {
+    ) -> Result<MotionReport, MotionError> {
         let drives: Vec<u8> = drives.iter().map(|drive| drive.get()).collect();
-        let file = self.options.file_name();
-        MotionReport::new(file, &self.table, plan, &self.scales, &drives, max_step)
+        match (&self.content, plan.program()) {
+            (Content::Program(_), Some(checked)) => {
+                let turns = self.options.counts_per_turn();
+                let axes = self.options.axes_of_program(&turns);
+                let counts_per_mm = self.options.program.counts_per_mm(&axes)?;
+                let report = ProgramReport::new(checked, &counts_per_mm, &drives);
+                Ok(MotionReport::Program(report))
+            }
+            _ => {
+                let file = self.file()?;
+                let name = self.options.file_name();
+                let report =
+                    FileReport::new(name, &file.table, plan, &file.scales, &drives, max_step);
+                Ok(MotionReport::File(report))
+            }
+        }
     }
 
     /// Speeds of wheels at every cycle, in 1/n r/min; the columns are r/min, at rest in the beginning and in the end.
     pub(crate) fn speeds(&self, cycle_us: u32, speed_resolution: u16) -> Result<Plan, MotionError> {
-        for point in [0, self.table.points() - 1] {
-            if let Some(&rpm) = self.table.row(point).iter().find(|rpm| **rpm != 0.0) {
+        let table = &self.file()?.table;
+        for point in [0, table.points() - 1] {
+            if let Some(&rpm) = table.row(point).iter().find(|rpm| **rpm != 0.0) {
                 return Err(MotionError::NotAtRest {
                     path: self.options.file_name(),
-                    line: self.table.lines[point],
+                    line: table.lines[point],
                     rpm,
                 });
             }
         }
+        let axes = table.columns.positions.len();
         Plan::new(
-            &self.table,
-            &self.wheel_scales(speed_resolution),
+            table,
+            &vec![wheel_scale(speed_resolution); axes],
             Interpolation::Linear,
             cycle_us,
-            &vec![StepLimit::MAX; self.axes()],
+            &vec![StepLimit::MAX; axes],
         )
         .map_err(|source| self.options.in_file(source))
     }
@@ -316,22 +480,50 @@ impl MotionFile<'_> {
         plan: &Plan,
         nodes: &[NodeId],
         speed_resolution: u16,
-    ) -> MotionReport {
+    ) -> Result<MotionReport, MotionError> {
+        let table = &self.file()?.table;
         let nodes: Vec<u8> = nodes.iter().map(|node| node.get()).collect();
-        let scales = self.wheel_scales(speed_resolution);
-        let file = self.options.file_name();
-        MotionReport::new(file, &self.table, plan, &scales, &nodes, StepLimit::MAX)
+        let scales = vec![wheel_scale(speed_resolution); nodes.len()];
+        let name = self.options.file_name();
+        let report = FileReport::new(name, table, plan, &scales, &nodes, StepLimit::MAX);
+        Ok(MotionReport::File(report))
     }
 
-    fn wheel_scales(&self, speed_resolution: u16) -> Vec<AxisScale> {
-        let scale = AxisScale {
-            unit: Unit::Rpm,
-            gear_ratio: 1.0,
-            counts_per_turn: speed_resolution.into(),
-            mm_per_turn: 1.0,
-        };
-        vec![scale; self.axes()]
+    /// The motion file; a program is none.
+    fn file(&self) -> Result<&FileContent, MotionError> {
+        match &self.content {
+            Content::File(file) => Ok(file),
+            Content::Program(_) => Err(MotionError::HubMotors),
+        }
     }
+}
+
+fn wheel_scale(speed_resolution: u16) -> AxisScale {
+    AxisScale {
+        unit: Unit::Rpm,
+        gear_ratio: 1.0,
+        counts_per_turn: speed_resolution.into(),
+        mm_per_turn: 1.0,
+    }
+}
+
+fn or_default(given: &[f64], default: f64) -> Vec<f64> {
+    match given {
+        [] => vec![default],
+        given => given.to_vec(),
+    }
+}
+
+fn gear_numbers(counts: impl Iterator<Item = f64>) -> Result<Vec<GearNumber>, MotionError> {
+    let gear = |counts: f64| {
+        let number = counts / 4.0;
+        let is_whole = number.fract() == 0.0 && (0.0..=65_535.0).contains(&number);
+        let gear = is_whole
+            .then(|| GearNumber::new(number as i32).ok())
+            .flatten();
+        gear.ok_or(MotionError::CountsPerTurn { actual: counts })
+    };
+    counts.map(gear).collect()
 }
 
 /// A factor that neither loses nor invents a motion.

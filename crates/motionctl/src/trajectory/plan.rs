@@ -7,14 +7,24 @@ use super::curve::Curve;
 use super::error::{Place, TrajectoryError};
 use super::unit::AxisScale;
 use super::{Interpolation, Table};
+use crate::program::Checked;
+use crate::set_points::MotionInTime;
 
 /// A motion that has been checked: counts from the start of the motion, cycle by cycle.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    curves: Vec<Curve>,
-    cycle_s: f64,
+    source: Source,
     last_cycle: usize,
     peaks: Vec<Peaks>,
+    /// The first position of the table, in command counts.
+    first_counts: Vec<f64>,
+}
+
+/// Where the positions come from.
+#[derive(Debug)]
+enum Source {
+    Curves { curves: Vec<Curve>, cycle_s: f64 },
+    Program(Box<Checked>),
 }
 
 /// The largest values of one axis, in command counts and seconds.
@@ -40,13 +50,11 @@ impl Plan {
     ) -> Result<Self, TrajectoryError> {
         let duration_s = table.times_s[table.points() - 1];
         let cycle_s = f64::from(cycle_us) * 1e-6;
-        let mut plan = Self {
-            curves: Vec::with_capacity(scales.len()),
-            cycle_s,
-            // The duration is limited by whoever read the table.
-            last_cycle: (duration_s / cycle_s).ceil() as usize,
-            peaks: Vec::with_capacity(scales.len()),
-        };
+        // The duration is limited by whoever read the table.
+        let last_cycle = (duration_s / cycle_s).ceil() as usize;
+        let mut curves = Vec::with_capacity(scales.len());
+        let mut peaks = Vec::with_capacity(scales.len());
+        let mut first_counts = Vec::with_capacity(scales.len());
         for (axis, scale) in scales.iter().enumerate() {
             let start = table.row(0)[axis];
             let counts = |value: f64| (value - start) * scale.counts_per_unit();
@@ -59,50 +67,35 @@ impl Plan {
                 table.axis(axis).map(counts).collect(),
                 interpolation,
             );
-            let peaks = plan.check(&curve, table, axis, limits[axis], cycle_us)?;
-            plan.curves.push(curve);
-            plan.peaks.push(peaks);
+            let of_axis = check(&curve, table, axis, limits[axis], cycle_us, last_cycle)?;
+            curves.push(curve);
+            peaks.push(of_axis);
+            first_counts.push(start * scale.counts_per_unit());
         }
-        Ok(plan)
+        Ok(Self {
+            source: Source::Curves { curves, cycle_s },
+            last_cycle,
+            peaks,
+            first_counts,
+        })
     }
 
-    /// Goes through every cycle of one axis.
-    fn check(
-        &self,
-        curve: &Curve,
-        table: &Table,
-        axis: usize,
-        limit: StepLimit,
-        cycle_us: u32,
-    ) -> Result<Peaks, TrajectoryError> {
-        let mut peaks = Peaks::default();
-        let (mut before, mut exact_before, mut speed_before) = (0, 0.0, 0.0);
-        for cycle in 0..=self.last_cycle {
-            let (point, value) = curve.at(cycle as f64 * self.cycle_s);
-            let line = table.lines[(point + 1).min(table.points() - 1)];
-            let place = || Place::cell(line, &table.columns.positions[axis].label);
-            let position = within_travel(value, &place)?;
-            let step = i64::from(position) - i64::from(before);
-            if step.unsigned_abs() > u64::from(limit.get()) {
-                return Err(TrajectoryError::Step {
-                    place: place(),
-                    limit_counts: limit.get(),
-                    actual_counts: step,
-                    cycle_us,
-                });
-            }
-            let speed = (value - exact_before) / self.cycle_s;
-            let acceleration = (speed - speed_before) / self.cycle_s;
-            peaks.step = peaks
-                .step
-                .max(u16::try_from(step.unsigned_abs()).unwrap_or(u16::MAX));
-            peaks.counts_per_s = peaks.counts_per_s.max(speed.abs());
-            peaks.counts_per_s2 = peaks.counts_per_s2.max(acceleration.abs());
-            peaks.lowest = peaks.lowest.min(value);
-            peaks.highest = peaks.highest.max(value);
-            (before, exact_before, speed_before) = (position, value, speed);
+    /// A program that was played to its end.
+    pub(crate) fn of_program(checked: Checked) -> Self {
+        Self {
+            last_cycle: checked.cycles - 1,
+            first_counts: vec![0.0; checked.axes()],
+            source: Source::Program(Box::new(checked)),
+            peaks: Vec::new(),
         }
-        Ok(peaks)
+    }
+
+    /// The program, if it is one.
+    pub(crate) fn program(&self) -> Option<&Checked> {
+        match &self.source {
+            Source::Program(checked) => Some(checked),
+            Source::Curves { .. } => None,
+        }
     }
 
     /// Number of cycles, the one at the start included.
@@ -110,28 +103,114 @@ impl Plan {
         self.last_cycle + 1
     }
 
-    /// Positions relative to the first at one cycle, in command counts, axis by axis; behind the last cycle those of the last.
-    pub(crate) fn row(&self, cycle: usize) -> impl Iterator<Item = i32> + '_ {
-        let time_s = cycle.min(self.last_cycle) as f64 * self.cycle_s;
-        // It fits: the plan was checked at this cycle.
-        self.curves
-            .iter()
-            .map(move |curve| curve.at(time_s).1.round() as i32)
+    /// Positions relative to the first at one cycle, in command counts, axis by axis; behind the last cycle those of the last. Of a program,
+    /// ask for cycles in ascending order: an earlier one plays it from its start.
+    pub(crate) fn row(&self, cycle: usize) -> Vec<i32> {
+        match &self.source {
+            Source::Curves { curves, cycle_s } => {
+                let time_s = cycle.min(self.last_cycle) as f64 * cycle_s;
+                // It fits: the plan was checked at this cycle.
+                let position = |curve: &Curve| curve.at(time_s).1.round() as i32;
+                curves.iter().map(position).collect()
+            }
+            Source::Program(checked) => checked.row(cycle),
+        }
     }
 
     /// The rows of all cycles.
     pub(crate) fn rows(&self) -> impl Iterator<Item = Vec<i32>> + '_ {
-        (0..self.cycles()).map(|cycle| self.row(cycle).collect())
+        (0..self.cycles()).map(|cycle| self.row(cycle))
     }
 
     /// Positions relative to the first at the end.
     pub(crate) fn last(&self) -> Vec<i32> {
-        self.row(self.last_cycle).collect()
+        match &self.source {
+            Source::Curves { .. } => self.row(self.last_cycle),
+            Source::Program(checked) => checked.last(),
+        }
+    }
+
+    /// The first position of an axis as the file has it, in command counts.
+    pub(crate) fn first_counts(&self, axis: usize) -> f64 {
+        self.first_counts.get(axis).copied().unwrap_or_default()
+    }
+
+    /// The largest step of each axis from one cycle to the next, in command counts.
+    pub(crate) fn largest_steps(&self) -> Vec<u16> {
+        match &self.source {
+            Source::Curves { .. } => self.peaks.iter().map(|peaks| peaks.step).collect(),
+            Source::Program(checked) => checked.peaks.iter().map(|peaks| peaks.step).collect(),
+        }
     }
 
     pub(super) fn peaks(&self) -> &[Peaks] {
         &self.peaks
     }
+}
+
+impl MotionInTime for Plan {
+    fn axes(&self) -> usize {
+        match &self.source {
+            Source::Curves { curves, .. } => curves.len(),
+            Source::Program(checked) => checked.axes(),
+        }
+    }
+
+    fn duration_cycles(&self) -> f64 {
+        self.last_cycle as f64
+    }
+
+    fn at(&self, cycles: f64, counts: &mut [f64]) {
+        let cycles = cycles.clamp(0.0, self.last_cycle as f64);
+        match &self.source {
+            Source::Curves { curves, cycle_s } => {
+                for (counts, curve) in counts.iter_mut().zip(curves) {
+                    *counts = curve.at(cycles * cycle_s).1;
+                }
+            }
+            Source::Program(checked) => checked.between(cycles, counts),
+        }
+    }
+}
+
+/// Goes through every cycle of one axis.
+fn check(
+    curve: &Curve,
+    table: &Table,
+    axis: usize,
+    limit: StepLimit,
+    cycle_us: u32,
+    last_cycle: usize,
+) -> Result<Peaks, TrajectoryError> {
+    let cycle_s = f64::from(cycle_us) * 1e-6;
+    let mut peaks = Peaks::default();
+    let (mut before, mut exact_before, mut speed_before) = (0, 0.0, 0.0);
+    for cycle in 0..=last_cycle {
+        let (point, value) = curve.at(cycle as f64 * cycle_s);
+        let line = table.lines[(point + 1).min(table.points() - 1)];
+        let place = || Place::cell(line, &table.columns.positions[axis].label);
+        let position = within_travel(value, &place)?;
+        let step = i64::from(position) - i64::from(before);
+        if step.unsigned_abs() > u64::from(limit.get()) {
+            return Err(TrajectoryError::Step {
+                place: place(),
+                limit_counts: limit.get(),
+                actual_counts: step,
+                cycle_us,
+            });
+        }
+        let speed = (value - exact_before) / cycle_s;
+        let acceleration = (speed - speed_before) / cycle_s;
+        peaks.step = peaks
+            .step
+            .max(u16::try_from(step.unsigned_abs()).unwrap_or(u16::MAX));
+        peaks.counts_per_s = peaks.counts_per_s.max(speed.abs());
+        peaks.counts_per_s2 = peaks.counts_per_s2.max(acceleration.abs());
+        peaks.lowest = peaks.lowest.min(value);
+        peaks.highest = peaks.highest.max(value);
+        (before, exact_before, speed_before) = (position, value, speed);
+    }
+    Ok(peaks)
 }
 
 fn within_travel(counts: f64, place: &impl Fn() -> Place) -> Result<i32, TrajectoryError> {
@@ -177,7 +256,7 @@ mod tests {
     fn starts_at_zero_and_ends_exactly_at_the_last_point() {
         let plan = plan("5.0 90\n5.1 180\n", 16_384).unwrap();
         assert_eq!(plan.cycles(), 101);
-        assert_eq!(plan.row(0).collect::<Vec<_>>(), [0]);
+        assert_eq!(plan.row(0), [0]);
         assert_eq!(plan.last(), [4_096]);
         assert_eq!(plan.rows().count(), 101);
     }

@@ -31,17 +31,22 @@ impl VirtualDriveOptions {
 
     /// A simulated drive.
     pub(crate) fn drive(&self, drive: DriveId) -> DynDrive {
-        self.drive_of(DynDriveConfig::new(drive))
+        DynDrive::new(self.config(drive))
     }
 
-    /// A simulated drive that was never given an id. Its number among those makes its response delays its own.
-    pub(crate) fn fresh_drive(&self, number: u8) -> DynDrive {
-        self.nth(number).drive_of(DynDriveConfig::fresh())
+    /// The configuration of a simulated drive.
+    pub(crate) fn config(&self, drive: DriveId) -> DynDriveConfig {
+        self.config_of(DynDriveConfig::new(drive))
     }
 
-    /// One more simulated drive with an id that another has.
-    pub(crate) fn twin(&self, drive: DriveId) -> DynDrive {
-        self.nth(1).drive(drive)
+    /// The same of one that was never given an id. Its number among those makes its response delays its own.
+    pub(crate) fn fresh_config(&self, number: u8) -> DynDriveConfig {
+        self.nth(number).config_of(DynDriveConfig::fresh())
+    }
+
+    /// The same of one more with an id that another has.
+    pub(crate) fn twin_config(&self, drive: DriveId) -> DynDriveConfig {
+        self.nth(1).config(drive)
     }
 
     fn nth(self, number: u8) -> Self {
@@ -55,12 +60,12 @@ impl VirtualDriveOptions {
         DynDriveConfig::new(drive).group3.gear_number
     }
 
-    fn drive_of(&self, config: DynDriveConfig) -> DynDrive {
-        DynDrive::new(DynDriveConfig {
+    fn config_of(&self, config: DynDriveConfig) -> DynDriveConfig {
+        DynDriveConfig {
             response_delay: self.response_delay(),
             seed: self.seed.wrapping_add(u64::from(config.id.get())),
             ..config.with_revision(self.revision.into())
-        })
+        }
     }
 
     /// The bus that the master should plan for.
@@ -81,7 +86,8 @@ impl VirtualDriveOptions {
         }
     }
 
-    fn response_delay(&self) -> ResponseDelay {
+    /// From a request to the moment its reply waits for the bus.
+    pub(crate) fn response_delay(&self) -> ResponseDelay {
         let delay_ns = u64::from(self.response_us) * 1_000;
         let spread_ns = delay_ns * u64::from(self.response_spread) / 100;
         // The spread is at most the whole delay, so the least delay is not above the most.
@@ -96,7 +102,8 @@ pub(crate) fn bit_rate(text: &str) -> Result<BitRate, String> {
     BitRate::from_kbit_per_s(kbit_per_s).map_err(|error| error.to_string())
 }
 
-fn percent(text: &str) -> Result<u8, String> {
+/// A share in percent.
+pub(crate) fn percent(text: &str) -> Result<u8, String> {
     match text.parse() {
         Ok(percent @ 0..=100) => Ok(percent),
         _ => Err(format!("must be 0..=100 percent, got {text}")),

@@ -269,7 +269,10 @@ fn the_live_view_of_a_motion_shows_fourteen_axes_in_80_columns_and_24_lines_and_
         }
         for wanted in [
             "up/down select",
-            "s or Ctrl-C stop",
+            "space pause",
+            "+ - 1 speed",
+            "s stop on the path",
+            "Ctrl-C stop",
             "q stop and leave",
             "bus load",
             "backlog",
@@ -277,6 +280,13 @@ fn the_live_view_of_a_motion_shows_fourteen_axes_in_80_columns_and_24_lines_and_
         ] {
             assert!(screen.contains(wanted), "{wanted} in\n{screen}");
         }
+        // The keys mean what they mean without the view.
+        view.press("--");
+        view.wait_for("a slower motion", |text| text.contains("at 80 %"));
+        view.press(" ");
+        view.wait_for("a pause", |text| {
+            text.contains("at 0 %") && text.contains("PAUSED")
+        });
         // Ctrl-C is a signal and no key, even here: it works when the view hangs.
         view.press("\u{3}");
         let screen = view.wait_for("the end", |text| text.contains("stopped by the user"));

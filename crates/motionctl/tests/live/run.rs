@@ -148,7 +148,7 @@ fn an_adapter_that_vanishes_ends_the_motion_with_a_clear_message() {
         let text = String::from_utf8_lossy(&output.stdout);
         for text in [errors.as_str(), &text] {
             let said = "the link failed: the adapter is gone";
-            assert!(text.contains(said), "{text}");
+            assert!(text.contains(said), "{output:?}");
         }
         assert!(errors.contains("may still be ENABLED"), "{errors}");
     });

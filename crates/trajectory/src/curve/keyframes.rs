@@ -16,6 +16,40 @@ pub struct Keyframe<const N: usize> {
     pub positions_counts: [i32; N],
 }
 
+impl<const N: usize> Keyframe<N> {
+    const fn us(&self) -> u64 {
+        self.at_ms as u64 * US_PER_MS
+    }
+}
+
+/// Where a motion is played.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Playhead {
+    /// The keyframe before.
+    place: usize,
+    /// No axis goes far from one to the next: see [`SHORT_COUNTS`].
+    is_short: bool,
+    /// The share of the time to the next one that a microsecond is.
+    per_us: u64,
+}
+
+/// A way of fewer counts is computed with one multiplication, which differs from the other one by 2^-11 counts at most.
+const SHORT_COUNTS: u32 = 1 << 20;
+
+impl Playhead {
+    /// At the start of any motion.
+    pub const START: Self = Self {
+        place: usize::MAX,
+        is_short: false,
+        per_us: 0,
+    };
+
+    /// The share that has passed, too small by 2^-64 for each microsecond at most.
+    const fn share(&self, elapsed_us: u64) -> Share {
+        Share(elapsed_us.wrapping_mul(self.per_us))
+    }
+}
+
 /// Keyframes that make no motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -130,16 +164,59 @@ impl<'a, const N: usize> KeyframeMotion<'a, N> {
     /// afterwards. Exact at each keyframe, in between the nearest count.
     #[must_use]
     pub fn position(&self, time_us: u64) -> [i32; N] {
-        let reached = |keyframe: &Keyframe<N>| u64::from(keyframe.at_ms) * US_PER_MS <= time_us;
-        let next = self.keyframes.partition_point(reached);
-        let from = next
-            .checked_sub(1)
-            .and_then(|place| self.keyframes.get(place));
-        match (from, self.keyframes.get(next)) {
-            (Some(from), Some(to)) => between(from, to, time_us),
-            (Some(last), None) => last.positions_counts,
-            // `new` has made sure of a keyframe at time 0.
-            (None, _) => [0; N],
+        let mut head = Playhead::START;
+        self.position_from(&mut head, time_us)
+    }
+
+    /// The same. Whoever plays a motion keeps the head, so that nothing is searched or divided but between two keyframes.
+    #[must_use]
+    pub fn position_from(&self, head: &mut Playhead, time_us: u64) -> [i32; N] {
+        let [from, to] = match self.around(head.place) {
+            Some(around) if around[0].us() <= time_us && time_us < around[1].us() => around,
+            _ => {
+                *head = self.seek(time_us);
+                match self.around(head.place) {
+                    Some(around) => around,
+                    // `new` has made sure of a keyframe at time 0.
+                    None => {
+                        return self
+                            .keyframes
+                            .last()
+                            .map_or([0; N], |last| last.positions_counts);
+                    }
+                }
+            }
+        };
+        let share = head.share(time_us.saturating_sub(from.us()));
+        let share = share.with_minimum_jerk();
+        if head.is_short {
+            return shortly_between(from, to, share);
+        }
+        between(from, to, share)
+    }
+
+    /// A keyframe and the one behind it.
+    fn around(&self, place: usize) -> Option<[&Keyframe<N>; 2]> {
+        match self.keyframes.get(place..)? {
+            [from, to, ..] => Some([from, to]),
+            _ => None,
+        }
+    }
+
+    #[cold]
+    fn seek(&self, time_us: u64) -> Playhead {
+        let reached = |keyframe: &Keyframe<N>| keyframe.us() <= time_us;
+        let place = self.keyframes.partition_point(reached).saturating_sub(1);
+        let around = self.around(place);
+        let duration_us = around.map_or(0, |[from, to]| to.us().saturating_sub(from.us()));
+        let is_short = around.is_some_and(|[from, to]| {
+            let mut ways = from.positions_counts.iter().zip(&to.positions_counts);
+            ways.all(|(from, to)| from.abs_diff(*to) < SHORT_COUNTS)
+        });
+        Playhead {
+            place,
+            is_short,
+            per_us: u64::MAX.checked_div(duration_us).unwrap_or(0),
         }
     }
 
@@ -194,15 +271,30 @@ const fn peak_step<const N: usize>(
     travelled.div_ceil(8 * duration_us) + 1 + (distance >> 31)
 }
 
-/// The position on the way between two keyframes.
-fn between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, time_us: u64) -> [i32; N] {
-    let start_us = u64::from(from.at_ms) * US_PER_MS;
-    let duration_us = u64::from(to.at_ms.saturating_sub(from.at_ms)) * US_PER_MS;
-    let share = Share::of(time_us.saturating_sub(start_us), duration_us).with_minimum_jerk();
+/// As [`between`], for short ways.
+#[inline]
+fn shortly_between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, share: Share) -> [i32; N] {
     let mut counts = from.positions_counts;
     for (start, end) in counts.iter_mut().zip(to.positions_counts) {
-        let piece = Piece::line(Position::from_counts(*start), Position::from_counts(end));
-        *start = piece.at(share).counts();
+        let way = end.wrapping_sub(*start);
+        *start = start.wrapping_add(share.of_few_counts(way));
+    }
+    counts
+}
+
+/// The position at a share of the way between two keyframes.
+#[inline]
+fn between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, share: Share) -> [i32; N] {
+    let mut counts = from.positions_counts;
+    for (start, end) in counts.iter_mut().zip(to.positions_counts) {
+        *start = match end.checked_sub(*start) {
+            Some(way) => start.wrapping_add(share.of_counts(way)),
+            // From one end of 32 bits towards the other.
+            None => {
+                let piece = Piece::line(Position::from_counts(*start), Position::from_counts(end));
+                piece.at(share).counts()
+            }
+        };
     }
     counts
 }

@@ -8,7 +8,7 @@ mod keyframes;
 use crate::fixed::part_of;
 use crate::quantity::Position;
 
-pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion};
+pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion, Playhead};
 
 /// The share of a duration that has passed, 0 to 1, in steps of 2^-32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +30,22 @@ impl Share {
             Some(share) => Self(share << 32),
             None => WHOLE,
         }
+    }
+
+    /// This share of a way of fewer than 2^20 counts, rounded to the nearest to 2^-11 counts.
+    #[inline]
+    pub(crate) const fn of_few_counts(self, way: i32) -> i32 {
+        let share = (self.0 >> 33) as i64;
+        ((share * way as i64 + (1 << 30)) >> 31) as i32
+    }
+
+    /// This share of a way, rounded to the nearest count, a half upward.
+    pub(crate) const fn of_counts(self, way: i32) -> i32 {
+        // Digits of 31 bits make every product one signed multiplication of the processor.
+        let high = (self.0 >> 33) as i64 * way as i64;
+        let low = ((self.0 >> 2) & 0x7FFF_FFFF) as i64;
+        let low = (low * way as i64) >> 31;
+        ((high + low + (1 << 30)) >> 31) as i32
     }
 
     /// The share of the way of a [`Piece::minimum_jerk`] that has passed: a [`Piece::line`] there is the same curve, computed once for any
@@ -89,6 +105,23 @@ impl Piece {
         }
     }
 
+    /// The curve of fifth degree that leaves and arrives with given velocities, each as the way that it would go in the duration of the
+    /// piece, and with given accelerations, each as the way that it would go from rest in that time. Pieces that share these at
+    /// their border make a curve without a step of the acceleration.
+    #[must_use]
+    pub const fn quintic(from: Position, to: Position, leaving: Border, arriving: Border) -> Self {
+        let way = distance(from, to);
+        let (l, r) = (leaving.velocity.units(), arriving.velocity.units());
+        let (a, b) = (leaving.acceleration.units(), arriving.acceleration.units());
+        let cube = sum([(10, way), (-6, l), (-4, r), (-3, a), (1, b)]);
+        let fourth = sum([(-15, way), (8, l), (7, r), (3, a), (-2, b)]);
+        let fifth = sum([(6, way), (-3, l), (-3, r), (-1, a), (1, b)]);
+        Self {
+            start: from,
+            coefficients: [l, a, cube, fourth, fifth],
+        }
+    }
+
     /// From rest to rest with the least jerk: `10 u³ - 15 u⁴ + 6 u⁵`. Velocity and acceleration are zero at both ends; the highest velocity,
     /// in the middle, is 15/8 of the mean one.
     #[must_use]
@@ -122,6 +155,27 @@ impl Piece {
         let way = part_of(way, share.0);
         self.start.moved_by(Position::from_units(way))
     }
+}
+
+/// How a piece leaves or arrives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Border {
+    /// Velocity times duration.
+    pub velocity: Position,
+    /// Half the acceleration times the square of the duration.
+    pub acceleration: Position,
+}
+
+const fn sum([a, b, c, d, e]: [(i64, i64); 5]) -> i64 {
+    let (ab, cd) = (
+        product(a).wrapping_add(product(b)),
+        product(c).wrapping_add(product(d)),
+    );
+    ab.wrapping_add(cd).wrapping_add(product(e))
+}
+
+const fn product((factor, value): (i64, i64)) -> i64 {
+    value.wrapping_mul(factor)
 }
 
 const fn distance(from: Position, to: Position) -> i64 {

@@ -178,6 +178,31 @@ proptest! {
     }
 
     #[test]
+    fn a_share_of_counts_is_the_nearest(share in any::<u64>(), way in any::<i32>()) {
+        let counts = i128::from(Share(share).of_counts(way)) << 64;
+        let exact = i128::from(share) * i128::from(way);
+        // Half a count, and 2^-30 of one.
+        prop_assert!((counts - exact).abs() <= (1 << 63) + (1 << 34), "{counts} {exact}");
+    }
+
+    #[test]
+    fn a_share_of_few_counts_is_as_near(share in any::<u64>(), way in -(1_i32 << 20) + 1..1 << 20) {
+        let counts = i128::from(Share(share).of_few_counts(way)) << 64;
+        let exact = i128::from(share) * i128::from(way);
+        prop_assert!((counts - exact).abs() <= (1 << 63) + (1 << 53), "{counts} {exact}");
+    }
+
+    /// Played from one head through all pieces and back to the start, or looked up: the same position.
+    #[test]
+    fn the_head_follows_the_motion(times in proptest::collection::vec(0..3_000_000_u64, 1..20)) {
+        let motion = KeyframeMotion::new(&THERE_AND_BACK).unwrap();
+        let mut head = Playhead::START;
+        for time_us in times {
+            prop_assert_eq!(motion.position_from(&mut head, time_us), motion.position(time_us));
+        }
+    }
+
+    #[test]
     fn set_points_of_a_move_go_one_way(way in -3_000_000..3_000_000_i32, duration_ms in 1..5_000_u32) {
         let frames = [keyframe(0, 0), keyframe(duration_ms, way)];
         let motion = KeyframeMotion::new(&frames).unwrap();

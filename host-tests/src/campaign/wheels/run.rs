@@ -332,6 +332,7 @@ impl<'a> Run<'a> {
             let phase = (self.cycle / 150 + index as u64) % 4;
             let target = match wheel.mode {
                 WheelMode::Velocity => [120, -80, 0, 300][phase as usize],
+                WheelMode::Torque { .. } => [400, -300, 0, 200][phase as usize],
                 WheelMode::Position { .. } => {
                     let sent = self.rig.axis(index).sent;
                     let (_, speed) = self.targets[index];

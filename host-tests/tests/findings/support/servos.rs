@@ -61,6 +61,12 @@ impl Servo {
         self
     }
 
+    /// What the master takes for the drive's own maximum speed and acceleration.
+    pub(crate) fn curve(mut self, group: dyn_can::ParamGroup2) -> Self {
+        self.axis.drive_curve = Some(group);
+        self
+    }
+
     pub(crate) fn backlog(mut self, counts: u32) -> Self {
         self.axis.limits.backlog_counts = counts;
         self
@@ -179,6 +185,8 @@ pub(crate) enum Told {
     On,
     Off,
     Reading(FunctionCode),
+    /// About a motion that the drive makes by itself, with its number.
+    Own(FunctionCode, i32),
     /// Writes the drive's memory or resets it.
     Write(FunctionCode),
 }
@@ -421,6 +429,18 @@ impl Servos {
         can_motion::BusUser::on_frame(&mut rig.master, now, &frame);
     }
 
+    /// The drive does not get its next commands to move to a position by itself, and nobody knows.
+    pub(crate) fn lose_moves(&mut self, axis: usize, count: u32) {
+        let id = self.drive_id(axis).can_id(FunctionCode::GoAbsolutePosPtp);
+        let which = FrameMatch::with_id(embedded_can::StandardId::new(id).unwrap());
+        let node = self.0.bench.node_of(self.0.drives[axis]);
+        self.0
+            .bench
+            .bus_mut()
+            .faults_mut()
+            .drop_next(node, which, count);
+    }
+
     /// The drive does not get its next commands to switch, and nobody knows.
     pub(crate) fn lose_switches(&mut self, axis: usize, count: u32) {
         let id = self.drive_id(axis).can_id(FunctionCode::ServoDisable);
@@ -470,6 +490,8 @@ impl Servos {
     /// What the master told its drives since a mark.
     pub(crate) fn told_since(&self, mark: usize) -> Vec<ToDrive> {
         self.frames_since(mark)
+            // A trigger is for everybody.
+            .filter(|record| id_of(record) >> 5 != 0)
             .map(|record| {
                 let (id, data) = (id_of(record), record.frame.data());
                 let drive = id >> 5;
@@ -502,7 +524,7 @@ impl Servos {
         let told = self.told_since(mark).into_iter();
         told.filter(|to| to.axis == axis)
             .map(|to| to.told)
-            .filter(|told| matches!(told, Told::On | Told::Off | Told::Write(_)))
+            .filter(|told| matches!(told, Told::On | Told::Off | Told::Write(_) | Told::Own(..)))
             .collect()
     }
 }
@@ -531,6 +553,24 @@ fn told(function: FunctionCode, data: &[u8]) -> Told {
             | F::AssignDriveId,
             _,
         ) => Told::Write(function),
+        (
+            F::GoAbsolutePosPtp
+            | F::GoRelativePosPtp
+            | F::GoAbsolutePosSync
+            | F::GoRelativePosSync
+            | F::TurnConstSpeed
+            | F::SquareWave
+            | F::SinWave,
+            _,
+        ) => Told::Own(function, number(data)),
+        (F::SsFrequency, &[hertz]) => Told::Own(function, hertz.into()),
         _ => Told::Reading(function),
     }
+}
+
+/// A signed number of 1 to 4 bytes, the most significant first.
+fn number(data: &[u8]) -> i32 {
+    let first = data.first().map_or(0, |byte| i32::from(*byte as i8));
+    let others = data.iter().skip(1);
+    others.fold(first, |number, byte| number << 8 | i32::from(*byte))
 }

@@ -53,6 +53,13 @@ impl Hub {
         self
     }
 
+    /// A wheel that follows torques up to 2 A, at 100 r/min at most.
+    pub(crate) fn torque(mut self) -> Self {
+        self.wheel.mode = WheelMode::Torque { slope_ma_s: 10_000 };
+        self.wheel.limits = WheelLimits::torque(2_000, 2_000, 100);
+        self
+    }
+
     pub(crate) fn limits(mut self, change: impl Fn(&mut WheelLimits)) -> Self {
         change(&mut self.wheel.limits);
         self
@@ -273,7 +280,13 @@ impl Wheels {
                     target: i32::from_le_bytes([c, d, e, f]),
                     start_ns: record.start_ns,
                 },
-                ref other => panic!("a command has six bytes: {other:02X?}"),
+                // A torque has two bytes.
+                [a, b, c, d] => Command {
+                    word: u16::from_le_bytes([a, b]),
+                    target: i16::from_le_bytes([c, d]).into(),
+                    start_ns: record.start_ns,
+                },
+                ref other => panic!("a command has four or six bytes: {other:02X?}"),
             })
             .collect()
     }

@@ -55,6 +55,16 @@ pub enum ConfigError {
         /// The value given.
         actual: u32,
     },
+    /// A waiting time is longer than the master keeps points in time.
+    #[error("{name} must be at most {most_us} us, about 18 minutes, got {actual_us} us")]
+    LongWait {
+        /// The field of [`Timeouts`](crate::servo::Timeouts).
+        name: &'static str,
+        /// The longest.
+        most_us: u32,
+        /// The value given.
+        actual_us: u32,
+    },
     /// The travel of an axis is empty or leaves the 28 bit of the protocol.
     #[error("travel of drive {drive} must be a range within -2^27..2^27-1, got {min}..={max}")]
     Travel {
@@ -115,9 +125,9 @@ pub enum ConfigError {
         /// The end of the travel, in command counts, that reads back as more.
         actual: i32,
     },
-    /// A poll is due more than once a cycle.
+    /// A poll is due more than once a cycle, or less than once in 65535 cycles.
     #[error(
-        "the {kind} poll of drive {drive} must be at least one cycle apart, got {actual_us} us"
+        "polls of the {kind} of drive {drive} must be 1 to 65535 cycles apart, got {actual_us} us"
     )]
     PollPeriod {
         /// The drive of the axis.

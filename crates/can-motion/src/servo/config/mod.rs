@@ -8,7 +8,7 @@ mod timeouts;
 mod validate;
 
 use bus_plan::BusSetup;
-use dyn_can::{Dialect, DriveId, GearNumber, Revision};
+use dyn_can::{Dialect, DriveId, GearNumber, ParamGroup2, Revision};
 
 pub use error::ConfigError;
 pub use limits::{Limits, LimitsError, MotorLimits, StepChange, Travel};
@@ -106,6 +106,9 @@ pub struct AxisConfig {
     pub unwatched: bool,
     /// Unit of the read-back.
     pub read_back: ReadBackScale,
+    /// Maximum speed and acceleration of the drive (parameter group 2), where they are known to be these; `None`: they are read by
+    /// [`Procedure::ReadGroup2`](crate::Procedure::ReadGroup2), which counts in any case, before the drive moves by itself.
+    pub drive_curve: Option<ParamGroup2>,
     /// A load hangs on the axis that falls without power: its drive must operate a brake (on-position range 127, D54), or the axis is
     /// not enabled.
     pub load_can_fall: bool,
@@ -129,6 +132,7 @@ impl AxisConfig {
             polls: PollPeriods::DEFAULT,
             unwatched: false,
             read_back: ReadBackScale::COMMAND_COUNTS,
+            drive_curve: None,
             load_can_fall: false,
             reactions: Reactions::DEFAULT,
             wear: WearLimits::DEFAULT,

@@ -5,7 +5,9 @@ use dyn_can::{Counts28, DriveId};
 use super::{AxisConfig, ConfigError, MasterConfig, Timeouts, Travel};
 use crate::core::group::MOST_AXES;
 use crate::core::settings::{first_out_of_order, first_too_short};
+use crate::core::stamp::MOST_AGE_US;
 use crate::servo::poll_kind::PollKind;
+use crate::servo::polls::cycles_of;
 
 impl MasterConfig {
     pub(crate) fn validate(&self, axes: &[AxisConfig], room: usize) -> Result<(), ConfigError> {
@@ -76,7 +78,7 @@ impl MasterConfig {
         }
         for kind in PollKind::ALL {
             if let Some(actual_us) = axis.polls.of(kind)
-                && actual_us < self.cycle_us
+                && cycles_of(actual_us, self.cycle_us).is_none()
             {
                 return Err(ConfigError::PollPeriod {
                     drive,
@@ -110,12 +112,30 @@ impl Timeouts {
             ("stuck_us", 1, self.stuck_us),
             ("lost_after", 1, u32::from(self.lost_after)),
         ]);
-        match too_short {
-            None => Ok(()),
-            Some((name, least, actual)) => Err(ConfigError::Timeout {
+        if let Some((name, least, actual)) = too_short {
+            return Err(ConfigError::Timeout {
                 name,
                 least,
                 actual,
+            });
+        }
+        let waits = [
+            ("power_on_us", self.power_on_us),
+            ("reply_us", self.reply_us),
+            ("settle_us", self.settle_us),
+            ("alarm_quiet_us", self.alarm_quiet_us),
+            ("arrival_us", self.arrival_us),
+            ("standstill_us", self.standstill_us),
+            ("standstill_limit_us", self.standstill_limit_us),
+            ("confirm_us", self.confirm_us),
+            ("stuck_us", self.stuck_us),
+        ];
+        match waits.into_iter().find(|(_, us)| *us > MOST_AGE_US) {
+            None => Ok(()),
+            Some((name, actual_us)) => Err(ConfigError::LongWait {
+                name,
+                most_us: MOST_AGE_US,
+                actual_us,
             }),
         }
     }
@@ -159,6 +179,25 @@ mod tests {
                 drive,
                 kind: PollKind::Status,
                 actual_us: 999
+            })
+        );
+        often.polls.status_us = Some(65_535_999);
+        assert_eq!(config.validate(&[often], 4), Ok(()));
+        often.polls.status_us = Some(65_536_000);
+        assert!(matches!(
+            config.validate(&[often], 4),
+            Err(ConfigError::PollPeriod { .. })
+        ));
+        let mut patient = config;
+        patient.timeouts.arrival_us = MOST_AGE_US;
+        assert_eq!(patient.validate(&[axis(1)], 4), Ok(()));
+        patient.timeouts.arrival_us += 1;
+        assert_eq!(
+            patient.validate(&[axis(1)], 4),
+            Err(ConfigError::LongWait {
+                name: "arrival_us",
+                most_us: MOST_AGE_US,
+                actual_us: MOST_AGE_US + 1
             })
         );
         let mut wide = axis(1);

@@ -21,7 +21,7 @@ fn sent(ledger: &mut Ledger, limits: &Limits) -> i16 {
 #[test]
 fn set_points_within_the_limits_are_sent_as_they_come() {
     let limits = limits(100, 10);
-    let mut ledger = Ledger::default();
+    let mut ledger = Ledger::NEW;
     let steps: Vec<i16> = [5, 20, 100, 100, 0, -40]
         .into_iter()
         .scan(0, |target, step| {
@@ -36,7 +36,7 @@ fn set_points_within_the_limits_are_sent_as_they_come() {
 #[test]
 fn a_target_out_of_reach_is_followed_within_the_limits() {
     let limits = limits(100, 10);
-    let mut ledger = Ledger::default();
+    let mut ledger = Ledger::NEW;
     ledger.anchor(1_000);
     ledger.set_target(3_000);
     let steps: Vec<i16> = (0..40).map(|_| sent(&mut ledger, &limits)).collect();
@@ -52,7 +52,7 @@ fn a_target_out_of_reach_is_followed_within_the_limits() {
 #[test]
 fn a_missed_cycle_is_caught_up_from_standstill() {
     let limits = limits(200, 10);
-    let mut ledger = Ledger::default();
+    let mut ledger = Ledger::NEW;
     let mut target = 0;
     for _ in 0..5 {
         target += 50;
@@ -79,7 +79,7 @@ fn a_missed_cycle_is_caught_up_from_standstill() {
 #[test]
 fn a_returned_frame_is_owed_again() {
     let limits = limits(100, 100);
-    let mut ledger = Ledger::default();
+    let mut ledger = Ledger::NEW;
     ledger.set_target(40);
     let step = ledger.offer(&limits);
     ledger.accepted();
@@ -92,7 +92,7 @@ fn a_returned_frame_is_owed_again() {
 fn a_ramp_ends_where_it_says() {
     let limits = limits(100, 10);
     for sign in [1, -1] {
-        let mut ledger = Ledger::default();
+        let mut ledger = Ledger::NEW;
         for cycle in 1..=3 {
             ledger.set_target(sign * 100 * cycle);
             sent(&mut ledger, &limits);
@@ -119,7 +119,7 @@ proptest! {
         cycles in proptest::collection::vec((-100_000..100_000_i32, 0..3_u8), 1..200),
     ) {
         let limits = limits(step, change);
-        let mut ledger = Ledger::default();
+        let mut ledger = Ledger::NEW;
         let (mut delivered, mut was_missed) = (0_i32, false);
         for (target, fate) in cycles {
             ledger.set_target(target);
@@ -145,7 +145,7 @@ proptest! {
     #[test]
     fn what_is_left_over_arrives(step in 1..=500_i32, change in 1..=500_u32, distance in -20_000..20_000_i32) {
         let limits = limits(step, change);
-        let mut ledger = Ledger::default();
+        let mut ledger = Ledger::NEW;
         ledger.set_target(distance);
         ledger.missed();
         let mut before = 0;
@@ -155,6 +155,6 @@ proptest! {
             before = counts;
         }
         prop_assert_eq!(ledger.backlog_counts(), 0);
-        prop_assert_eq!(ledger.catch_up_velocity, None);
+        prop_assert_eq!(ledger.catch_up, CatchUp::NONE);
     }
 }

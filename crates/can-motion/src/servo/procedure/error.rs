@@ -16,8 +16,10 @@ pub enum ProcedureError {
         /// The axis asked for.
         actual: usize,
     },
-    /// The axis has a procedure under way: wait for its end.
-    #[error("another procedure of this axis is under way: wait for its end")]
+    /// The axis has a procedure under way, or its drive moves by itself: wait for its end.
+    #[error(
+        "another procedure of this axis, or a motion of its drive itself, is under way: wait for its end"
+    )]
     Busy,
     /// Writes need an axis that is [`AxisState::Ready`], or faulted with a drive that reports no power.
     #[error(
@@ -27,6 +29,9 @@ pub enum ProcedureError {
         /// The state of the axis.
         actual: AxisState,
     },
+    /// The crate was built without its feature `procedures`.
+    #[error("this program was built without procedures")]
+    NotBuilt,
     /// The drive does not answer.
     #[error("the drive does not answer")]
     Lost,

@@ -4,6 +4,8 @@ use bus_user::Instant;
 use dyn_can::{Reply, ReplyKind, Request};
 
 use super::{Procedure, ProcedureEnd};
+use crate::core::facts::{Goal, Power};
+use crate::core::family::View;
 
 /// From a write to its read-back: the documents state 10 ms for a new drive id and nothing for parameters (D33).
 const WRITE_SETTLE_US: u32 = 20_000;
@@ -21,6 +23,8 @@ enum Phase {
 pub(crate) struct Run {
     procedure: Procedure,
     phase: Phase,
+    /// The master itself leads the drive back to position mode.
+    is_way_back: bool,
 }
 
 impl Run {
@@ -30,7 +34,29 @@ impl Run {
         } else {
             Phase::Writing
         };
-        Self { procedure, phase }
+        Self {
+            procedure,
+            phase,
+            is_way_back: false,
+        }
+    }
+
+    /// A write that leads the drive back to position mode, when it has no power.
+    pub(crate) const fn way_back(procedure: Procedure) -> Self {
+        Self {
+            is_way_back: true,
+            ..Self::new(procedure)
+        }
+    }
+
+    pub(crate) const fn is_way_back(&self) -> bool {
+        self.is_way_back
+    }
+
+    /// Whether it is its turn: the way back waits until the drive is off for good.
+    pub(crate) fn may_go_on(&self, view: &View) -> bool {
+        let facts = &view.facts;
+        !self.is_way_back || (facts.power == Power::Off && facts.goal == Goal::Off)
     }
 
     pub(crate) const fn procedure(&self) -> Procedure {

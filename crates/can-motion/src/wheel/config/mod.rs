@@ -145,6 +145,12 @@ pub enum WheelMode {
         /// Speed of the moves, r/min, 1 ..= 1000 (6081h).
         profile_speed_rpm: u16,
     },
+    /// A torque as a current in mA (mode 4 (Z4), 6071h). A wheel with little load speeds up until friction holds it: the master stops it
+    /// beyond [`WheelLimits::following_speed`]. No torque is no stop, so every stop is a quick stop.
+    Torque {
+        /// Fastest change of the current in the drive, mA/s, 1 ..= 1,000,000 (6087h, Z26).
+        slope_ma_s: u32,
+    },
 }
 
 /// Limits of one wheel, in the unit of its target.
@@ -156,7 +162,8 @@ pub struct WheelLimits {
     pub values: ValueLimits,
     /// Distance in counts between the position sent and the position read beyond which a wheel in position mode faults.
     pub following_error: u32,
-    /// Difference between the speed sent and the speed read, in 0.1 r/min, beyond which a wheel in velocity mode faults ...
+    /// Difference between the speed sent and the speed read, in 0.1 r/min, beyond which a wheel in velocity mode faults; in torque mode the
+    /// speed itself ...
     pub following_speed: u16,
     /// ... when it lasts so long, in microseconds: a wheel may need a moment to get there.
     pub following_speed_us: u32,
@@ -178,6 +185,18 @@ impl WheelLimits {
         }
     }
 
+    /// Torques up to this one either way, changing by so much in a cycle, both in mA; at most so many r/min for 20 ms.
+    #[must_use]
+    pub const fn torque(max_ma: u16, change_ma: u32, most_rpm: u16) -> Self {
+        Self {
+            values: ValueLimits::new(-(max_ma as i32), max_ma as i32, change_ma, 1),
+            following_error: u32::MAX,
+            following_speed: most_rpm.saturating_mul(10),
+            following_speed_us: 20_000,
+            standstill: 10,
+        }
+    }
+
     /// Absolute positions in a range, at most so many counts in a cycle, changing by so many counts from cycle to cycle while ramping
     /// down; half a turn of following error.
     #[must_use]
@@ -190,6 +209,44 @@ impl WheelLimits {
             standstill: 10,
         }
     }
+}
+
+/// When a wheel in position mode has arrived.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelArrival {
+    /// How far from its target it may stand, in counts.
+    pub within_counts: u32,
+    /// How long it may take after the frame with its target, in microseconds; then
+    /// [`WheelEventKind::NotArrived`](crate::wheel::WheelEventKind::NotArrived) says how far it is. `None`: as long as it takes.
+    pub limit_us: Option<u32>,
+}
+
+impl WheelArrival {
+    /// A hundredth of a turn with 1024 encoder lines, and no limit.
+    pub const DEFAULT: Self = Self {
+        within_counts: 41,
+        limit_us: None,
+    };
+}
+
+impl Default for WheelArrival {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// How often values are read that no PDO brings, in microseconds; `None` for never. They go out when nothing else waits for its transfer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelPolls {
+    /// Temperatures of motor and driver (2026h) and bus voltage (2029h), one after the other: all of them in this time.
+    pub health_us: Option<u32>,
+}
+
+impl WheelPolls {
+    /// Nothing.
+    pub const OFF: Self = Self { health_us: None };
 }
 
 /// What the stops of a wheel rely on in its drive: read before it is enabled, and written where it differs (2010h = 1: no wear).
@@ -242,6 +299,10 @@ pub struct WheelConfig {
     /// A load hangs on the wheel that falls without power: its holding brake (2030h:0E) is closed before power goes off, and opened
     /// after it came back.
     pub load_can_fall: bool,
+    /// Readings besides the feedback.
+    pub polls: WheelPolls,
+    /// Position mode: when it has arrived.
+    pub arrival: WheelArrival,
     /// The software version that was tried with these settings.
     pub firmware: Firmware,
     /// Wrong replies that are tolerated.
@@ -264,6 +325,8 @@ impl WheelConfig {
             counter_clockwise: false,
             stops: WheelStops::DEFAULT,
             load_can_fall: false,
+            polls: WheelPolls::OFF,
+            arrival: WheelArrival::DEFAULT,
             firmware: Firmware::Any,
             quirks: SdoQuirks {
                 profile_speed_confirmed_as_sub_1: false,

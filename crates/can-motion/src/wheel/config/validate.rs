@@ -100,24 +100,30 @@ impl WheelMasterConfig {
     }
 }
 
+/// Range of 6071h either way.
+const MOST_TORQUE_MA: i32 = 30_000;
+
 impl WheelConfig {
     /// The largest target either way.
     fn most(&self) -> i32 {
         match self.mode {
             WheelMode::Velocity => 1_000 * i32::from(self.speed_resolution),
             WheelMode::Position { .. } => zlac8030l::MoveKind::Absolute.limit(),
+            WheelMode::Torque { .. } => MOST_TORQUE_MA,
         }
     }
 
     fn validate(&self) -> Result<(), WheelConfigError> {
         let (node, stops, values) = (self.node, &self.stops, &self.limits.values);
-        let profile_speed_rpm = match self.mode {
-            WheelMode::Velocity => 1,
-            WheelMode::Position { profile_speed_rpm } => profile_speed_rpm,
+        let (profile_speed_rpm, slope_ma_s) = match self.mode {
+            WheelMode::Velocity => (1, 1),
+            WheelMode::Position { profile_speed_rpm } => (profile_speed_rpm, 1),
+            WheelMode::Torque { slope_ma_s } => (1, slope_ma_s),
         };
         let settings = [
             ("speed_resolution", 1..=10, self.speed_resolution.into()),
             ("profile_speed_rpm", 1..=1_000, profile_speed_rpm.into()),
+            ("slope_ma_s", STEPS, slope_ma_s.into()),
             ("max_step", STEPS, values.max_step.into()),
             ("max_step_change", STEPS, values.max_step_change.into()),
             ("the stop option 605Ah", 5..=7, stops.quick_stop.into()),

@@ -5,6 +5,7 @@ mod events;
 mod exit;
 mod faults;
 mod needed;
+mod own_moves;
 
 use can_motion::facts::{Class, Facts, Input, transition};
 
@@ -19,15 +20,17 @@ pub(crate) struct Mistake {
 
 /// One for each decision in `accepts`, `transition` and `may_leave`.
 pub(crate) fn all() -> Vec<Mistake> {
-    let accepts = needed::ALL.iter().map(|&(name, accepts)| Mistake {
+    let accepts = needed::ALL.iter().chain(own_moves::NEEDED);
+    let accepts = accepts.map(|&(name, accepts)| Mistake {
         name,
         rules: Rules { accepts, ..RULES },
     });
-    let exits = exit::ALL.iter().map(|&(name, may_leave)| Mistake {
+    let exits = exit::ALL.iter().chain(own_moves::EXITS);
+    let exits = exits.map(|&(name, may_leave)| Mistake {
         name,
         rules: Rules { may_leave, ..RULES },
     });
-    let changes = [commands::ALL, events::ALL, faults::ALL]
+    let changes = [commands::ALL, events::ALL, faults::ALL, own_moves::CHANGES]
         .into_iter()
         .flatten();
     let changes = changes.map(|&(name, transition)| Mistake {

@@ -2,6 +2,7 @@
 
 mod assign;
 mod jog;
+mod life;
 mod probe;
 mod procedure;
 mod read;
@@ -20,6 +21,8 @@ use super::{
 use crate::interrupt;
 use crate::link::Link;
 use crate::station::AxisOptions;
+pub(crate) use life::{Life, life as life_of};
+pub(crate) use procedure::read_curve;
 use procedure::{answering_station, perform};
 pub(crate) use read::state_of;
 use script::LISTEN_US;
@@ -27,13 +30,13 @@ pub(crate) use write::request_of;
 use write::write;
 
 /// Drives behind a link to a CAN bus.
-pub(super) struct CanDrives {
+pub(crate) struct CanDrives {
     link: Link,
     axes: AxisOptions,
 }
 
 impl CanDrives {
-    pub(super) fn new(link: Link, axes: AxisOptions) -> Self {
+    pub(crate) fn new(link: Link, axes: AxisOptions) -> Self {
         Self { link, axes }
     }
 }
@@ -64,21 +67,9 @@ impl Drives for CanDrives {
         settings: &[Setting],
         on_end: &mut dyn FnMut(Setting, WriteEnd),
     ) -> Result<(), DrivesError> {
-        let drive = on_can(drive)?;
-        let gear = self.gear(drive)?;
-        let mut station =
-            answering_station(&mut self.link, self.axes, drive, gear, PollPeriods::OFF)?;
-        // With another gear number the drive is not the one that was checked any more.
-        let (gear, others): (Vec<Setting>, Vec<Setting>) = settings
-            .iter()
-            .partition(|setting| setting.parameter == Parameter::GearNumber);
-        for setting in others.into_iter().chain(gear) {
-            if interrupt::requests() > 0 {
-                return Err(DrivesError::Interrupted);
-            }
-            on_end(setting, write(&mut station, drive, setting)?);
-        }
-        Ok(())
+        self.write_while(on_can(drive)?, settings, on_end, || {
+            interrupt::requests() == 0
+        })
     }
 
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
@@ -112,12 +103,54 @@ impl Drives for CanDrives {
         reset::reset(&mut self.link, self.axes, on_can(drive)?)
     }
 
+    fn life(&mut self, drive: StoredDriveId) -> Result<Life, DrivesError> {
+        life::life(&mut self.link, self.axes, on_can(drive)?)
+    }
+
     fn probe(&mut self, drive: StoredDriveId) -> Result<ProbeEnd, DrivesError> {
         probe::probe(&mut self.link, on_can(drive)?)
     }
 }
 
 impl CanDrives {
+    /// The link, for what is no commissioning.
+    pub(crate) fn link(&mut self) -> &mut Link {
+        &mut self.link
+    }
+
+    /// Writes settings whatever the user asks for meanwhile: to bring a drive back to what it was.
+    pub(crate) fn write_back(
+        &mut self,
+        drive: DriveId,
+        settings: &[Setting],
+        on_end: &mut dyn FnMut(Setting, WriteEnd),
+    ) -> Result<(), DrivesError> {
+        self.write_while(drive, settings, on_end, || true)
+    }
+
+    fn write_while(
+        &mut self,
+        drive: DriveId,
+        settings: &[Setting],
+        on_end: &mut dyn FnMut(Setting, WriteEnd),
+        goes_on: impl Fn() -> bool,
+    ) -> Result<(), DrivesError> {
+        let gear = self.gear(drive)?;
+        let mut station =
+            answering_station(&mut self.link, self.axes, drive, gear, PollPeriods::OFF)?;
+        // With another gear number the drive is not the one that was checked any more.
+        let (gear, others): (Vec<Setting>, Vec<Setting>) = settings
+            .iter()
+            .partition(|setting| setting.parameter == Parameter::GearNumber);
+        for setting in others.into_iter().chain(gear) {
+            if !goes_on() {
+                return Err(DrivesError::Interrupted);
+            }
+            on_end(setting, write(&mut station, drive, setting)?);
+        }
+        Ok(())
+    }
+
     /// The gear number of a drive.
     fn gear(&mut self, drive: DriveId) -> Result<GearNumber, DrivesError> {
         let any = GearNumber::MIN;

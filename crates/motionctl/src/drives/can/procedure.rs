@@ -3,7 +3,7 @@
 use can_motion::{
     AxisState, Confirmation, EventKind, Fault, PollPeriods, Procedure, ProcedureEnd, ProcedureError,
 };
-use dyn_can::{DriveId, GearNumber};
+use dyn_can::{DriveId, GearNumber, ParamGroup2, Reply};
 
 use crate::drives::DrivesError;
 use crate::link::Link;
@@ -45,6 +45,22 @@ pub(super) fn answering_station(
     Err(DrivesError::Incomplete {
         drive: drive.into(),
     })
+}
+
+/// The speed and acceleration that a drive uses by itself.
+pub(crate) fn read_curve(
+    link: &mut Link,
+    axes: AxisOptions,
+    drive: DriveId,
+    gear: GearNumber,
+) -> Result<ParamGroup2, DrivesError> {
+    let mut station = answering_station(link, axes, drive, gear, PollPeriods::OFF)?;
+    match perform(&mut station, drive, Procedure::ReadGroup2)? {
+        ProcedureEnd::Read(Reply::ParamGroup2(group)) => Ok(group),
+        _ => Err(DrivesError::Incomplete {
+            drive: drive.into(),
+        }),
+    }
 }
 
 /// Runs a procedure to its end. It waits while the master is not ready for it, as after another write.

@@ -9,7 +9,7 @@ use dyn_can::{DriveId, StoredDriveId};
 use dyn_serial::{Address, Alarm, ReadSelector, Reply, Request};
 
 use super::{
-    AssignEnd, DriveState, Drives, DrivesError, FoundDrive, Jog, JogEnd, ProbeEnd, Readings,
+    AssignEnd, DriveState, Drives, DrivesError, FoundDrive, Jog, JogEnd, Life, ProbeEnd, Readings,
     ResetEnd, Setting, WriteEnd,
 };
 use crate::interrupt;
@@ -111,6 +111,12 @@ impl Drives for SerialDrives {
 
     fn reset(&mut self, _: StoredDriveId) -> Result<ResetEnd, DrivesError> {
         Err(DrivesError::NotOnSerial { what: "reset" })
+    }
+
+    fn life(&mut self, _: StoredDriveId) -> Result<Life, DrivesError> {
+        Err(DrivesError::NotOnSerial {
+            what: "diagnostic counter that tells whether an origin still holds",
+        })
     }
 
     fn probe(&mut self, _: StoredDriveId) -> Result<ProbeEnd, DrivesError> {

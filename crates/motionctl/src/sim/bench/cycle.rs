@@ -3,13 +3,14 @@
 use drive_sim::{ControllerState, ErrorState};
 
 use super::Bench;
+use crate::control::Wish;
 use crate::recording::Kind;
 use crate::sim::error::SimError;
 use crate::sim::faults::{Fault, Rig};
 
 impl Bench<'_> {
     /// One cycle: set-points and a request out, replies in, until the next cycle is due.
-    pub(super) fn one_cycle(&mut self) -> Result<(), SimError> {
+    pub(super) fn one_cycle(&mut self) -> Result<Vec<Wish>, SimError> {
         self.apply_due_faults();
         let now = self.now();
         let is_missed = self.cycles_to_miss > 0;

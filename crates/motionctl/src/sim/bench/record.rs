@@ -4,6 +4,7 @@ use can_motion::{Event, EventKind, Instant};
 use drive_sim::{Outcome, Record};
 
 use super::{Bench, GROUP};
+use crate::control::Wish;
 use crate::output::tell;
 use crate::recording::{AxisSample, Sample, WireFrame};
 use crate::sim::error::SimError;
@@ -77,9 +78,11 @@ impl Bench<'_> {
         self.cycle_mark = self.bench.bus().load_mark();
     }
 
-    pub(super) fn obey_spectator(&mut self) -> Result<(), SimError> {
+    /// Returns what is asked of the motion.
+    pub(super) fn obey_spectator(&mut self) -> Result<Vec<Wish>, SimError> {
+        let mut wishes = Vec::new();
         let Some(recording) = self.recorder.model() else {
-            return Ok(());
+            return Ok(wishes);
         };
         for order in self.spectator.after_cycle(recording)? {
             match order {
@@ -87,10 +90,11 @@ impl Bench<'_> {
                     self.master.stop(self.now(), GROUP);
                     self.stopped = true;
                 }
+                Order::Motion(wish) => wishes.push(wish),
                 Order::Fault(fault) => self.apply(fault),
             }
         }
-        Ok(())
+        Ok(wishes)
     }
 }
 

@@ -5,6 +5,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Bench, GROUP};
 use crate::recording::{Kind, Recorded};
+use crate::set_points::{AxisHeadroom, SetPointSource, Step, TimedMotion};
 use crate::sim::error::SimError;
 use crate::sim::summary::Summary;
 use crate::trajectory::Plan;
@@ -14,7 +15,7 @@ const START_UP_LIMIT_US: u64 = 10_000_000;
 /// Time after the motion for the drives to arrive and to be read once more.
 const SETTLE_US: u64 = 300_000;
 /// Cycles between two updates of the progress bar.
-const PROGRESS_STEP: usize = 100;
+const PROGRESS_STEP: u64 = 100;
 
 impl Bench<'_> {
     /// Runs a motion from power-on to rest.
@@ -98,23 +99,54 @@ impl Bench<'_> {
         show_progress: bool,
     ) -> Result<(), SimError> {
         let bar = progress_bar(plan.cycles(), show_progress);
-        for (index, row) in plan.rows().enumerate() {
+        let mut source = TimedMotion::new(plan, self.headroom(plan), self.setup.cycle_us);
+        let mut row = vec![0; anchors.len()];
+        let (mut cycle, mut step) = (0, Step::Goes);
+        loop {
             for (axis, (&place, &offset)) in self.places.iter().zip(&row).enumerate() {
                 // A refusal is an axis that stopped by a fault, which the watch has seen.
                 let _ = self
                     .master
                     .set_target(place, anchors[axis].wrapping_add(offset));
             }
-            self.one_cycle()?;
-            if index % PROGRESS_STEP == 0 {
-                bar.set_position(index as u64);
+            for wish in self.one_cycle()? {
+                let order = wish.as_order(&source);
+                source.order(order);
             }
-            if self.watch.saw_fault() || self.stopped {
+            self.happens(&mut source);
+            if cycle % PROGRESS_STEP == 0 {
+                bar.set_position(cycle);
+            }
+            cycle += 1;
+            self.stopped |= step == Step::Stopped;
+            if self.watch.saw_fault() || self.stopped || step != Step::Goes {
                 break;
             }
+            step = source.next(&mut row);
         }
         bar.finish_and_clear();
         Ok(())
+    }
+
+    /// What the motion has to say of itself goes into the record.
+    fn happens(&mut self, source: &mut dyn SetPointSource) {
+        self.spectator.speed(source.speed());
+        while let Some(notice) = source.next_notice() {
+            self.phase(&notice);
+        }
+    }
+
+    /// No axis does larger steps than it may; accelerations have no limit here.
+    fn headroom(&self, plan: &Plan) -> Vec<AxisHeadroom> {
+        let steps = plan.largest_steps().into_iter();
+        steps
+            .map(|step| AxisHeadroom {
+                velocity: f64::from(self.setup.max_step.get()),
+                acceleration: f64::INFINITY,
+                needed_velocity: f64::from(step),
+                needed_acceleration: 0.0,
+            })
+            .collect()
     }
 
     fn settle(&mut self) -> Result<(), SimError> {

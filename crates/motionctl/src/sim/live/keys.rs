@@ -3,6 +3,7 @@
 use dyn_can::{Alarm, DriveId};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
+use crate::control::{Wish as MotionWish, wish};
 use crate::sim::faults::Fault;
 use crate::sim::spectator::Order;
 
@@ -12,17 +13,19 @@ const REAL_TIME: usize = 4;
 
 /// The keys in words, two blanks between them.
 pub(super) const KEYS: &str =
-    "up/down select  a alarm  p pull/plug  s stop  space pause  + - speed  q quit";
+    "up/down select  a alarm  p pull/plug  space pause  + - 1 speed  s stop  f [ ] time  q quit";
 
 /// A key that means something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Key {
     Up,
     Down,
-    Stop,
     Alarm,
     Plug,
-    Pause,
+    /// Of the motion.
+    Motion(MotionWish),
+    /// Of time, for everything.
+    Freeze,
     Faster,
     Slower,
     Leave,
@@ -38,13 +41,14 @@ impl Key {
             KeyCode::Char('c') if event.modifiers.contains(KeyModifiers::CONTROL) => Self::Leave,
             KeyCode::Up | KeyCode::Char('k') => Self::Up,
             KeyCode::Down | KeyCode::Char('j') => Self::Down,
-            KeyCode::Char('s') => Self::Stop,
             KeyCode::Char('a') => Self::Alarm,
             KeyCode::Char('p') => Self::Plug,
-            KeyCode::Char(' ') => Self::Pause,
-            KeyCode::Char('+' | '=') => Self::Faster,
-            KeyCode::Char('-') => Self::Slower,
+            KeyCode::Char('f') => Self::Freeze,
+            KeyCode::Char(']') => Self::Faster,
+            KeyCode::Char('[') => Self::Slower,
             KeyCode::Char('q') | KeyCode::Esc => Self::Leave,
+            // The others mean what they mean while a real motion runs.
+            KeyCode::Char(key) => Self::Motion(wish(u8::try_from(key).ok()?)?),
             _ => return None,
         })
     }
@@ -66,7 +70,7 @@ pub(super) struct Panel {
     unplugged: Vec<bool>,
     selected: usize,
     speed: usize,
-    is_paused: bool,
+    is_frozen: bool,
     is_leaving: bool,
 }
 
@@ -77,7 +81,7 @@ impl Panel {
             drives,
             selected: 0,
             speed: REAL_TIME,
-            is_paused: false,
+            is_frozen: false,
             is_leaving: false,
         }
     }
@@ -89,15 +93,19 @@ impl Panel {
             Key::Down => {
                 self.selected = (self.selected + 1).min(self.drives.len().saturating_sub(1))
             }
-            Key::Pause => self.is_paused = !self.is_paused,
+            Key::Freeze => self.is_frozen = !self.is_frozen,
+            Key::Motion(wish) => {
+                // In frozen time nothing would obey.
+                self.is_frozen = false;
+                return Some(Wish::Order(Order::Motion(wish)));
+            }
             Key::Faster => return self.set_speed(self.speed + 1),
             Key::Slower => return self.set_speed(self.speed.saturating_sub(1)),
-            Key::Stop => return Some(Wish::Order(Order::Stop)),
             Key::Alarm => return self.alarm(),
             Key::Plug => return self.plug(),
             Key::Leave => {
                 self.is_leaving = true;
-                self.is_paused = false;
+                self.is_frozen = false;
                 return Some(Wish::Order(Order::Stop));
             }
         }
@@ -143,8 +151,8 @@ impl Panel {
         SPEEDS[self.speed]
     }
 
-    pub(super) fn is_paused(&self) -> bool {
-        self.is_paused
+    pub(super) fn is_frozen(&self) -> bool {
+        self.is_frozen
     }
 
     /// Whether the view shall close.
@@ -156,6 +164,7 @@ impl Panel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::set_points::Order as MotionOrder;
 
     fn panel() -> Panel {
         Panel::new(DriveId::all().take(2).collect())
@@ -187,10 +196,10 @@ mod tests {
     #[test]
     fn leaving_stops_and_ends_a_pause() {
         let mut panel = panel();
-        panel.press(Key::Pause);
-        assert!(panel.is_paused());
+        panel.press(Key::Freeze);
+        assert!(panel.is_frozen());
         assert_eq!(panel.press(Key::Leave), Some(Wish::Order(Order::Stop)));
-        assert!(panel.is_leaving() && !panel.is_paused());
+        assert!(panel.is_leaving() && !panel.is_frozen());
     }
 
     #[test]
@@ -211,6 +220,23 @@ mod tests {
         let control = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
         assert_eq!(Key::of(&control), Some(Key::Leave));
         assert_eq!(key(KeyCode::Char('c')), None);
-        assert_eq!(key(KeyCode::Char('s')), Some(Key::Stop));
+    }
+
+    #[test]
+    fn the_keys_of_the_motion_are_those_of_a_real_one() {
+        let mut panel = panel();
+        for (key_code, wish) in [
+            (' ', MotionWish::TogglePause),
+            ('+', MotionWish::Faster),
+            ('-', MotionWish::Slower),
+            ('s', MotionWish::Order(MotionOrder::Stop)),
+        ] {
+            let pressed = key(KeyCode::Char(key_code)).expect("a key");
+            panel.press(Key::Freeze);
+            let order = Some(Wish::Order(Order::Motion(wish)));
+            assert_eq!(panel.press(pressed), order);
+            assert!(!panel.is_frozen());
+        }
+        assert_eq!(key(KeyCode::Char('ü')), None);
     }
 }

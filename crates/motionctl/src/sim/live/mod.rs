@@ -14,6 +14,7 @@ use super::summary::Summary;
 use crate::live_view::{Screen, TakenTerminal};
 use crate::output;
 use crate::recording::Recording;
+use crate::set_points::Speed as MotionSpeed;
 use crate::trajectory::Plan;
 use keys::{KEYS, Key, Panel, Wish};
 use pace::Pace;
@@ -31,6 +32,7 @@ pub(super) struct LiveView {
     pace: Pace,
     last_picture: Option<Instant>,
     motion_us: u64,
+    speed: Option<MotionSpeed>,
 }
 
 impl LiveView {
@@ -43,6 +45,7 @@ impl LiveView {
             pace: Pace::new(),
             last_picture: None,
             motion_us: plan.cycles() as u64 * u64::from(setup.cycle_us),
+            speed: None,
         })
     }
 
@@ -62,7 +65,9 @@ impl LiveView {
         recording: &Recording,
         verdict: Option<(&str, bool)>,
     ) -> Result<(), SimError> {
-        let status = if self.panel.is_paused() {
+        let status = if self.panel.is_frozen() {
+            "FROZEN"
+        } else if self.speed.is_some_and(|speed| speed.is_paused) {
             "PAUSED"
         } else if self.pace.is_behind() {
             "too slow for real time"
@@ -74,8 +79,9 @@ impl LiveView {
             selected: self.panel.selected(),
             off_the_bus: self.panel.unplugged(),
             head: &format!(
-                "motion {:.1} s   speed {}x",
+                "motion {:.1} s at {:.0} %   time {}x",
                 self.motion_us as f64 * 1e-6,
+                self.speed.map_or(100.0, |speed| speed.actual_percent),
                 self.panel.speed()
             ),
             status,
@@ -115,7 +121,7 @@ impl Spectator for LiveView {
     fn after_cycle(&mut self, recording: &Recording) -> Result<Vec<Order>, SimError> {
         let now_us = recording.latest.as_ref().map_or(0, |sample| sample.at_us);
         let mut orders = self.picture(recording)?;
-        while self.panel.is_paused() {
+        while self.panel.is_frozen() {
             self.draw(recording, None)?;
             orders.extend(self.read_keys(PICTURE)?);
             self.pace.restart(now_us);
@@ -126,6 +132,10 @@ impl Spectator for LiveView {
             orders.extend(self.picture(recording)?);
         }
         Ok(orders)
+    }
+
+    fn speed(&mut self, speed: MotionSpeed) {
+        self.speed = Some(speed);
     }
 
     fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError> {

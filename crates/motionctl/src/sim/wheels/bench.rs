@@ -1,5 +1,7 @@
 //! The bench: the master of wheels, a virtual bus, and simulated hub-motor drives, in virtual time.
 
+mod twist;
+
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
@@ -9,15 +11,18 @@ use can_motion::wheel::{
 };
 use can_motion::{AxisState, GroupId, Instant};
 use drive_sim::{
-    Bus, CandumpLine, ControllerConfig, DeviceId, LogMode, NodeId as BusNode, TxOrder, ZlacDrive,
-    ZlacDriveConfig,
+    Bus, CandumpLine, ControllerConfig, ControllerState, DeviceId, ErrorState, LoadMark, LogMode,
+    NodeId as BusNode, ScriptedFaults, TxOrder, ZlacDrive, ZlacDriveConfig,
 };
 use embedded_can::{Frame as _, Id};
 use indicatif::ProgressBar;
 use zlac8030l::{NodeId, PdoNumber, Service, objects};
 
+use super::csv::{Table, WheelRow};
+use super::faults::Fault;
 use super::setup::{MOST_SPEED, MOST_WHEELS, Setup};
 use super::summary::{Summary, WheelSummary};
+use crate::output::tell;
 use crate::sim::error::SimError;
 use crate::trajectory::Plan;
 
@@ -45,12 +50,19 @@ struct WheelWatch {
 
 /// A bench that is ready to run.
 pub(super) struct Bench {
-    bench: drive_sim::Bench<ZlacDrive>,
+    bench: drive_sim::Bench<ZlacDrive, ScriptedFaults>,
     node: BusNode,
     devices: Vec<DeviceId>,
     master: WheelMaster<MOST_WHEELS>,
     setup: Setup,
     candump: Option<BufWriter<File>>,
+    table: Option<Table>,
+    /// Begin of the present cycle, for its load.
+    cycle_mark: LoadMark,
+    /// When the motion began; fault scripts count from there.
+    motion_start_ns: Option<u64>,
+    /// Cycles in which the application is to do nothing.
+    cycles_to_miss: u32,
     wheels: Vec<WheelWatch>,
     cycle: u64,
     set_points_of_cycle: usize,
@@ -60,13 +72,17 @@ pub(super) struct Bench {
 
 impl Bench {
     /// Connects master and drives.
-    pub(super) fn new(setup: Setup, candump: Option<BufWriter<File>>) -> Result<Self, SimError> {
-        let mut bus = Bus::new(setup.bit_rate);
+    pub(super) fn new(
+        setup: Setup,
+        candump: Option<BufWriter<File>>,
+        table: Option<Table>,
+    ) -> Result<Self, SimError> {
+        let mut bus = Bus::with_faults(setup.bit_rate, ScriptedFaults::new());
         bus.set_log(LogMode::Full);
         let mut bench = drive_sim::Bench::new(bus);
         let node = bench.add_master(ControllerConfig::bxcan(TxOrder::Fifo));
         let connect = |node: &NodeId| {
-            let drive = ZlacDrive::new(drive_of(*node, setup.speed_resolution));
+            let drive = ZlacDrive::new(drive_of(*node, &setup));
             bench.add_device(drive, ControllerConfig::device())
         };
         let devices = setup.nodes.iter().map(connect).collect();
@@ -74,7 +90,7 @@ impl Bench {
         ascending.sort_unstable();
         let wheels: Vec<WheelConfig> = ascending
             .iter()
-            .map(|node| wheel_of(*node, setup.speed_resolution))
+            .map(|node| wheel_of(*node, &setup))
             .collect();
         let master = WheelMaster::new(master_config(&setup), &wheels).map_err(SimError::Wheels)?;
         let place = |node| {
@@ -88,6 +104,10 @@ impl Bench {
             ..WheelWatch::default()
         };
         Ok(Self {
+            table,
+            cycle_mark: bench.bus().load_mark(),
+            motion_start_ns: None,
+            cycles_to_miss: 0,
             wheels: setup.nodes.iter().map(watch).collect(),
             bench,
             node,
@@ -131,6 +151,7 @@ impl Bench {
         for _ in 0..SETTLE_US / u64::from(self.setup.cycle_us) {
             self.one_cycle()?;
         }
+        self.close_files()?;
         Ok(self.summary(plan.cycles(), mean_bus_load))
     }
 
@@ -151,6 +172,7 @@ impl Bench {
     fn begin_motion(&mut self) {
         self.faults = 0;
         let now_ns = self.bench.now_ns();
+        self.motion_start_ns = Some(now_ns);
         for (watch, device) in self.wheels.iter_mut().zip(&self.devices) {
             let drive = self.bench.device(*device);
             watch.start_counts = drive.travel_counts(now_ns);
@@ -162,22 +184,87 @@ impl Bench {
 
     /// One cycle: control words and targets out, feedback in, until the next cycle is due.
     fn one_cycle(&mut self) -> Result<(), SimError> {
+        self.apply_due_faults();
         let now = self.now();
-        self.master.begin_cycle(now);
+        let is_missed = self.cycles_to_miss > 0;
+        self.cycles_to_miss = self.cycles_to_miss.saturating_sub(1);
         self.cycle += 1;
         let end_ns = self.cycle * u64::from(self.setup.cycle_us) * 1_000;
+        if is_missed {
+            self.bench.advance_to(end_ns);
+        } else {
+            self.master.begin_cycle(now);
+            self.serve_until(end_ns);
+        }
+        while let Some(event) = self.master.next_event() {
+            self.faults += u32::from(matches!(event.kind, WheelEventKind::Fault(_)));
+        }
+        self.drain_log()?;
+        self.write_row()
+    }
+
+    fn serve_until(&mut self, end_ns: u64) {
+        let bus_off = ControllerState::On(ErrorState::BusOff);
         loop {
             let now = self.now();
+            if self.bench.bus().controller(self.node).state() == bus_off {
+                self.master.on_bus_off(now);
+            }
             // Whether it is idle or blocked, the next event on the bus is the next chance.
             let _ = can_motion::service(&mut self.master, &mut self.bench.port(self.node), now);
             if !self.bench.step_to(end_ns) {
                 break;
             }
         }
-        while let Some(event) = self.master.next_event() {
-            self.faults += u32::from(matches!(event.kind, WheelEventKind::Fault(_)));
+    }
+
+    fn apply_due_faults(&mut self) {
+        let Some(start_ns) = self.motion_start_ns else {
+            return;
+        };
+        let at_ns = self.bench.now_ns() - start_ns;
+        while let Some(fault) = self.setup.faults.next_due(at_ns) {
+            if let Fault::MissCycles { cycles } = fault {
+                self.cycles_to_miss += cycles;
+            }
+            fault.apply(&mut self.bench, &self.setup.nodes, &self.devices);
+            tell(format_args!("{:.3} s: {fault}", at_ns as f64 * 1e-9));
         }
-        self.drain_log()
+    }
+
+    fn write_row(&mut self) -> Result<(), SimError> {
+        let Some(table) = &mut self.table else {
+            return Ok(());
+        };
+        let now_ns = self.bench.now_ns();
+        let load = self.bench.bus().load_since(&self.cycle_mark);
+        self.cycle_mark = self.bench.bus().load_mark();
+        let (bench, master) = (&self.bench, &self.master);
+        let rows = self.wheels.iter().zip(&self.devices);
+        let rows: Vec<WheelRow> = rows
+            .filter_map(|(watch, device)| {
+                let drive = bench.device(*device);
+                Some(WheelRow {
+                    snapshot: master.snapshot(watch.place)?,
+                    shaft_rpm: drive.speed_rpm(now_ns),
+                    travel_counts: drive.travel_counts(now_ns),
+                })
+            })
+            .collect();
+        let is_late = self.motion_start_ns.is_some() && self.set_points_of_cycle < rows.len();
+        let now = Instant::from_us(now_ns / 1_000);
+        table.row(now, load, is_late, &rows).map_err(SimError::Log)
+    }
+
+    /// Everything is in its file.
+    fn close_files(&mut self) -> Result<(), SimError> {
+        if let Some(table) = &mut self.table {
+            table.end().map_err(SimError::Log)?;
+        }
+        match &mut self.candump {
+            Some(candump) => candump.flush().map_err(SimError::Log),
+            None => Ok(()),
+        }
     }
 
     /// Counts the set-points that ended on the wire, and writes the log.
@@ -271,9 +358,10 @@ fn master_config(setup: &Setup) -> WheelMasterConfig {
     }
 }
 
-fn wheel_of(node: NodeId, speed_resolution: u16) -> WheelConfig {
+fn wheel_of(node: NodeId, setup: &Setup) -> WheelConfig {
     WheelConfig {
-        speed_resolution,
+        speed_resolution: setup.speed_resolution,
+        ramp_ms: setup.ramp_ms,
         // The file says how fast speeds change.
         ..WheelConfig::new(
             node,
@@ -284,10 +372,12 @@ fn wheel_of(node: NodeId, speed_resolution: u16) -> WheelConfig {
 }
 
 /// A drive whose speed resolution was stored when it was commissioned.
-fn drive_of(node: NodeId, speed_resolution: u16) -> ZlacDriveConfig {
+fn drive_of(node: NodeId, setup: &Setup) -> ZlacDriveConfig {
     let resolution = objects::SPEED_RESOLUTION.address();
     ZlacDriveConfig {
-        stored: vec![(resolution, speed_resolution.into())],
+        stored: vec![(resolution, setup.speed_resolution.into())],
+        response_delay: setup.response_delay,
+        seed: setup.seed.wrapping_add(u64::from(node.get())),
         ..ZlacDriveConfig::new(node)
     }
 }

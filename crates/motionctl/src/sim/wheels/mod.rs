@@ -1,9 +1,15 @@
 //! `motionctl sim --drives zlac`: hub motors on CANopen follow speeds from a file, such as those of a differential drive.
 
 mod bench;
+mod csv;
+mod faults;
 mod setup;
 mod summary;
+mod vehicle;
 
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
 use std::process::ExitCode;
 
 use zlac8030l::NodeId;
@@ -14,40 +20,46 @@ use crate::exit;
 use crate::output::{print, print_json};
 use crate::recording::create;
 use crate::trajectory::{Plan, WithMotion};
+use crate::twist::read_file;
 use bench::Bench;
+use csv::Table;
+use faults::Script;
 use setup::{MOST_SPEED, MOST_WHEELS, Setup};
 
 /// First node of a list that was not given: the factory setting of a drive.
 const FIRST_NODE: usize = 4;
+
+/// A left and a right one.
+const WHEELS_OF_VEHICLE: usize = 2;
+/// Of a drive as it leaves the factory: 1024 lines.
+const COUNTS_PER_TURN: f64 = 4_096.0;
 
 /// Checks everything, runs the speeds, prints the summary.
 pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, SimError> {
     if let Some(option) = arguments.not_for_wheels() {
         return Err(SimError::NotForWheels { option });
     }
+    if let Some(file) = &arguments.twist.twist {
+        return drive(arguments, nodes, Path::new(file));
+    }
     let motion = arguments.motion.read().map_err(SimError::Motion)?;
-    let setup = Setup {
-        nodes: nodes_of(nodes, motion.axes())?,
-        cycle_us: arguments.wheel_cycle_us(),
-        bit_rate: arguments.wheel_bit_rate(),
-        speed_resolution: arguments.speed_resolution,
-    };
+    let setup = setup_of(
+        arguments,
+        nodes_of(nodes, motion.axes().map_err(SimError::Motion)?)?,
+    )?;
     let plan = motion
         .speeds(setup.cycle_us, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
-    let candump = match &arguments.recording.candump {
-        Some(path) => Some(create(path).map_err(|source| SimError::Write {
-            path: path.clone(),
-            source,
-        })?),
-        None => None,
-    };
-    let motion = motion.wheel_report(&plan, &setup.nodes, setup.speed_resolution);
+    let candump = candump_of(arguments)?;
+    let table = table_of(arguments, &setup)?;
+    let motion = motion
+        .wheel_report(&plan, &setup.nodes, setup.speed_resolution)
+        .map_err(SimError::Motion)?;
     if !arguments.json {
         motion.show();
     }
-    let summary = Bench::new(setup, candump)?.run(&plan, !arguments.json)?;
+    let summary = Bench::new(setup, candump, table)?.run(&plan, !arguments.json)?;
     if arguments.json {
         print_json(&WithMotion {
             motion: &motion,
@@ -61,6 +73,81 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         ExitCode::SUCCESS
     } else {
         exit::BROKEN_PROMISE.into()
+    })
+}
+
+/// Drives a vehicle by twists, and prints where it is.
+fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCode, SimError> {
+    let in_file = |source| SimError::Twist {
+        path: file.to_owned(),
+        source,
+    };
+    let lines = read_file(file).map_err(in_file)?;
+    let setup = setup_of(arguments, nodes_of(nodes, WHEELS_OF_VEHICLE)?)?;
+    let vehicle = arguments
+        .twist
+        .vehicle(COUNTS_PER_TURN)
+        .map_err(SimError::Vehicle)?;
+    // A number more than the limit, because rounding is carried on.
+    let most_rpm = (MOST_SPEED - 1).unsigned_abs() / u32::from(setup.speed_resolution);
+    if vehicle.max_rpm > f64::from(most_rpm) {
+        return Err(SimError::WheelSpeed {
+            most_rpm,
+            actual_rpm: vehicle.max_rpm.ceil() as u32,
+        });
+    }
+    let candump = candump_of(arguments)?;
+    let table = table_of(arguments, &setup)?;
+    let summary = Bench::new(setup, candump, table)?.drive(&vehicle, &lines, !arguments.json)?;
+    if arguments.json {
+        print_json(&summary).map_err(SimError::Print)?;
+    } else {
+        print(&summary).map_err(SimError::Print)?;
+    }
+    Ok(if summary.promises_kept {
+        ExitCode::SUCCESS
+    } else {
+        exit::BROKEN_PROMISE.into()
+    })
+}
+
+fn candump_of(arguments: &Arguments) -> Result<Option<BufWriter<File>>, SimError> {
+    let path = arguments.recording.candump.as_deref();
+    path.map(open).transpose()
+}
+
+fn table_of(arguments: &Arguments, setup: &Setup) -> Result<Option<Table>, SimError> {
+    let Some(path) = &arguments.recording.csv else {
+        return Ok(None);
+    };
+    Table::begin(open(path)?, &setup.nodes, setup.speed_resolution)
+        .map(Some)
+        .map_err(|error| SimError::Log(io::Error::other(error)))
+}
+
+fn open(path: &Path) -> Result<BufWriter<File>, SimError> {
+    create(path).map_err(|source| SimError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn setup_of(arguments: &Arguments, nodes: Vec<NodeId>) -> Result<Setup, SimError> {
+    let faults = match arguments.script_text()? {
+        None => Script::default(),
+        Some((path, text)) => {
+            Script::parse(&text, &nodes).map_err(|what| SimError::WheelScript { path, what })?
+        }
+    };
+    Ok(Setup {
+        faults,
+        nodes,
+        cycle_us: arguments.wheel_cycle_us(),
+        bit_rate: arguments.wheel_bit_rate(),
+        speed_resolution: arguments.speed_resolution,
+        ramp_ms: arguments.ramp_ms,
+        response_delay: arguments.drive_options.response_delay(),
+        seed: arguments.drive_options.seed(),
     })
 }
 

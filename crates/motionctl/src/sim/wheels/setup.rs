@@ -1,7 +1,9 @@
 //! What is simulated.
 
-use drive_sim::BitRate;
+use drive_sim::{BitRate, ResponseDelay};
 use zlac8030l::NodeId;
+
+use super::faults::Script;
 
 /// Wheels that a simulation can hold.
 pub(super) const MOST_WHEELS: usize = 16;
@@ -18,4 +20,10 @@ pub(super) struct Setup {
     pub(super) bit_rate: BitRate,
     /// Speeds count 1/n r/min.
     pub(super) speed_resolution: u16,
+    /// Ramps of the drives themselves (6083h, 6084h); 0: as fast as the motor can.
+    pub(super) ramp_ms: u16,
+    pub(super) response_delay: ResponseDelay,
+    /// Seed of the response delays.
+    pub(super) seed: u64,
+    pub(super) faults: Script,
 }

@@ -66,6 +66,8 @@ pub(super) struct Summary {
     /// Cycles that the master could not hand to its controller in time, since power-on.
     late_hand_overs: u32,
     faults: u32,
+    /// Faults of the script whose time did not come.
+    faults_not_reached: usize,
     mean_bus_load: f64,
 }
 
@@ -93,6 +95,7 @@ impl Summary {
             late_cycles,
             late_hand_overs,
             faults,
+            faults_not_reached: setup.faults.left(),
             mean_bus_load,
         }
     }
@@ -145,6 +148,13 @@ impl fmt::Display for Summary {
             100.0 * self.mean_bus_load,
             counted(self.faults, "fault", "faults"),
         )?;
+        if self.faults_not_reached > 0 {
+            writeln!(
+                f,
+                "Not reached: {} of the script.",
+                counted(self.faults_not_reached as u64, "fault", "faults")
+            )?;
+        }
         f.write_str(if self.promises_kept {
             "Every promise kept: each drive took every set-point, each wheel made its way and stands, and no cycle was late."
         } else {

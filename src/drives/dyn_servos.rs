@@ -1,21 +1,90 @@
-//! Events of the master in words: users know drives by their ids, and what to do is part of a fault.
+//! DYN servo drives.
 
-use can_motion::{Event, EventKind, Fault};
-use dyn_can::Alarm;
+use can_motion::{AxisConfig, AxisSnapshot, Dyn, EventKind, Fault, Instant, PollKind};
+use dyn_can::{Address, Alarm, DataFrame, Dialect, Request, ServoSwitch};
 
-use crate::config::AXIS_CONFIGS;
+use super::{Board, Who};
 
-/// An event as a line of the log.
-pub(crate) struct EventWords<'a>(pub(crate) &'a Event<EventKind>);
+impl Board for Dyn {
+    fn disable(axis: &AxisConfig) -> Option<DataFrame> {
+        let request = Request::ServoDisable(ServoSwitch::Disable);
+        // The command is the same in every revision.
+        let frame = request.encode(Address::Drive(axis.drive), &Dialect::V1_6A);
+        frame.ok()
+    }
+
+    fn target(snapshot: &AxisSnapshot) -> i32 {
+        snapshot.target_counts
+    }
+
+    fn read_at(snapshot: &AxisSnapshot) -> [Option<Instant>; 2] {
+        let feedback = &snapshot.feedback;
+        [PollKind::Status, PollKind::Position].map(|poll| feedback.polled_at(poll))
+    }
+
+    fn readings(axis: &AxisConfig, snapshot: &AxisSnapshot) -> homing::Inputs {
+        let at = |at: Instant| at.as_us();
+        let read = &snapshot.feedback;
+        let position = read.position.and_then(|position| {
+            Some(homing::Reading {
+                value: axis.read_back.to_command_counts(position.value)?,
+                at_us: at(position.at),
+            })
+        });
+        homing::Inputs {
+            sent_counts: snapshot.sent_counts,
+            position,
+            torque_permille: read.torque.map(|torque| homing::Reading {
+                value: torque.value.permille_of_peak(),
+                at_us: at(torque.at),
+            }),
+            switch: None,
+        }
+    }
+
+    fn is_bus_error(kind: &EventKind) -> bool {
+        matches!(kind, EventKind::BusError(_))
+    }
+
+    fn write(axis: Option<u8>, kind: &EventKind) {
+        let words = EventWords { axis, kind };
+        match *kind {
+            EventKind::Fault(Fault::Gear {
+                expected,
+                actual: Some(actual),
+            }) => defmt::error!(
+                "{}: its gear number is {=u16}, the configuration says {=u16}: correct one of the two; it is not enabled",
+                words,
+                actual,
+                expected
+            ),
+            EventKind::FoundOn => defmt::warn!(
+                "{}: it is left alone until enable becomes active, or the stop circuit opens",
+                words
+            ),
+            EventKind::DisableUnconfirmed { .. } => defmt::error!(
+                "{}: the drive may still have power; the command is repeated until the drive confirms it",
+                words
+            ),
+            EventKind::Fault(_) | EventKind::BusOff => defmt::error!("{}", words),
+            EventKind::State { .. } | EventKind::Revision(_) | EventKind::BusRecovered => {
+                defmt::info!("{}", words);
+            }
+            _ => defmt::warn!("{}", words),
+        }
+    }
+}
+
+/// An event as a part of a line.
+struct EventWords<'a> {
+    axis: Option<u8>,
+    kind: &'a EventKind,
+}
 
 impl defmt::Format for EventWords<'_> {
     fn format(&self, f: defmt::Formatter<'_>) {
-        let axis = self.0.axis.map(usize::from);
-        match axis.and_then(|axis| AXIS_CONFIGS.get(axis)) {
-            Some(axis) => defmt::write!(f, "drive {=u8}: ", axis.drive.get()),
-            None => defmt::write!(f, "bus: "),
-        }
-        write_kind(f, &self.0.kind);
+        defmt::write!(f, "{}: ", Who(self.axis));
+        write_kind(f, self.kind);
     }
 }
 

@@ -1,0 +1,105 @@
+//! Limits of the axes, how much is buffered, and what follows from both.
+
+use trajectory::{Limits, Position, Time};
+
+/// Share of the acceleration that the set-points may need; the rest is for ramps.
+const ACCELERATION_OF_MOTION: f32 = 2.0 / 3.0;
+const ACCELERATION_OF_RAMPS: f32 = 1.0 - ACCELERATION_OF_MOTION;
+/// Share of the jerk that the set-points may need; a ramp of a motion that accelerates needs twice the other share.
+const JERK_OF_MOTION: f32 = 0.5;
+const JERK_OF_RAMPS: f32 = 0.25;
+/// A ramp is used a little less than it may be: between two set-points the curve can be a little faster than at them.
+const RAMP_SHARE: f32 = 0.9;
+/// Cycles in which the change of a rate reaches its highest value, where no jerk is limited.
+const CYCLES_TO_FULL_RAMP: f32 = 25.0;
+
+/// Limits of one axis for what goes out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisLimits {
+    /// Largest velocity, acceleration and jerk; [`Limits::without_jerk`] where no jerk is limited. The set-points may need two thirds
+    /// of the acceleration and half of the jerk; the rest is what ramps, pauses and changes of the speed need on top.
+    pub motion: Limits,
+    /// Lowest position.
+    pub lowest: Position,
+    /// Highest position.
+    pub highest: Position,
+}
+
+impl AxisLimits {
+    /// Largest velocity of the set-points, in counts per cycle.
+    #[must_use]
+    pub fn velocity(&self) -> f32 {
+        self.motion.velocity()
+    }
+
+    /// Largest acceleration of the set-points, in counts per cycle².
+    #[must_use]
+    pub fn acceleration(&self) -> f32 {
+        ACCELERATION_OF_MOTION * self.motion.acceleration()
+    }
+
+    /// Largest jerk of the set-points, in counts per cycle³; infinite when there is no limit.
+    #[must_use]
+    pub fn jerk(&self) -> f32 {
+        JERK_OF_MOTION * self.motion.jerk()
+    }
+
+    /// Largest change of the rate in a cycle that this axis can bear.
+    fn ramp(&self) -> f32 {
+        let by_acceleration = ACCELERATION_OF_RAMPS * self.motion.acceleration() / self.velocity();
+        let by_jerk = JERK_OF_RAMPS * self.motion.jerk() / (3.0 * self.acceleration());
+        RAMP_SHARE * by_acceleration.min(by_jerk)
+    }
+
+    /// Largest change of that change in a cycle.
+    fn ramp_change(&self) -> f32 {
+        RAMP_SHARE * JERK_OF_RAMPS * self.motion.jerk() / self.velocity()
+    }
+}
+
+/// What happens when the set-points run out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WhenDry {
+    /// The axes come to rest at the last set-point, and that is the end.
+    #[default]
+    End,
+    /// The axes come to rest at the last set-point, and go on when [`Config::lead`] is buffered again.
+    Wait,
+}
+
+/// How a buffer works.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Config {
+    /// Motion starts, and starts again, when so much time of complete path is buffered, when the buffer is full or the end is there.
+    pub lead: Time,
+    /// The sender is to keep so much time buffered; the credit ends there.
+    pub ahead: Time,
+    /// Longest time from one set-point to the next.
+    pub longest_gap: Time,
+    /// Accelerations of set-points closer than this are means over so much time: their positions may be whole counts.
+    pub window: Time,
+    /// What happens when the set-points run out.
+    pub when_dry: WhenDry,
+}
+
+impl Config {
+    /// 0.3 s before it starts, 0.6 s ahead, gaps of 10 s, means over 20 ms, with this many cycles in a second.
+    #[must_use]
+    pub const fn with_cycles_per_second(cycles: u32) -> Self {
+        Self {
+            lead: Time::from_units(3 * cycles as u64, 10),
+            ahead: Time::from_units(6 * cycles as u64, 10),
+            longest_gap: Time::from_units(10 * cycles as u64, 1),
+            window: Time::from_units(cycles as u64, 50),
+            when_dry: WhenDry::End,
+        }
+    }
+}
+
+/// How fast the rate of a motion may change: the smallest of all axes.
+pub(crate) fn ramp(axes: &[AxisLimits]) -> (f32, f32) {
+    let least = |of: fn(&AxisLimits) -> f32| axes.iter().map(of).fold(f32::INFINITY, f32::min);
+    let ramp = least(AxisLimits::ramp);
+    let change = least(AxisLimits::ramp_change);
+    (ramp, change.min(ramp / CYCLES_TO_FULL_RAMP))
+}

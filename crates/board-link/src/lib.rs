@@ -1,0 +1,18 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod admission;
+mod buffer;
+mod config;
+mod playback;
+mod rate;
+mod refusal;
+mod stretch;
+
+pub use buffer::{Counters, Phase, SetPointBuffer};
+pub use config::{AxisLimits, Config, WhenDry};
+pub use refusal::Refusal;

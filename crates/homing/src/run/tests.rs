@@ -1,0 +1,180 @@
+//! A homing with a plant that follows at once. What needs a bus, a master and a real lag is in `host-tests/tests/homing`.
+
+use std::vec::Vec;
+
+use proptest::prelude::*;
+use trajectory::Limits;
+
+use super::*;
+use crate::{Direction, HardStop, Level, Reading, Switch, Travel, Watch};
+
+const STOP: HardStop = HardStop {
+    direction: Direction::Positive,
+    contact_permille: 300,
+    most_permille: 800,
+    contact_counts: 50,
+    most_counts: 1_500,
+    repeat_counts: 3,
+};
+
+fn config(method: Method) -> Config {
+    Config {
+        method,
+        cycle_us: 1_000,
+        search: Limits::new(6.0, 0.2, 0.02).unwrap(),
+        slow: Limits::new(1.5, 0.2, 0.02).unwrap(),
+        way_counts: 10_000,
+        back_off_counts: 300,
+        reference_counts: 0,
+        travel: Travel {
+            min_counts: -20_000,
+            max_counts: 20_000,
+        },
+        watch: Watch {
+            max_age_us: 100_000,
+            ..Watch::DEFAULT
+        },
+    }
+}
+
+/// A shaft that follows its set-point up to a stop, where it pushes 4 thousandths a count; read every 10 ms.
+struct Plant {
+    stop: i32,
+    inputs: Inputs,
+}
+
+impl Plant {
+    fn new(start: i32, stop: i32) -> Self {
+        let inputs = Inputs {
+            sent_counts: start,
+            position: None,
+            torque_permille: None,
+            switch: None,
+        };
+        Self { stop, inputs }
+    }
+
+    fn read(&mut self, now_us: u64) {
+        let sent = self.inputs.sent_counts;
+        let value = sent.min(self.stop);
+        let (at_us, push) = (now_us, (sent - value) * 4);
+        self.inputs.position = Some(Reading { value, at_us });
+        self.inputs.torque_permille = Some(Reading {
+            value: push.min(1_000) as i16,
+            at_us,
+        });
+    }
+
+    /// To the end, with every target on the way.
+    fn run(&mut self, homing: &mut Homing) -> (Progress, Vec<i32>) {
+        let mut targets = Vec::new();
+        for cycle in 0..100_000_u64 {
+            let now_us = cycle * 1_000;
+            if cycle % 10 == 0 {
+                self.read(now_us);
+            }
+            self.inputs.switch = Some(Reading {
+                value: self.inputs.sent_counts >= 2_000,
+                at_us: now_us,
+            });
+            match homing.cycle(now_us, &self.inputs) {
+                Progress::Target(target) => {
+                    targets.push(target);
+                    self.inputs.sent_counts = target;
+                }
+                end => return (end, targets),
+            }
+        }
+        panic!("no end: {homing:?}");
+    }
+}
+
+fn switch() -> Method {
+    Method::Switch(Switch {
+        direction: Direction::Positive,
+        operated: Level::High,
+        most_counts: 500,
+        most_permille: None,
+    })
+}
+
+proptest! {
+    /// No two targets are further apart than the search is fast, whatever happens, and the last two are the same.
+    #[test]
+    fn targets_keep_the_limits(
+        start in -3_000..1_500_i32,
+        stop in 1_600..12_000_i32,
+        cancelled_at in 0..12_000_u32,
+        is_switch in any::<bool>(),
+    ) {
+        let method = if is_switch { switch() } else { Method::HardStop(STOP) };
+        let mut homing = Homing::new(config(method), start).unwrap();
+        let mut plant = Plant::new(start, stop);
+        let mut targets = std::vec![start];
+        for cycle in 0..40_000_u32 {
+            let now_us = u64::from(cycle) * 1_000;
+            if cycle == cancelled_at {
+                homing.cancel();
+            }
+            if cycle % 10 == 0 {
+                plant.read(now_us);
+            }
+            let value = plant.inputs.sent_counts.min(stop) >= 2_000;
+            plant.inputs.switch = Some(Reading { value, at_us: now_us });
+            match homing.cycle(now_us, &plant.inputs) {
+                Progress::Target(target) => {
+                    targets.push(target);
+                    plant.inputs.sent_counts = target;
+                }
+                Progress::Failed(Abort::Plan(error)) => panic!("{error}"),
+                _ => break,
+            }
+        }
+        // A step of 6 counts a cycle, rounded to whole counts, and changes of 0.2.
+        let steps: Vec<i32> = targets.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        prop_assert!(steps.iter().all(|step| step.abs() <= 7));
+        prop_assert!(steps.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= 2));
+        prop_assert_eq!(steps.last().copied().unwrap_or(0).abs() <= 1, true);
+        prop_assert!(targets.iter().all(|target| (start - 10_300..=start + 11_500).contains(target)));
+    }
+}
+
+#[test]
+fn the_end_is_told_again_and_again() {
+    let mut homing = Homing::new(config(Method::HardStop(STOP)), 0).unwrap();
+    let mut plant = Plant::new(0, 4_000);
+    let (end, targets) = plant.run(&mut homing);
+    let Progress::Found(home) = end else {
+        panic!("{end:?}")
+    };
+    assert_eq!((home.found_counts, targets.last()), (4_000, Some(&3_700)));
+    homing.cancel();
+    assert_eq!(homing.cycle(9_000_000, &plant.inputs), end);
+}
+
+#[test]
+fn the_edge_of_a_switch_is_found_slowly() {
+    let mut homing = Homing::new(config(switch()), 0).unwrap();
+    let (end, _) = Plant::new(0, 100_000).run(&mut homing);
+    let Progress::Found(home) = end else {
+        panic!("{end:?}")
+    };
+    assert!(home.found_counts.abs_diff(2_000) <= 3, "{home:?}");
+    assert!(home.uncertainty_counts <= 30, "{home:?}");
+}
+
+#[test]
+fn the_motion_waits_for_set_points_that_are_not_sent() {
+    let mut homing = Homing::new(config(Method::HardStop(STOP)), 0).unwrap();
+    let mut plant = Plant::new(0, 4_000);
+    let mut last = 0;
+    for cycle in 0..5_000_u64 {
+        plant.read(cycle * 1_000);
+        // Nothing gets out.
+        let Progress::Target(target) = homing.cycle(cycle * 1_000, &plant.inputs) else {
+            panic!("no end is expected");
+        };
+        last = target;
+    }
+    assert!((48..=54).contains(&last), "{last}");
+}

@@ -1,0 +1,219 @@
+//! The dry run: the whole program, before anything moves.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+
+use dyn_can::{Counts28, StepLimit};
+
+use super::error::ProgramFileError;
+use super::player::{Machine, Player};
+use super::source::ProgramFile;
+
+/// The largest values of one axis, in command counts and cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Peaks {
+    pub(crate) step: u16,
+    pub(crate) lowest: i32,
+    pub(crate) highest: i32,
+}
+
+/// A program that was played to its end.
+#[derive(Debug)]
+pub(crate) struct Checked {
+    file: ProgramFile,
+    machine: Machine,
+    axes: usize,
+    letters: [char; 3],
+    pub(crate) cycles: usize,
+    pub(crate) lines: u32,
+    pub(crate) moves: usize,
+    pub(crate) peaks: Vec<Peaks>,
+    last: [i32; 3],
+    cursor: RefCell<Option<Cursor>>,
+}
+
+/// Rows that are at hand behind the latest: who plays a motion looks some of them ahead, and then at the present one.
+const REMEMBERED: usize = 16_384;
+
+/// A reading of the program, and its latest rows.
+#[derive(Debug)]
+struct Cursor {
+    player: Player,
+    /// The cycle of the first of the rows.
+    first: usize,
+    rows: VecDeque<[i32; 3]>,
+}
+
+impl Cursor {
+    fn new(player: Player) -> Self {
+        Self {
+            player,
+            first: 0,
+            rows: VecDeque::from([[0; 3]]),
+        }
+    }
+
+    /// Adds the next row, or the same again where the program has none that `is_checked`.
+    fn play_on(&mut self, is_checked: impl Fn([i32; 3], [i32; 3]) -> bool) {
+        let before = self.rows.back().copied().unwrap_or_default();
+        // After an error, the way to rest.
+        let next = self.player.next().or_else(|_| self.player.next());
+        let row = match next.map(|next| next.map(|row| row.map(i32::try_from))) {
+            Ok(Some([Ok(x), Ok(y), Ok(z)])) if is_checked([x, y, z], before) => [x, y, z],
+            _ => before,
+        };
+        if self.rows.len() > REMEMBERED {
+            self.rows.pop_front();
+            self.first += 1;
+        }
+        self.rows.push_back(row);
+    }
+}
+
+impl Checked {
+    /// Plays a program and refuses it when an axis goes too far or too fast in a cycle, or when it does not end in time.
+    pub(crate) fn new(
+        file: ProgramFile,
+        machine: Machine,
+        axes: usize,
+        max_step: StepLimit,
+        most_s: f64,
+    ) -> Result<Self, ProgramFileError> {
+        let mut player = Player::new(file.lines(), &machine)?;
+        let most_cycles = (most_s * 1e6 / f64::from(machine.cycle_us)).floor() as usize;
+        let mut checked = Self {
+            file,
+            machine,
+            axes,
+            letters: ['X', 'Y', 'Z'],
+            // The start is the first row.
+            cycles: 1,
+            lines: 0,
+            moves: 0,
+            peaks: vec![Peaks::default(); axes],
+            last: [0; 3],
+            cursor: RefCell::new(None),
+        };
+        while let Some(row) = player.next()? {
+            if checked.cycles > most_cycles {
+                return Err(ProgramFileError::Long {
+                    path: checked.file.path.clone(),
+                    line: player.line(),
+                    most_s,
+                });
+            }
+            checked.note(row, player.line(), max_step)?;
+            checked.cycles += 1;
+        }
+        (checked.lines, checked.moves) = (player.line(), player.moves);
+        Ok(checked)
+    }
+
+    fn note(
+        &mut self,
+        row: [i64; 3],
+        line: u32,
+        max_step: StepLimit,
+    ) -> Result<(), ProgramFileError> {
+        let path = || self.file.path.clone();
+        let axes = row.iter().zip(&mut self.last).zip(self.letters);
+        for (((&counts, last), axis), peaks) in axes.zip(&mut self.peaks) {
+            let most = Counts28::MAX.get();
+            let position = i32::try_from(counts).ok();
+            let Some(position) =
+                position.filter(|counts| counts.unsigned_abs() <= most.unsigned_abs())
+            else {
+                return Err(ProgramFileError::Travel {
+                    path: path(),
+                    line,
+                    axis,
+                    counts,
+                    most,
+                });
+            };
+            let step = i64::from(position) - i64::from(*last);
+            let allowed = max_step.get();
+            match u16::try_from(step.unsigned_abs()) {
+                Ok(size) if size <= allowed => peaks.step = peaks.step.max(size),
+                _ => {
+                    return Err(ProgramFileError::Step {
+                        path: path(),
+                        line,
+                        axis,
+                        counts: step,
+                        most: allowed,
+                    });
+                }
+            }
+            peaks.lowest = peaks.lowest.min(position);
+            peaks.highest = peaks.highest.max(position);
+            *last = position;
+        }
+        Ok(())
+    }
+
+    pub(super) fn path(&self) -> &std::path::Path {
+        &self.file.path
+    }
+
+    /// Its path as SVG.
+    pub(crate) fn picture(&self) -> Result<String, ProgramFileError> {
+        super::picture::draw(self)
+    }
+
+    pub(super) fn player(&self) -> Result<Player, ProgramFileError> {
+        Player::new(self.file.lines(), &self.machine)
+    }
+
+    pub(crate) const fn axes(&self) -> usize {
+        self.axes
+    }
+
+    pub(super) const fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// The counts at a cycle. The program is played on from the farthest cycle that was asked for; the [`REMEMBERED`] before it are at hand, an
+    /// earlier one starts it anew. A file that cannot be read any more, or has been changed in its place, ends where the tool is then, and
+    /// its end is not that of the check.
+    pub(crate) fn row(&self, cycle: usize) -> Vec<i32> {
+        let cycle = cycle.min(self.cycles - 1);
+        let mut slot = self.cursor.borrow_mut();
+        if slot.as_ref().is_none_or(|cursor| cycle < cursor.first) {
+            *slot = self.player().ok().map(Cursor::new);
+        }
+        let Some(cursor) = slot.as_mut() else {
+            return vec![0; self.axes];
+        };
+        while cycle >= cursor.first + cursor.rows.len() {
+            cursor.play_on(|row, before| self.is_checked(row, before));
+        }
+        let row = cursor.rows.get(cycle - cursor.first);
+        row.into_iter().flatten().copied().take(self.axes).collect()
+    }
+
+    /// The counts between two cycles, in a straight line from one to the next; in ascending order too.
+    pub(crate) fn between(&self, cycles: f64, counts: &mut [f64]) {
+        let (before, after) = (cycles.floor(), cycles.ceil());
+        let to = self.row(after as usize);
+        let ends = self.row(before as usize).into_iter().zip(to);
+        for (counts, (from, to)) in counts.iter_mut().zip(ends) {
+            let (from, to) = (f64::from(from), f64::from(to));
+            *counts = from + (to - from) * (cycles - before);
+        }
+    }
+
+    /// Whether a row is one that the check may have seen.
+    fn is_checked(&self, row: [i32; 3], before: [i32; 3]) -> bool {
+        let axes = row.iter().zip(before).zip(&self.peaks);
+        axes.into_iter().all(|((&counts, before), peaks)| {
+            (peaks.lowest..=peaks.highest).contains(&counts)
+                && counts.abs_diff(before) <= u32::from(peaks.step)
+        })
+    }
+
+    /// Where the check ended.
+    pub(crate) fn last(&self) -> Vec<i32> {
+        self.last.iter().copied().take(self.axes).collect()
+    }
+}

@@ -1,0 +1,149 @@
+//! `motionctl tune`: how an axis answers to steps, for several sets of gains.
+
+mod arguments;
+mod error;
+mod figures;
+mod gains;
+mod measure;
+mod outcome;
+mod picture;
+
+use std::process::ExitCode;
+
+use dyn_can::{PdStep, Request, ServoSwitch};
+
+use crate::backup::create_file;
+use crate::confirm::confirm;
+use crate::drives::{CanDrives, Drives as _, DrivesError, Frames, Step, When, WriteEnd};
+use crate::dry_run;
+use crate::exit;
+use crate::interrupt;
+use crate::output::{print, print_json, tell};
+pub(crate) use arguments::Arguments;
+use error::TuneError;
+use gains::Gains;
+use measure::{Measured, measure};
+use outcome::{Outcome, Set};
+
+/// Asks, measures each set of gains, brings the old gains back.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, TuneError> {
+    arguments.check()?;
+    if arguments.dry_run {
+        dry_run::show(frames(arguments)?, arguments.json).map_err(TuneError::Print)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let link = arguments.link.open().map_err(DrivesError::Open)?;
+    let drive = arguments.drive;
+    let mut drives = CanDrives::new(link, arguments.axes);
+    let readings = drives.read(drive.into())?;
+    if readings.state.enabled != Some(false) {
+        return Err(DrivesError::Enabled {
+            drive: drive.into(),
+        }
+        .into());
+    }
+    let old = Gains::of(&readings).ok_or(DrivesError::Incomplete {
+        drive: drive.into(),
+    })?;
+    let sets = if arguments.gains.is_empty() {
+        vec![old]
+    } else {
+        arguments.gains.clone()
+    };
+    confirm(&arguments.question(&sets), arguments.yes).map_err(DrivesError::NotConfirmed)?;
+    interrupt::listen_in_motion().map_err(DrivesError::Interrupt)?;
+    let mut outcome = Outcome::new(drive, old);
+    let measured = measure_all(arguments, &mut drives, &sets, &mut outcome);
+    // Whatever has happened.
+    restore(arguments, &mut drives, old, &mut outcome)?;
+    let status = match measured {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(TuneError::Drives(DrivesError::Interrupted)) => exit::INTERRUPTED.into(),
+        Err(error) => return Err(error),
+    };
+    if let (Some(path), false) = (&arguments.svg, outcome.sets.is_empty()) {
+        let text = picture::draw(&outcome.sets).map_err(TuneError::Draw)?;
+        create_file(path, &text, arguments.force).map_err(TuneError::Write)?;
+    }
+    if arguments.json {
+        print_json(&outcome).map_err(TuneError::Print)?;
+    } else {
+        print(&outcome).map_err(TuneError::Print)?;
+    }
+    Ok(status)
+}
+
+fn measure_all(
+    arguments: &Arguments,
+    drives: &mut CanDrives,
+    sets: &[Gains],
+    outcome: &mut Outcome,
+) -> Result<(), TuneError> {
+    for &gains in sets {
+        let mut writes = 0;
+        let written = drives.write(arguments.drive.into(), &gains.settings(), &mut |_, end| {
+            writes += u32::from(end == WriteEnd::Written);
+        });
+        outcome.eeprom_writes += writes;
+        written?;
+        if !arguments.json {
+            tell(format_args!(
+                "{gains}: the motor moves; Ctrl-C stops it and brings the old gains back"
+            ));
+        }
+        let Measured {
+            samples,
+            is_complete,
+        } = measure(drives.link(), arguments)?;
+        if !is_complete {
+            return Err(DrivesError::Interrupted.into());
+        }
+        outcome.sets.push(Set::new(gains, samples, arguments));
+    }
+    Ok(())
+}
+
+/// Writes the gains that the drive had, and says so where that was needed or did not succeed.
+fn restore(
+    arguments: &Arguments,
+    drives: &mut CanDrives,
+    old: Gains,
+    outcome: &mut Outcome,
+) -> Result<(), TuneError> {
+    let mut writes = 0;
+    let written = drives.write_back(arguments.drive, &old.settings(), &mut |_, end| {
+        writes += u32::from(end == WriteEnd::Written);
+    });
+    outcome.eeprom_writes += writes;
+    written.map_err(|source| TuneError::NotRestored {
+        drive: arguments.drive,
+        old,
+        source,
+    })?;
+    outcome.restored = true;
+    if writes > 0 && !arguments.json {
+        tell(format_args!(
+            "drive {} has its old gains again: {old}",
+            arguments.drive
+        ));
+    }
+    Ok(())
+}
+
+fn frames(arguments: &Arguments) -> Result<Vec<Step>, TuneError> {
+    let drive = arguments.drive;
+    let mut steps = Frames::Can.reads(drive.into());
+    for gains in &arguments.gains {
+        for setting in gains.settings() {
+            steps.push(Frames::Can.write(drive.into(), setting)?);
+        }
+    }
+    let moves = [
+        Request::ServoDisable(ServoSwitch::Enable),
+        Request::GoRelativePosPd(PdStep::new(1).unwrap_or(PdStep::ZERO)),
+        Request::ServoDisable(ServoSwitch::Disable),
+    ];
+    let moves = moves.into_iter();
+    steps.extend(moves.filter_map(|request| Frames::on_can(When::Always, drive, request)));
+    Ok(steps)
+}

@@ -1,0 +1,208 @@
+//! How fast a piece of a path may be passed, from the limits of the axes.
+//!
+//! With `q(s)` an axis along the path and `v`, `a`, `j` the derivatives of `s` by time, the axis has the velocity `q' v`, the acceleration
+//! `q' a + q'' v²` and the jerk `q' j + 3 q'' v a + q''' v³`. A piece is known by upper bounds of `q'`, `q''` and `q'''` of each axis.
+
+use trajectory::Limits;
+
+use crate::machine::Machine;
+use crate::order::Order as _;
+use crate::roots::{cube_root_below, hypotenuse, square_root};
+use crate::shape::{Kind, Shape};
+
+/// Shares of the limits that a velocity may need by itself; the rest is left for its changes.
+const ACCELERATION_SHARE: f32 = 0.6;
+const ROUND_ACCELERATION_SHARE: f32 = 0.8;
+const JERK_SHARE: f32 = 0.5;
+
+/// Planned with this much less: what rounding and the steps of whole cycles may add.
+const MARGIN: f32 = 1.0 - 1.0 / 128.0;
+
+/// Upper bounds of the derivatives of an axis along a piece, in counts per unit, unit² and unit³.
+#[derive(Debug, Clone, Copy, Default)]
+struct Slopes {
+    first: f32,
+    second: f32,
+    third: f32,
+    /// Whether the first and the second derivative are never large at the same place, as on a circle.
+    is_round: bool,
+}
+
+/// Velocity and acceleration along a piece, in units per cycle and cycle².
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pace {
+    pub(crate) velocity: f32,
+    pub(crate) acceleration: f32,
+}
+
+/// What the axes allow along a piece, for velocities of at most `fastest`. The acceleration along the path changes by up to twice its
+/// largest value in `filter` cycles.
+pub(crate) fn pace<const S: usize, const A: usize>(
+    shape: &Shape<S>,
+    machine: &impl Machine<S, A>,
+    limits: &[Limits; A],
+    fastest: f32,
+    filter: f32,
+) -> Pace {
+    let slopes = slopes(shape, machine);
+    let mut velocity = fastest;
+    for (slopes, limits) in slopes.iter().zip(limits) {
+        velocity = velocity.lower(slopes.velocity(limits));
+    }
+    let mut acceleration = f32::MAX;
+    for (slopes, limits) in slopes.iter().zip(limits) {
+        acceleration = acceleration.lower(slopes.acceleration(limits, velocity, filter));
+    }
+    Pace {
+        velocity,
+        acceleration,
+    }
+}
+
+impl Slopes {
+    fn velocity(&self, limits: &Limits) -> f32 {
+        let share = if self.is_round {
+            ROUND_ACCELERATION_SHARE
+        } else {
+            ACCELERATION_SHARE
+        };
+        let mut most = MARGIN * limits.velocity() / self.first;
+        if self.second > 0.0 {
+            most = most.lower(square_root(share * limits.acceleration() / self.second));
+        }
+        if self.third > 0.0 && limits.jerk().is_finite() {
+            most = most.lower(cube_root_below(JERK_SHARE * limits.jerk() / self.third));
+        }
+        most
+    }
+
+    fn acceleration(&self, limits: &Limits, velocity: f32, filter: f32) -> f32 {
+        let (a, j) = (MARGIN * limits.acceleration(), MARGIN * limits.jerk());
+        let across = self.second * velocity * velocity;
+        let along = if self.is_round {
+            square_root((a - across) * (a + across))
+        } else {
+            a - across
+        };
+        let most = along / self.first;
+        if !j.is_finite() {
+            return most;
+        }
+        let needed = self.third * velocity * velocity * velocity;
+        let per_acceleration = 2.0 * self.first / filter + 3.0 * self.second * velocity;
+        most.lower((j - needed) / per_acceleration)
+    }
+}
+
+fn slopes<const S: usize, const A: usize>(
+    shape: &Shape<S>,
+    machine: &impl Machine<S, A>,
+) -> [Slopes; A] {
+    let mut slopes = [Slopes::default(); A];
+    match &shape.kind {
+        Kind::Line { .. } => {
+            let rates = machine.rates(&shape.passage(0).tangent);
+            for (slopes, rate) in slopes.iter_mut().zip(rates) {
+                slopes.first = rate.abs();
+            }
+        }
+        Kind::Arc { plane, rate, .. } => of_arc(&mut slopes, shape, *plane, *rate, machine),
+        Kind::Blend {
+            coefficients,
+            inverse,
+            ..
+        } => of_blend(&mut slopes, coefficients, *inverse, machine),
+    }
+    slopes
+}
+
+fn of_arc<const S: usize, const A: usize>(
+    slopes: &mut [Slopes; A],
+    shape: &Shape<S>,
+    plane: (usize, usize),
+    rate: f32,
+    machine: &impl Machine<S, A>,
+) {
+    let start = shape.passage(0);
+    let (mut radial, mut ahead, mut steady) = ([0.0; S], [0.0; S], start.tangent);
+    let curvature = |place: usize| start.curvature.get(place).copied().unwrap_or(0.0);
+    // Of the tangent, what turns, and what remains.
+    let turning = [curvature(plane.1) / rate, -curvature(plane.0) / rate];
+    for (place, ahead_of, radial_of) in [
+        (plane.0, turning[0], curvature(plane.0)),
+        (plane.1, turning[1], curvature(plane.1)),
+    ] {
+        if let Some(ahead) = ahead.get_mut(place) {
+            *ahead = ahead_of;
+        }
+        if let Some(radial) = radial.get_mut(place) {
+            *radial = radial_of / rate;
+        }
+        if let Some(steady) = steady.get_mut(place) {
+            *steady -= ahead_of;
+        }
+    }
+    let parts = machine
+        .rates(&radial)
+        .into_iter()
+        .zip(machine.rates(&ahead))
+        .zip(machine.rates(&steady));
+    for (slopes, ((radial, ahead), steady)) in slopes.iter_mut().zip(parts) {
+        let round = hypotenuse(radial, ahead);
+        *slopes = Slopes {
+            first: round + steady.abs(),
+            second: round * rate.abs(),
+            third: round * rate * rate,
+            is_round: steady.abs() <= 0.001 * round,
+        };
+    }
+}
+
+/// A polynomial lies within the hull of its Bernstein coefficients.
+fn of_blend<const S: usize, const A: usize>(
+    slopes: &mut [Slopes; A],
+    coefficients: &[[f32; 5]; S],
+    inverse: f32,
+    machine: &impl Machine<S, A>,
+) {
+    // Rates are linear: of each power once.
+    let mut powers = [[0.0; 5]; A];
+    for power in 0..5 {
+        let mut vector = [0.0; S];
+        for (part, coefficients) in vector.iter_mut().zip(coefficients) {
+            *part = coefficients.get(power).copied().unwrap_or(0.0);
+        }
+        for (powers, rate) in powers.iter_mut().zip(machine.rates(&vector)) {
+            if let Some(slot) = powers.get_mut(power) {
+                *slot = rate;
+            }
+        }
+    }
+    for (slopes, [c, d, e, f, g]) in slopes.iter_mut().zip(powers) {
+        slopes.first = largest([
+            c,
+            c + 0.5 * d,
+            c + d + 0.5 * e,
+            c + 1.5 * (d + e) + f,
+            c + 2.0 * d + 3.0 * e + 4.0 * f + 5.0 * g,
+        ]);
+        slopes.second = largest([
+            2.0 * d,
+            2.0 * (d + e),
+            2.0 * d + 4.0 * (e + f),
+            2.0 * d + 6.0 * e + 12.0 * f + 20.0 * g,
+        ]);
+        slopes.third = largest([6.0 * e, 6.0 * e + 12.0 * f, 6.0 * e + 24.0 * f + 60.0 * g]);
+        slopes.first *= inverse;
+        slopes.second *= inverse * inverse;
+        slopes.third *= inverse * inverse * inverse;
+    }
+}
+
+fn largest<const N: usize>(values: [f32; N]) -> f32 {
+    let larger = |most: f32, value: f32| {
+        let size = value.abs();
+        if size > most { size } else { most }
+    };
+    values.into_iter().fold(0.0, larger)
+}

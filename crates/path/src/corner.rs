@@ -1,0 +1,72 @@
+//! Where two pieces meet: straight on, through a blend, or at rest.
+
+use crate::length;
+use crate::order::Order as _;
+use crate::roots::square_root;
+use crate::shape::{Passage, Shape, difference, norm};
+
+/// How one piece follows another.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Corner<const S: usize> {
+    /// Tangent and curvature are the same.
+    Smooth,
+    /// This blend takes the place of `reach` of either piece.
+    Blend { shape: Shape<S>, reach: i64 },
+    /// No curve is within the tolerance.
+    Rest,
+}
+
+/// Tangents and curvatures that differ by no more are the same: what floats of 24 bits can tell.
+const SAME_TANGENT: f32 = 1.0 / 1_048_576.0;
+const SAME_CURVATURE: f32 = 1.0 / 65_536.0;
+/// A corner that turns back is not blended: the tool would miss it by less than the tolerance, and nobody means that. 160 degrees.
+const TURNS_BACK: f32 = 1.969_6;
+/// Shortest and longest reach of a blend, in units.
+const SHORTEST: f32 = 1.0 / 64.0;
+const LONGEST: f32 = 8_192.0;
+/// Largest angle that an arc turns by within the reach, in radians.
+const MOST_TURN: f32 = 0.5;
+
+/// What a blend of reach `d` is away from the corner at most: this times `d` and the difference of the tangents, and this times `d²` and the
+/// difference of the curvatures.
+const TANGENT_SHARE: f32 = 0.1875;
+const CURVATURE_SHARE: f32 = 0.012;
+/// For what the terms of higher order add.
+const TOLERANCE_SHARE: f32 = 0.95;
+
+/// The corner between the end of a piece and the start of the next one. Either may give up half of its whole length.
+pub(crate) fn corner<const S: usize>(
+    before: (&Shape<S>, i64),
+    after: (&Shape<S>, i64),
+    tolerance: f32,
+) -> Corner<S> {
+    let (end, start) = (before.0.passage(before.1), after.0.passage(0));
+    let bend = norm(&difference(&start.tangent, &end.tangent));
+    let curve = norm(&difference(&start.curvature, &end.curvature));
+    let tightest = norm(&start.curvature).higher(norm(&end.curvature));
+    if bend <= SAME_TANGENT && curve <= SAME_CURVATURE * tightest {
+        return Corner::Smooth;
+    }
+    let room = length::units(before.1.min(after.1)) * 0.5;
+    let reach = reach(bend, curve, TOLERANCE_SHARE * tolerance)
+        .lower(room)
+        .lower(LONGEST)
+        .lower(MOST_TURN / tightest);
+    // Not for what is no number either.
+    if bend > TURNS_BACK || reach.is_nan() || reach < SHORTEST {
+        return Corner::Rest;
+    }
+    let reach = length::from_units(reach).min(before.1 / 2).min(after.1 / 2);
+    let from: Passage<S> = before.0.passage(before.1 - reach);
+    let to = after.0.passage(reach);
+    Corner::Blend {
+        shape: Shape::blend(&from, &to, 2 * reach),
+        reach,
+    }
+}
+
+/// The reach of a blend that is as far from the corner as a tolerance allows.
+fn reach(bend: f32, curve: f32, tolerance: f32) -> f32 {
+    let (linear, square) = (TANGENT_SHARE * bend, CURVATURE_SHARE * curve);
+    2.0 * tolerance / (linear + square_root(linear * linear + 4.0 * square * tolerance))
+}

@@ -1,0 +1,195 @@
+//! The front of the motion: the place and the velocity of a profile with a limit of the acceleration.
+
+use crate::length;
+use crate::order::Order as _;
+use crate::queue::{Piece, Ring, Room};
+
+/// Times that the velocity of a cycle is corrected: the way to a slower piece may be one over several others.
+const CORRECTIONS: usize = 3;
+
+/// What it costs to collect the limits in force, in pieces that could be planned instead.
+const LOOKING_BACK: usize = 2;
+
+/// Pieces whose limits are looked at in a cycle, more in a long queue, so that all are in this number of cycles.
+const SEARCHED_IN_A_CYCLE: usize = 6;
+pub(crate) const SEARCH_CYCLES: usize = 6;
+
+/// A way to the end that is gone in one cycle, in 2^-20 units.
+const DUST: i64 = 32;
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Front {
+    /// In the ring: the latest piece that the front has entered.
+    pub(crate) piece: usize,
+    /// From the start of the path.
+    pub(crate) place: i64,
+    /// With [`length::LENGTH_BITS`].
+    pub(crate) velocity: u32,
+    in_force: InForce,
+    /// While the limits are collected anew: the next piece to look at, and what was found so far.
+    search: Option<(usize, InForce)>,
+}
+
+/// The lowest of the limits in force.
+#[derive(Debug, Clone, Copy)]
+struct InForce {
+    velocity: f32,
+    feed: f32,
+    acceleration: f32,
+    /// Where the first of them ends.
+    until: i64,
+}
+
+impl InForce {
+    const NONE: Self = Self {
+        velocity: f32::MAX,
+        feed: f32::MAX,
+        acceleration: f32::MAX,
+        until: i64::MAX,
+    };
+
+    fn and<const S: usize>(&mut self, piece: &Piece<S>) {
+        self.velocity = self.velocity.lower(piece.velocity);
+        self.feed = self.feed.lower(piece.feed);
+        self.acceleration = self.acceleration.lower(piece.acceleration);
+        self.until = self.until.min(piece.leave);
+    }
+}
+
+impl Front {
+    pub(crate) const START: Self = Self {
+        piece: 0,
+        place: 0,
+        velocity: 0,
+        in_force: InForce::NONE,
+        search: None,
+    };
+
+    /// Starts anew at rest at the start of a piece.
+    pub(crate) fn begin<const S: usize>(&mut self, place: usize, piece: &Piece<S>) {
+        self.piece = place;
+        self.place = piece.start;
+        self.velocity = 0;
+        self.in_force = InForce::NONE;
+        self.in_force.and(piece);
+        self.search = None;
+    }
+
+    pub(crate) const fn is_at_rest(&self) -> bool {
+        self.velocity == 0
+    }
+
+    /// What it needs to come to rest with an acceleration, in units, cautiously.
+    pub(crate) fn stopping_distance(&self, acceleration: f32) -> f32 {
+        let v = length::velocity_units(self.velocity);
+        v * v / (2.0 * acceleration) * 1.05 + 2.0 * v
+    }
+
+    /// A cycle. `rate` is the override, 0 for a pause; `guard` a place before which it must be able to stop.
+    /// Returns what it has cost, in pieces that could have been planned instead.
+    pub(crate) fn advance<const S: usize, const Q: usize>(
+        &mut self,
+        ring: &Ring<S, Q>,
+        rate: f32,
+        guard: Option<Room>,
+    ) -> usize {
+        let Some(piece) = ring.get(self.piece) else {
+            return 0;
+        };
+        let next = ring.get(self.piece + 1);
+        let mut effort = 0;
+        if self.search.is_some() || self.place >= self.in_force.until {
+            self.look_back(ring, SEARCHED_IN_A_CYCLE.max(Q / SEARCH_CYCLES));
+            effort = LOOKING_BACK;
+        }
+        let change = length::velocity(self.in_force.acceleration.lower(length::FASTEST));
+        let raised = length::velocity_units(self.velocity.saturating_add(change));
+        let mut most = (self.in_force.feed * rate)
+            .lower(self.in_force.velocity)
+            .lower(raised);
+        if let Some(guard) = guard
+            && most * most + 2.0 * guard.acceleration * most > guard.square
+        {
+            most = guard.velocity(0.0);
+        }
+        let (kept, corrections) = self.kept(ring, most);
+        let velocity = length::velocity(kept)
+            .min(self.velocity.saturating_add(change))
+            .max(self.velocity.saturating_sub(change));
+        let end = match next {
+            Some(next) if !next.from_rest => i64::MAX,
+            _ => piece.end(),
+        };
+        let left = end - self.place;
+        // The last steps become smaller than what a float of 24 bits resolves.
+        self.velocity = if left <= i64::from(velocity) || (left <= DUST && rate > 0.0) {
+            u32::try_from(left).unwrap_or(velocity)
+        } else {
+            velocity
+        };
+        self.place += i64::from(self.velocity);
+        self.enter(ring);
+        effort + corrections
+    }
+
+    /// The highest velocity of this cycle, at most `most`, with which everything ahead can still be kept behind it.
+    fn kept<const S: usize, const Q: usize>(&self, ring: &Ring<S, Q>, most: f32) -> (f32, usize) {
+        let mut velocity = most;
+        for corrections in 0..CORRECTIONS {
+            let place = self.place + i64::from(length::velocity(velocity));
+            let mut index = self.piece;
+            let mut slowest = f32::MAX;
+            while let Some(next) = ring.get(index + 1)
+                && !next.from_rest
+                && next.enter <= place
+            {
+                index += 1;
+                slowest = slowest.lower(next.velocity);
+            }
+            let Some(piece) = ring.get(index) else {
+                break;
+            };
+            let room = piece.room(place, piece.goal(ring.get(index + 1)));
+            if velocity <= slowest && velocity * velocity <= room.square {
+                return (velocity, corrections);
+            }
+            velocity = room.velocity(velocity).lower(slowest).lower(velocity);
+        }
+        (velocity, CORRECTIONS)
+    }
+
+    /// With front and tool at the same place at rest, pieces that were passed are not in force.
+    pub(crate) fn forget_the_past<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>) {
+        self.search = None;
+        self.look_back(ring, Q);
+    }
+
+    fn enter<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>) {
+        while let Some(next) = ring.get(self.piece + 1) {
+            if next.from_rest || next.enter > self.place {
+                return;
+            }
+            self.piece += 1;
+            self.in_force.and(next);
+        }
+    }
+
+    /// Collects the limits anew once one of them has ended, some pieces in a cycle; those of before are in force until that is done.
+    fn look_back<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>, pieces: usize) {
+        let (from, mut found) = self.search.unwrap_or((ring.first(), InForce::NONE));
+        let from = from.max(ring.first());
+        let to = (from + pieces).min(self.piece + 1);
+        let (place, latest) = (self.place, ring.get(self.piece).map(|piece| piece.start));
+        for piece in ring.range(from, to.saturating_sub(1)) {
+            if piece.leave > place || Some(piece.start) == latest {
+                found.and(piece);
+            }
+        }
+        if to <= self.piece {
+            self.search = Some((to, found));
+            return;
+        }
+        self.in_force = found;
+        self.search = None;
+    }
+}

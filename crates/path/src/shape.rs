@@ -1,0 +1,307 @@
+//! The geometry of a piece of a path: positions, directions and curvatures at a length from its start.
+//!
+//! A coordinate is a number with 24 bits behind the point of a unit ([`Position::units`](trajectory::Position::units)). Lines and arcs are
+//! computed in fixed point, because 24 bits of a float are not enough near the end of a long one. A blend is small, and a polynomial of
+//! floats from its start.
+
+use trajectory::fixed::part_of;
+
+use crate::angle::{self, sine_cosine};
+use crate::length;
+use crate::roots::{hypotenuse, square_root};
+
+/// Bits behind the point of a coordinate.
+pub(crate) const COORDINATE_BITS: i32 = 24;
+/// Bits behind the point of what a blend moves by: a blend is at most 2^15 units wide.
+const BLEND_BITS: i32 = 16;
+
+pub(crate) type Point<const S: usize> = [i64; S];
+pub(crate) type Vector<const S: usize> = [f32; S];
+
+/// How a path passes a place: unit tangent, and curvature as the change of the tangent per unit of length.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage<const S: usize> {
+    pub(crate) point: Point<S>,
+    pub(crate) tangent: Vector<S>,
+    pub(crate) curvature: Vector<S>,
+}
+
+/// A piece, whose length is `scale` bits short of 64.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shape<const S: usize> {
+    pub(crate) from: Point<S>,
+    pub(crate) kind: Kind<S>,
+    /// A length shifted left by this is a share, 64 bits behind the point, of the next power of two above the whole length.
+    scale: u32,
+}
+
+/// What is given per length is given for the whole power of two, so a share needs no division.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Kind<const S: usize> {
+    Line {
+        way: Point<S>,
+    },
+    Arc {
+        way: Point<S>,
+        /// From the centre to the start, and a quarter turn ahead of it, in the two coordinates of the plane.
+        plane: (usize, usize),
+        radial: [i64; 2],
+        /// Angle in 2^-32 turns.
+        turn: i64,
+        /// Radians per unit of length.
+        rate: f32,
+    },
+    Blend {
+        /// Of the powers 1 to 5 of the share, in units with [`BLEND_BITS`].
+        coefficients: [[f32; 5]; S],
+        /// The share of the length of one, per share with 31 bits behind the point.
+        whole: f32,
+        /// 1 / length.
+        inverse: f32,
+    },
+}
+
+impl<const S: usize> Shape<S> {
+    /// Nothing; never sampled.
+    pub(crate) const EMPTY: Self = Self::resting([0; S]);
+
+    /// A piece of length 0.
+    pub(crate) const fn resting(from: Point<S>) -> Self {
+        Self {
+            from,
+            kind: Kind::Line { way: [0; S] },
+            scale: 0,
+        }
+    }
+
+    /// A straight line of a length, which is that of `way` to 24 bits.
+    pub(crate) fn line(from: Point<S>, way: Point<S>, length: i64) -> Self {
+        let scale = length.leading_zeros();
+        let inverse = Inverse::of(length, scale);
+        Self {
+            from,
+            kind: Kind::Line {
+                way: way.map(|way| inverse.times(way)),
+            },
+            scale,
+        }
+    }
+
+    /// An arc with a sweep in 2^-32 turns, positive from the first coordinate of the plane to the second. What the end differs from the end
+    /// of the arc, in the other coordinates too, is spread over the length.
+    pub(crate) fn arc(
+        from: Point<S>,
+        end: Point<S>,
+        plane: (usize, usize),
+        radial: [i64; 2],
+        sweep: i64,
+        length: i64,
+    ) -> Self {
+        let scale = length.leading_zeros();
+        let inverse = Inverse::of(length, scale);
+        let turned = turned(radial, sweep as u32);
+        let mut way = [0; S];
+        for (place, (way, (end, from))) in way.iter_mut().zip(end.iter().zip(from)).enumerate() {
+            let rest = end - from - of_plane(plane, turned, place);
+            *way = inverse.times(rest);
+        }
+        let turns = length::to_float(sweep, 32);
+        Self {
+            from,
+            kind: Kind::Arc {
+                way,
+                plane,
+                radial,
+                turn: inverse.times(sweep),
+                rate: turns * core::f32::consts::TAU / length::units(length),
+            },
+            scale,
+        }
+    }
+
+    /// The curve of least degree from one passage to another, position, tangent and curvature alike.
+    pub(crate) fn blend(start: &Passage<S>, end: &Passage<S>, length: i64) -> Self {
+        let scale = length.leading_zeros();
+        let h = length::units(length);
+        let mut coefficients = [[0.0; 5]; S];
+        let ends = start.point.iter().zip(end.point);
+        let tangents = start.tangent.iter().zip(end.tangent);
+        let curvatures = start.curvature.iter().zip(end.curvature);
+        let coordinates = ends.zip(tangents).zip(curvatures);
+        for (to, (((from, end), (t0, t1)), (k0, k1))) in coefficients.iter_mut().zip(coordinates) {
+            let (one, two) = (h * t0, 0.5 * h * h * k0);
+            let way = coordinate(end - from) - one - two;
+            let slope = h * t1 - one - 2.0 * two;
+            let bend = h * h * k1 - 2.0 * two;
+            *to = [
+                one,
+                two,
+                10.0 * way - 4.0 * slope + 0.5 * bend,
+                -15.0 * way + 7.0 * slope - bend,
+                6.0 * way - 3.0 * slope + 0.5 * bend,
+            ];
+        }
+        // A share of 2^(64 - scale) of the length's smallest steps, as a share of the length.
+        let whole = length::units(1_i64.wrapping_shl(63 - scale)) * 2.0 / h / 2_147_483_648.0;
+        Self {
+            from: start.point,
+            kind: Kind::Blend {
+                coefficients,
+                whole,
+                inverse: 1.0 / h,
+            },
+            scale,
+        }
+    }
+
+    /// The point at a length from the start.
+    pub(crate) fn point(&self, at: i64) -> Point<S> {
+        let share = at.cast_unsigned().wrapping_shl(self.scale);
+        let mut point = self.from;
+        match &self.kind {
+            Kind::Line { way } => {
+                for (point, way) in point.iter_mut().zip(way) {
+                    *point += part_of(*way, share);
+                }
+            }
+            Kind::Arc {
+                way,
+                plane,
+                radial,
+                turn,
+                ..
+            } => {
+                for (point, way) in point.iter_mut().zip(way) {
+                    *point += part_of(*way, share);
+                }
+                let [first, second] = turned(*radial, part_of(*turn, share) as u32);
+                if let Some(point) = point.get_mut(plane.0) {
+                    *point += first;
+                }
+                if let Some(point) = point.get_mut(plane.1) {
+                    *point += second;
+                }
+            }
+            Kind::Blend {
+                coefficients,
+                whole,
+                ..
+            } => {
+                let u = (share >> 33) as i32 as f32 * whole;
+                for (point, [one, two, three, four, five]) in point.iter_mut().zip(coefficients) {
+                    let moved = ((((five * u + four) * u + three) * u + two) * u + one) * u;
+                    let moved = (moved * (1_u32 << BLEND_BITS) as f32) as i32;
+                    *point += i64::from(moved) << (COORDINATE_BITS - BLEND_BITS);
+                }
+            }
+        }
+        point
+    }
+
+    /// How it passes the place at a length from the start. Not of a blend: nothing is blended with one.
+    pub(crate) fn passage(&self, at: i64) -> Passage<S> {
+        let share = at.cast_unsigned().wrapping_shl(self.scale);
+        let mut tangent = [0.0; S];
+        let mut curvature = [0.0; S];
+        if let Kind::Line { way } | Kind::Arc { way, .. } = &self.kind {
+            // Per smallest step of a length, of which a unit has 2^20, a coordinate 2^24.
+            let places = self.scale as i32 - 64 + 20 - COORDINATE_BITS;
+            let unit = f32::from_bits(((127 + places).clamp(1, 254).cast_unsigned()) << 23);
+            for (tangent, way) in tangent.iter_mut().zip(way) {
+                *tangent = length::to_float(*way, 0) * unit;
+            }
+        }
+        if let Kind::Arc {
+            plane,
+            radial,
+            turn,
+            rate,
+            ..
+        } = &self.kind
+        {
+            let (sine, cosine) = sine_cosine(part_of(*turn, share) as u32);
+            let [first, second] = rotated(*radial, sine, cosine).map(coordinate);
+            for (place, ahead, back) in [(plane.0, -second, first), (plane.1, first, second)] {
+                if let Some(tangent) = tangent.get_mut(place) {
+                    *tangent += ahead * rate;
+                }
+                if let Some(curvature) = curvature.get_mut(place) {
+                    *curvature = -back * rate * rate;
+                }
+            }
+        }
+        Passage {
+            point: self.point(at),
+            tangent,
+            curvature,
+        }
+    }
+}
+
+/// The coordinate in units, to 24 bits.
+pub(crate) fn coordinate(coordinate: i64) -> f32 {
+    length::to_float(coordinate, COORDINATE_BITS as u32)
+}
+
+pub(crate) fn norm<const S: usize>(vector: &Vector<S>) -> f32 {
+    square_root(vector.iter().map(|part| part * part).sum())
+}
+
+pub(crate) fn difference<const S: usize>(to: &Vector<S>, from: &Vector<S>) -> Vector<S> {
+    let mut difference = *to;
+    for (part, from) in difference.iter_mut().zip(from) {
+        *part -= from;
+    }
+    difference
+}
+
+/// Radius in units.
+pub(crate) fn radius(radial: [i64; 2]) -> f32 {
+    let [first, second] = radial.map(coordinate);
+    hypotenuse(first, second)
+}
+
+/// What the end of a radius moves by when it turns by a phase.
+pub(crate) fn turned(radial: [i64; 2], phase: u32) -> [i64; 2] {
+    let (sine, cosine) = sine_cosine(phase);
+    let [first, second] = rotated(radial, sine, cosine);
+    [first - radial[0], second - radial[1]]
+}
+
+fn rotated([first, second]: [i64; 2], sine: i32, cosine: i32) -> [i64; 2] {
+    [
+        angle::part(first, cosine) - angle::part(second, sine),
+        angle::part(second, cosine) + angle::part(first, sine),
+    ]
+}
+
+fn of_plane(plane: (usize, usize), [first, second]: [i64; 2], place: usize) -> i64 {
+    if place == plane.0 {
+        first
+    } else if place == plane.1 {
+        second
+    } else {
+        0
+    }
+}
+
+/// A power of two divided by a length, with 60 bits behind the point, to 2^-45.
+struct Inverse(i64);
+
+impl Inverse {
+    /// Of a length above 0 and its leading zeros.
+    fn of(length: i64, scale: u32) -> Self {
+        // From a half to below 1.
+        let share = length.cast_unsigned().wrapping_shl(scale);
+        let first = 1.0 / ((share >> 40) as i32 as f32 / 16_777_216.0);
+        let first = (first * (1_u32 << 29) as f32) as i64;
+        // One step of Newton: 1 - share * first, with 60 bits behind the point.
+        let product = (i128::from(share) * i128::from(first)) >> 33;
+        let error = (1_i128 << 60) - product;
+        Self((first << 31).wrapping_add(((i128::from(first) * error) >> 29) as i64))
+    }
+
+    fn times(&self, value: i64) -> i64 {
+        ((i128::from(value) * i128::from(self.0)) >> 60) as i64
+    }
+}
