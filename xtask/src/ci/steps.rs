@@ -149,7 +149,7 @@ pub(super) const STEPS: &[Step] = &[
     ),
     Step::call(
         "report-page",
-        "the script of the report runs in a browser without a network",
+        "the pages of sim, of run and of its log in a browser: wide, narrow, dark; nothing cut off, every chart answers",
         report_page::run,
     )
     .needs(&[&CHROMIUM]),
@@ -168,6 +168,12 @@ pub(super) const STEPS: &[Step] = &[
         "python-can-bench",
         "python-can at the adapter of the bench, the README's script, and a motion of `motionctl run` through it",
         interop::python_can_bench,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "mcap",
+        "MCAP files of sim and run, read by the Python package mcap: every cycle, every frame, each message by its schema",
+        interop::mcap_recording,
     )
     .needs(&[&PYTHON]),
     Step::call(

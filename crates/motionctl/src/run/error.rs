@@ -14,6 +14,7 @@ use crate::endpoint::EndpointError;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
 use crate::origins::OriginsError;
+use crate::recording::RecordingError;
 use crate::station::{LimitError, LookError};
 use crate::trajectory::MotionError;
 
@@ -70,6 +71,10 @@ pub(crate) enum RunError {
     Interrupt(io::Error),
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
+    /// A recording cannot begin.
+    Recording(RecordingError),
+    /// The live view cannot use the terminal.
+    Terminal(io::Error),
     /// The summary cannot be written.
     Print(io::Error),
 }
@@ -120,6 +125,11 @@ impl fmt::Display for RunError {
                 write!(f, "cannot listen to signals, keys or senders: {source}")
             }
             Self::NotConfirmed(source) => source.fmt(f),
+            Self::Recording(source) => source.fmt(f),
+            Self::Terminal(source) => write!(
+                f,
+                "the live view needs a terminal ({source}): leave out --live, or use --report"
+            ),
             Self::Print(source) => write!(f, "cannot write the summary: {source}"),
         }
     }

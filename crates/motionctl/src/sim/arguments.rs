@@ -12,6 +12,7 @@ use dyn_can::{DriveId, StepLimit};
 use super::error::SimError;
 use super::faults::Script;
 use super::setup::{MOST_AXES, Setup};
+use crate::recording::RecordingOptions;
 use crate::trajectory::{MotionFile, MotionOptions};
 use crate::twist::TwistOptions;
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
@@ -27,11 +28,12 @@ Examples:
   cargo sim -- --live                           watch it in the terminal and interfere
   cargo sim -- --faults examples/faults.toml    see what the master does when things go wrong
   cargo sim -- --candump run.log                and the bus traffic as a candump log
+  cargo sim -- --mcap run.mcap                  and everything for Foxglove or PlotJuggler
   cargo sim -- --drives zlac                    two hub motors of a differential drive on CANopen
   cargo sim -- --drives zlac --twist examples/square-twist.csv --track 0.4 --wheel-radius 0.085
 
 Exit status: 0 every promise kept, 1 a promise broken (a sum differs, a cycle was late, an axis
-faulted), 2 the input cannot be used and nothing was run.";
+faulted) or a recording that is not complete, 2 the input cannot be used and nothing was run.";
 
 /// Options of `motionctl sim`.
 #[derive(Debug, clap::Args)]
@@ -67,16 +69,8 @@ pub(crate) struct Arguments {
     /// Order in which the master's controller sends its mailboxes.
     #[arg(long, value_enum, default_value_t)]
     tx_order: TxOrderOption,
-    /// Write the bus traffic as a candump log; the time is the end of each frame.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) candump: Option<PathBuf>,
-    /// Write a page with pictures, DIR/index.html: positions, errors, backlog, poll ages, jitter, load, events and
-    /// every frame. It needs no network.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) report: Option<PathBuf>,
-    /// Write a table with one row a cycle: positions, errors, backlog and poll ages of every axis.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) csv: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) recording: RecordingOptions,
     /// Play the faults of a script, see docs/fault-scripts.md.
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
@@ -141,16 +135,15 @@ impl Arguments {
 
     /// An option that was given and that a simulation of wheels does not have.
     pub(super) fn not_for_wheels(&self) -> Option<&'static str> {
-        let given = [(self.report.is_some(), "--report"), (self.live, "--live")];
+        let given = [
+            (self.recording.report.is_some(), "--report"),
+            (self.recording.mcap.is_some(), "--mcap"),
+            (self.live, "--live"),
+        ];
         given
             .into_iter()
             .find(|(is_given, _)| *is_given)
             .map(|(_, name)| name)
-    }
-
-    /// Whether something will look at the record of the run.
-    pub(crate) fn records(&self) -> bool {
-        self.report.is_some() || self.csv.is_some() || self.live
     }
 
     fn script(&self, drives: &[DriveId]) -> Result<Script, SimError> {

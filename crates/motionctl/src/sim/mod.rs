@@ -3,32 +3,31 @@
 mod arguments;
 mod axis_summary;
 mod bench;
-mod csv;
 mod error;
 mod faults;
 mod live;
-mod output_file;
-mod recording;
-mod report;
+mod outcome;
 mod setup;
 mod spectator;
 mod summary;
 mod watch;
 mod wheels;
 
-use std::fs::File;
-use std::io::BufWriter;
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::exit;
 use crate::output::{self, tell};
+use crate::recording::{
+    About, Origin, Recorded, Recorder, Recording, RecordingReport, WithRecording,
+};
+use crate::report;
 use crate::trajectory::{MotionReport, Plan, WithMotion};
 pub(crate) use arguments::Arguments;
 use bench::Bench;
 use error::SimError;
 use live::LiveView;
-use output_file::create;
-use recording::Recording;
+use outcome::outcome;
 use setup::Setup;
 use spectator::Nobody;
 use summary::Summary;
@@ -46,14 +45,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     let plan = motion
         .plan(setup.cycle_us, setup.max_step)
         .map_err(SimError::Motion)?;
-    let candump = arguments.candump.as_deref().map(create).transpose()?;
-    let table = arguments.csv.as_deref().map(create).transpose()?;
-    if let Some(folder) = &arguments.report {
-        report::make_folder(folder)?;
-    }
+    let axes = motion.axes_about(&setup.drives).map_err(SimError::Motion)?;
+    let about = About {
+        seed: Some(setup.drive_options.seed()),
+        ..About::now(
+            Origin::Simulation,
+            axes,
+            setup.cycle_us,
+            setup.bit_rate.bit_ns(),
+        )
+    };
+    let input: Vec<&Path> = arguments.motion.file().into_iter().collect();
+    let recorder = arguments
+        .recording
+        .open(&about, &input)
+        .map_err(SimError::Recording)?;
     let picture = arguments
         .motion
-        .path_picture(&plan, arguments.report.is_some())
+        .path_picture(&plan, arguments.recording.report.is_some())
         .map_err(SimError::Motion)?;
     let motion = motion
         .report(&plan, &setup.drives, setup.max_step)
@@ -61,42 +70,52 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     if !arguments.json {
         motion.show();
     }
-    let (summary, recording) = simulate(arguments, setup, candump, &plan)?;
-    if let Some(recording) = recording {
-        if let Some(table) = table {
-            csv::write(table, &recording).map_err(SimError::Log)?;
-        }
-        if let Some(folder) = &arguments.report {
-            let page = report::write(folder, &recording, &summary, picture.as_deref())?;
-            tell(format_args!("report: {}", page.display()));
-        }
+    let (summary, recorded) = simulate(arguments, setup, recorder, &about, &plan)?;
+    if let (Some(recording), Some(folder)) = (&recorded.recording, &arguments.recording.report) {
+        let page = report::write(folder, recording, &outcome(&summary), picture.as_deref());
+        let page = page.map_err(|(path, source)| SimError::Write { path, source })?;
+        tell(format_args!("report: {}", page.display()));
     }
-    print(arguments, &motion, &summary)?;
-    Ok(if summary.promises_kept() {
-        ExitCode::SUCCESS
-    } else {
-        exit::BROKEN_PROMISE.into()
-    })
+    print(arguments, &motion, &summary, &recorded.report)?;
+    Ok(
+        if summary.promises_kept() && recorded.report.is_complete() {
+            ExitCode::SUCCESS
+        } else {
+            exit::BROKEN_PROMISE.into()
+        },
+    )
 }
 
 /// Runs the motion, with the live view or without.
 fn simulate(
     arguments: &Arguments,
     setup: Setup,
-    candump: Option<BufWriter<File>>,
+    mut recorder: Recorder,
+    about: &About,
     plan: &Plan,
-) -> Result<(Summary, Option<Recording>), SimError> {
+) -> Result<(Summary, Recorded), SimError> {
     if arguments.live {
+        if recorder.model().is_none() {
+            recorder.keep_model(Recording::new(about.clone()));
+        }
         let mut view = LiveView::open(&setup, plan)?;
-        Bench::new(setup, candump, true, &mut view)?.run(plan, false)
+        Bench::new(setup, recorder, &mut view)?.run(plan, false)
     } else {
-        Bench::new(setup, candump, arguments.records(), &mut Nobody)?.run(plan, !arguments.json)
+        Bench::new(setup, recorder, &mut Nobody)?.run(plan, !arguments.json)
     }
 }
 
-fn print(arguments: &Arguments, motion: &MotionReport, summary: &Summary) -> Result<(), SimError> {
+fn print(
+    arguments: &Arguments,
+    motion: &MotionReport,
+    summary: &Summary,
+    recording: &RecordingReport,
+) -> Result<(), SimError> {
     if arguments.json {
-        let result = summary;
+        let result = &WithRecording {
+            result: summary,
+            recording,
+        };
         output::print_json(&WithMotion { motion, result }).map_err(SimError::Print)?;
     } else {
         output::print(summary).map_err(SimError::Print)?;

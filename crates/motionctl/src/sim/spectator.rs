@@ -1,13 +1,10 @@
 //! Who looks at a simulation while it runs, and may interfere.
 
-use can_motion::ServoMaster;
-
 use super::error::SimError;
 use super::faults::Fault;
-use super::recording::Recording;
-use super::setup::MOST_AXES;
 use super::summary::Summary;
 use crate::control::Wish;
+use crate::recording::Recording;
 use crate::set_points::Speed;
 
 /// What a spectator wants.
@@ -24,14 +21,7 @@ pub(crate) enum Order {
 /// Someone who is shown every cycle of a run that is recorded.
 pub(crate) trait Spectator {
     /// Called after each cycle; may wait, so that virtual time passes like real time.
-    ///
-    /// `places` has the place in the master of each axis.
-    fn after_cycle(
-        &mut self,
-        recording: &Recording,
-        master: &ServoMaster<MOST_AXES>,
-        places: &[usize],
-    ) -> Result<Vec<Order>, SimError>;
+    fn after_cycle(&mut self, recording: &Recording) -> Result<Vec<Order>, SimError>;
 
     /// How fast the motion goes, before each picture.
     fn speed(&mut self, speed: Speed);
@@ -47,12 +37,7 @@ pub(crate) trait Spectator {
 pub(crate) struct Nobody;
 
 impl Spectator for Nobody {
-    fn after_cycle(
-        &mut self,
-        _recording: &Recording,
-        _master: &ServoMaster<MOST_AXES>,
-        _places: &[usize],
-    ) -> Result<Vec<Order>, SimError> {
+    fn after_cycle(&mut self, _recording: &Recording) -> Result<Vec<Order>, SimError> {
         Ok(Vec::new())
     }
 

@@ -2,13 +2,15 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dyn_can::{DriveId, GearNumber, StepLimit};
 use zlac8030l::NodeId;
 
 use crate::drive_ids::{DriveSet, drive_set};
+use crate::recording::AxisAbout;
 
+use super::axes_about;
 use super::columns::{Column, Columns};
 use super::layout::{Layout, check_axes};
 use super::motion_error::MotionError;
@@ -128,6 +130,12 @@ impl MotionOptions {
             Some(DriveSet::Zlac(nodes)) => Some(nodes),
             Some(DriveSet::Dyn(_)) | None => None,
         }
+    }
+
+    /// The motion file or the program, when one is given.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        let program = self.program.program.as_deref();
+        program.or(self.trajectory.as_deref())
     }
 
     /// The built-in example and its name.
@@ -365,6 +373,18 @@ impl MotionFile<'_> {
             None => DriveId::all().take(axes).collect(),
         };
         self.takes_drives(drives)
+    }
+
+    /// Name, unit and scale of each axis, for a recording.
+    pub(crate) fn axes_about(&self, drives: &[DriveId]) -> Result<Vec<AxisAbout>, MotionError> {
+        Ok(match &self.content {
+            Content::File(file) => axes_about::of_columns(&file.table, &file.scales, drives),
+            Content::Program(_) => {
+                let turns = self.options.counts_per_turn();
+                let axes = self.options.axes_of_program(&turns);
+                axes_about::of_program(&self.options.program.counts_per_mm(&axes)?, drives)
+            }
+        })
     }
 
     /// The gear number of the drive of each axis: a quarter of the counts of a turn.

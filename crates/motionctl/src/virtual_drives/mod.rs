@@ -24,6 +24,11 @@ pub(crate) struct VirtualDriveOptions {
 }
 
 impl VirtualDriveOptions {
+    /// Seed of the response delays.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// A simulated drive.
     pub(crate) fn drive(&self, drive: DriveId) -> DynDrive {
         DynDrive::new(self.config(drive))
@@ -53,11 +58,6 @@ impl VirtualDriveOptions {
     /// The gear number of a simulated drive.
     pub(crate) fn gear(&self, drive: DriveId) -> GearNumber {
         DynDriveConfig::new(drive).group3.gear_number
-    }
-
-    /// Seed of the response delays.
-    pub(crate) fn seed(&self) -> u64 {
-        self.seed
     }
 
     fn config_of(&self, config: DynDriveConfig) -> DynDriveConfig {

@@ -13,6 +13,8 @@ mod other_signals;
 mod own_moves;
 mod power;
 mod power_matrix;
+mod record;
+mod recording;
 mod relay;
 mod run;
 mod serial;
@@ -21,5 +23,7 @@ mod settings;
 mod settings_refusals;
 mod stream;
 mod terminal;
+#[path = "../tool/mod.rs"]
+mod tool;
 mod tune;
 mod undisturbed;

@@ -1,14 +1,12 @@
 //! A run from power-on to rest.
 
-use std::io::Write;
-
 use can_motion::AxisState;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Bench, GROUP};
+use crate::recording::{Kind, Recorded};
 use crate::set_points::{AxisHeadroom, SetPointSource, Step, TimedMotion};
 use crate::sim::error::SimError;
-use crate::sim::recording::{Kind, Recording};
 use crate::sim::summary::Summary;
 use crate::trajectory::Plan;
 
@@ -25,7 +23,7 @@ impl Bench<'_> {
         mut self,
         plan: &Plan,
         show_progress: bool,
-    ) -> Result<(Summary, Option<Recording>), SimError> {
+    ) -> Result<(Summary, Recorded), SimError> {
         let ready = self
             .wait_until(|state| matches!(state, AxisState::Ready | AxisState::FoundOn))?
             && self.enable()?
@@ -43,30 +41,22 @@ impl Bench<'_> {
             self.settle()?;
             self.watch.stop(self.bench.bus());
         }
-        if let Some(candump) = &mut self.candump {
-            candump.flush().map_err(SimError::Log)?;
-        }
         let summary = self.summary(plan, &anchors);
-        if let Some(recording) = &self.recording {
+        if let Some(recording) = self.recorder.model() {
             self.spectator.end(recording, &summary)?;
         }
-        Ok((summary, self.recording))
+        Ok((summary, self.recorder.finish()))
     }
 
     fn begin_motion(&mut self) {
         self.motion_start_ns = Some(self.bench.now_ns());
         let now_us = self.now().as_us();
-        if let Some(recording) = &mut self.recording {
-            recording.motion_start_us = Some(now_us);
-        }
-        self.phase("the motion begins");
+        self.recorder.motion_begins(now_us, self.cycle);
     }
 
     fn phase(&mut self, text: &str) {
         let at_us = self.now().as_us();
-        if let Some(recording) = &mut self.recording {
-            recording.happened(at_us, None, Kind::Phase, text);
-        }
+        self.recorder.happened(at_us, None, Kind::Phase, text);
     }
 
     fn targets(&self) -> Vec<i32> {

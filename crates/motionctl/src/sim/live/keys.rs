@@ -11,6 +11,10 @@ use crate::sim::spectator::Order;
 const SPEEDS: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 const REAL_TIME: usize = 4;
 
+/// The keys in words, two blanks between them.
+pub(super) const KEYS: &str =
+    "up/down select  a alarm  p pull/plug  space pause  + - 1 speed  s stop  f [ ] time  q quit";
+
 /// A key that means something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Key {
@@ -138,8 +142,9 @@ impl Panel {
         self.selected
     }
 
-    pub(super) fn is_unplugged(&self, axis: usize) -> bool {
-        self.unplugged.get(axis).is_some_and(|unplugged| *unplugged)
+    /// Whether each axis was pulled off the bus.
+    pub(super) fn unplugged(&self) -> &[bool] {
+        &self.unplugged
     }
 
     pub(super) fn speed(&self) -> f64 {
@@ -178,7 +183,7 @@ mod tests {
         let drive = DriveId::new(2).unwrap();
         let order = |fault| Some(Wish::Order(Order::Fault(fault)));
         assert_eq!(panel.press(Key::Plug), order(Fault::Unplug { drive }));
-        assert!(panel.is_unplugged(1) && !panel.is_unplugged(0));
+        assert_eq!(panel.unplugged(), [false, true]);
         assert_eq!(panel.press(Key::Plug), order(Fault::PlugIn { drive }));
         let alarm = Fault::Alarm {
             drive,

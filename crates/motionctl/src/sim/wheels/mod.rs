@@ -7,7 +7,8 @@ mod setup;
 mod summary;
 mod vehicle;
 
-use std::io;
+use std::fs::File;
+use std::io::{self, BufWriter};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -15,9 +16,9 @@ use zlac8030l::NodeId;
 
 use super::arguments::Arguments;
 use super::error::SimError;
-use super::output_file::create;
 use crate::exit;
 use crate::output::{print, print_json};
+use crate::recording::create;
 use crate::trajectory::{Plan, WithMotion};
 use crate::twist::read_file;
 use bench::Bench;
@@ -50,7 +51,7 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .speeds(setup.cycle_us, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
-    let candump = arguments.candump.as_deref().map(create).transpose()?;
+    let candump = candump_of(arguments)?;
     let table = table_of(arguments, &setup)?;
     let motion = motion
         .wheel_report(&plan, &setup.nodes, setup.speed_resolution)
@@ -95,7 +96,7 @@ fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCod
             actual_rpm: vehicle.max_rpm.ceil() as u32,
         });
     }
-    let candump = arguments.candump.as_deref().map(create).transpose()?;
+    let candump = candump_of(arguments)?;
     let table = table_of(arguments, &setup)?;
     let summary = Bench::new(setup, candump, table)?.drive(&vehicle, &lines, !arguments.json)?;
     if arguments.json {
@@ -110,13 +111,25 @@ fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCod
     })
 }
 
+fn candump_of(arguments: &Arguments) -> Result<Option<BufWriter<File>>, SimError> {
+    let path = arguments.recording.candump.as_deref();
+    path.map(open).transpose()
+}
+
 fn table_of(arguments: &Arguments, setup: &Setup) -> Result<Option<Table>, SimError> {
-    let Some(path) = &arguments.csv else {
+    let Some(path) = &arguments.recording.csv else {
         return Ok(None);
     };
-    Table::begin(create(path)?, &setup.nodes, setup.speed_resolution)
+    Table::begin(open(path)?, &setup.nodes, setup.speed_resolution)
         .map(Some)
         .map_err(|error| SimError::Log(io::Error::other(error)))
+}
+
+fn open(path: &Path) -> Result<BufWriter<File>, SimError> {
+    create(path).map_err(|source| SimError::Write {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 fn setup_of(arguments: &Arguments, nodes: Vec<NodeId>) -> Result<Setup, SimError> {
