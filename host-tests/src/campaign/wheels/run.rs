@@ -269,7 +269,10 @@ impl<'a> Run<'a> {
         {
             match command {
                 Command::Stop => self.rig.master.stop(now, group),
-                Command::Halt => self.rig.master.halt(now, group),
+                Command::Halt => {
+                    self.rig.master.halt(now, group);
+                    wheels.iter().for_each(|wheel| self.observer.halts(*wheel));
+                }
                 Command::Disable => self.rig.master.disable(now, group),
             }
         }
