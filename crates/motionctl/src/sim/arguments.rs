@@ -133,17 +133,9 @@ impl Arguments {
         self.bit_rate.unwrap_or(BitRate::Kbit500)
     }
 
-    /// An option that was given and that a simulation of wheels does not have.
-    pub(super) fn not_for_wheels(&self) -> Option<&'static str> {
-        let given = [
-            (self.recording.report.is_some(), "--report"),
-            (self.recording.mcap.is_some(), "--mcap"),
-            (self.live, "--live"),
-        ];
-        given
-            .into_iter()
-            .find(|(is_given, _)| *is_given)
-            .map(|(_, name)| name)
+    /// Whether a bar shows how far the motion is.
+    pub(super) fn shows_progress(&self) -> bool {
+        !self.json && !self.live
     }
 
     fn script(&self, drives: &[DriveId]) -> Result<Script, SimError> {

@@ -63,8 +63,6 @@ pub(crate) enum SimError {
     Twist { path: PathBuf, source: TwistError },
     /// A measure of the vehicle is out of range.
     Vehicle(ValueError),
-    /// An option that a simulation of wheels does not have.
-    NotForWheels { option: &'static str },
     /// An option that a simulation of servos does not have.
     NotForServos { option: &'static str },
 }
@@ -113,10 +111,6 @@ impl fmt::Display for SimError {
             Self::NotForServos { option } => write!(
                 f,
                 "{option} is for hub motors: add --drives zlac, or zlac:LEFT,RIGHT"
-            ),
-            Self::NotForWheels { option } => write!(
-                f,
-                "{option} is for servo drives: with --drives zlac use --json, --csv or --candump"
             ),
         }
     }

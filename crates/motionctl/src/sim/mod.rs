@@ -98,7 +98,8 @@ fn simulate(
         if recorder.model().is_none() {
             recorder.keep_model(Recording::new(about.clone()));
         }
-        let mut view = LiveView::open(&setup, plan)?;
+        let motion_us = plan.cycles() as u64 * u64::from(setup.cycle_us);
+        let mut view = LiveView::open(setup.drives.len(), motion_us, true)?;
         Bench::new(setup, recorder, &mut view)?.run(plan, false)
     } else {
         Bench::new(setup, recorder, &mut Nobody)?.run(plan, !arguments.json)

@@ -17,6 +17,7 @@ use super::setup::{MOST_AXES, Setup};
 use super::spectator::Spectator;
 use super::watch::Watch;
 use crate::recording::Recorder;
+pub(crate) use record::wire_frame;
 
 const GROUP: GroupId = GroupId(0);
 

@@ -2,12 +2,14 @@
 
 use can_motion::{Event, EventKind, Instant};
 use drive_sim::{Outcome, Record};
+use dyn_can::{Alarm, DriveId};
 
 use super::{Bench, GROUP};
 use crate::control::Wish;
 use crate::output::tell;
 use crate::recording::{AxisSample, Sample, WireFrame};
 use crate::sim::error::SimError;
+use crate::sim::faults::Fault;
 use crate::sim::spectator::Order;
 
 impl Bench<'_> {
@@ -91,15 +93,27 @@ impl Bench<'_> {
                     self.stopped = true;
                 }
                 Order::Motion(wish) => wishes.push(wish),
-                Order::Fault(fault) => self.apply(fault),
+                Order::Alarm(axis) => self.apply_to(axis, |drive| Fault::Alarm {
+                    drive,
+                    alarm: Alarm::OverCurrent,
+                    repeat_ns: None,
+                }),
+                Order::Unplug(axis) => self.apply_to(axis, |drive| Fault::Unplug { drive }),
+                Order::PlugIn(axis) => self.apply_to(axis, |drive| Fault::PlugIn { drive }),
             }
         }
         Ok(wishes)
     }
+
+    fn apply_to(&mut self, axis: usize, fault: impl Fn(DriveId) -> Fault) {
+        if let Some(&drive) = self.setup.drives.get(axis) {
+            self.apply(fault(drive));
+        }
+    }
 }
 
 /// An attempt of the virtual bus, for the recording.
-fn wire_frame(record: &Record, is_from_master: bool, bit_ns: u64) -> Option<WireFrame> {
+pub(crate) fn wire_frame(record: &Record, is_from_master: bool, bit_ns: u64) -> Option<WireFrame> {
     Some(WireFrame {
         start_ns: record.start_ns,
         end_ns: record.end_ns,

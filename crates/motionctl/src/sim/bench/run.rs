@@ -43,7 +43,8 @@ impl Bench<'_> {
         }
         let summary = self.summary(plan, &anchors);
         if let Some(recording) = self.recorder.model() {
-            self.spectator.end(recording, &summary)?;
+            let is_good = summary.promises_kept();
+            self.spectator.end(recording, summary.verdict(), is_good)?;
         }
         Ok((summary, self.recorder.finish()))
     }
