@@ -2,9 +2,10 @@
 
 use can_motion::facts::Motion;
 use can_motion::{
-    AxisState, DriveMove, EventKind, Fault, MoveError, MoveRefusal, Procedure, Reason, WaveShape,
+    AxisState, DriveMove, EventKind, Fault, MoveError, MoveRefusal, Outcome, Procedure, Reason,
+    Sink, WaveShape,
 };
-use dyn_can::{FunctionCode, MaxAcceleration, MaxSpeed, ParamGroup2, ServoMode};
+use dyn_can::{DataFrame, FunctionCode, MaxAcceleration, MaxSpeed, ParamGroup2, ServoMode};
 
 use crate::support::servos::{Servo, Servos, Told, servo, servos};
 use crate::support::{Call, id_of};
@@ -223,6 +224,54 @@ fn a_stop_before_the_command_left_lets_nothing_move() {
         (machine.state(0), machine.position(0)),
         (AxisState::Holding, 0)
     );
+}
+
+/// A controller with one mailbox that hands nothing back on request, and displaces what is less urgent.
+struct Mailbox(Option<DataFrame>);
+
+impl Sink<DataFrame> for Mailbox {
+    fn offer(&mut self, frame: &DataFrame) -> Outcome<DataFrame> {
+        match self.0 {
+            Some(held) if held.id() <= frame.id() => Outcome::Full,
+            Some(held) => {
+                self.0 = Some(*frame);
+                Outcome::Displaced(held)
+            }
+            None => {
+                self.0 = Some(*frame);
+                Outcome::Accepted
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stop_that_displaced_its_move_does_not_move_the_drive_itself() {
+    for by in [500, -500] {
+        let mut machine = held(1);
+        let mut mailbox = Mailbox(None);
+        machine.lets_move(0, DriveMove::By(by)).unwrap();
+        let send = |machine: &mut Servos, mailbox: &mut Mailbox| {
+            let now = machine.0.now();
+            machine.0.master.begin_cycle(now);
+            let _ = can_motion::BusUser::send(&mut machine.0.master, now, mailbox);
+            machine.hang(1);
+        };
+        send(&mut machine, &mut mailbox);
+        assert_eq!(mailbox.0.map(|frame| frame.id()), Some(0x023));
+        // The bus is busy with others: as far as the master knows, the drive moves.
+        machine.hang(20);
+        machine.call(Call::Stop).unwrap();
+        send(&mut machine, &mut mailbox);
+        let stop = mailbox.0.take().unwrap();
+        assert_eq!(stop.id(), 0x021);
+        // The drive has never heard of the move, and now of its stop. It is told at once to be where it is.
+        let mark = machine.mark();
+        machine.run(200);
+        let stay = Told::Own(FunctionCode::GoAbsolutePosPtp, 0);
+        assert_eq!(machine.told_own(mark, 0), [stay]);
+        assert_eq!(machine.state(0), AxisState::Holding);
+    }
 }
 
 #[test]

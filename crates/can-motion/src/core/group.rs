@@ -10,7 +10,7 @@ use crate::core::drive_move::MoveReport;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
 use crate::core::family::{
-    CommonFault, Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction,
+    CommonFault, Context, Drive, Family, FaultKind, GroupId, Meaning, PowerReport, Reaction,
 };
 use crate::core::state::AxisState;
 use crate::core::step::{Input, accepts, step};
@@ -389,6 +389,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             self.apply(now, index, Change::of(Input::WorkEnded));
         }
         if let Some(fault) = meaning.fault {
+            self.confirm_off(now, cycle_us, index, meaning.power);
             self.raise(now, index, fault);
         }
         let Some((axis, mut log)) = self.with_log(now, index) else {
@@ -400,9 +401,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
         if let Some(report) = meaning.power {
             axis.set_lost(false);
-            let is_sent = matches!(axis.view.facts.power, Power::OnSent | Power::OffSent);
-            // The controller may hold a command for a while, and one that sorts its frames may send a later reading before it.
-            let is_old = is_sent && report.asked_at < axis.switched_at.at(now) + cycle_us;
+            let is_old = axis.is_before_switch(now, cycle_us, report);
             // A drive needs a moment; the command is repeated by time.
             let is_early = report.is_on && axis.view.facts.power == Power::OffSent;
             // What nearly every report says: it changes no fact.
@@ -431,6 +430,25 @@ impl<const N: usize, F: Family> Axes<N, F> {
                 self.apply(now, index, Change::of(Input::MoveEnded(end)));
             }
             None => {}
+        }
+    }
+
+    /// A report that a drive is off may come together with a fault. The fault takes what is known of the power, and the drive would be
+    /// switched off again although it has confirmed it.
+    fn confirm_off(
+        &mut self,
+        now: Instant,
+        cycle_us: u32,
+        index: usize,
+        report: Option<PowerReport>,
+    ) {
+        let confirms = self.get(index).zip(report).is_some_and(|(axis, report)| {
+            axis.view.facts.power == Power::OffSent
+                && !report.is_on
+                && !axis.is_before_switch(now, cycle_us, report)
+        });
+        if confirms {
+            self.apply(now, index, Change::of(Input::SaysOff));
         }
     }
 

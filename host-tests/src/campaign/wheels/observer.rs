@@ -75,6 +75,13 @@ impl Observer {
         self.wheels[wheel].stops_by_us = Some(now_us + OUTAGE_SHOWS_US);
     }
 
+    /// The application began no cycle: what a master must notice shows when it is called again.
+    pub(super) fn misses_cycle(&mut self, cycle_us: u64) {
+        for wheel in &mut self.wheels {
+            wheel.stops_by_us = wheel.stops_by_us.map(|at_us| at_us + cycle_us);
+        }
+    }
+
     /// A cycle has ended with the wheel in a state.
     pub(super) fn state(
         &mut self,

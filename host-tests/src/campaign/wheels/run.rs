@@ -136,6 +136,7 @@ impl<'a> Run<'a> {
         self.set_targets();
         if self.skip > 0 {
             self.skip -= 1;
+            self.observer.misses_cycle(CYCLE_US);
             self.rig.skip_cycle();
         } else {
             self.rig.cycle();
