@@ -1,5 +1,6 @@
 //! A motion from set-points that arrive while it runs.
 
+use std::io::{self, IsTerminal as _};
 use std::process::ExitCode;
 
 use board_link::AxisLimits;
@@ -15,6 +16,10 @@ use crate::recording::AxisAbout;
 use crate::stream::Open;
 
 pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode, RunError> {
+    let reads_input = *endpoint == Endpoint::StandardInput;
+    if arguments.live && reads_input && io::stdin().is_terminal() {
+        return Err(RunError::SharedKeyboard);
+    }
     let drives = match arguments.link.drives() {
         Some(drives) => drives,
         None => arguments

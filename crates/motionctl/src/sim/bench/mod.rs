@@ -18,6 +18,7 @@ use super::spectator::Spectator;
 use super::watch::Watch;
 use crate::recording::Recorder;
 pub(crate) use record::wire_frame;
+pub(crate) use run::Run;
 
 const GROUP: GroupId = GroupId(0);
 

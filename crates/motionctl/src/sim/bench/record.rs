@@ -47,7 +47,11 @@ impl Bench<'_> {
             let axis = axes.find(|(_, place)| Some(**place) == event.axis.map(usize::from));
             let drive = axis.and_then(|(axis, _): (usize, _)| self.setup.drives.get(axis));
             let drive = drive.map_or(String::new(), |drive| format!(" drive {drive}:"));
-            tell(format_args!("{} s:{drive} {fault}", event.at));
+            let bus = match self.setup.bus.as_str() {
+                "" => String::new(),
+                name => format!(" bus {name}:"),
+            };
+            tell(format_args!("{} s:{bus}{drive} {fault}", event.at));
         }
     }
 
