@@ -66,6 +66,10 @@ impl Servos {
         self.0.state(axis)
     }
 
+    fn axis_sent(&self, axis: usize) -> i64 {
+        self.0.axis(axis).sent_counts.into()
+    }
+
     fn motion(&self, axis: usize) -> Motion {
         self.0.axis(axis).facts.motion
     }
@@ -271,6 +275,51 @@ fn a_stop_that_displaced_its_move_does_not_move_the_drive_itself() {
         let stay = Told::Own(FunctionCode::GoAbsolutePosPtp, 0);
         assert_eq!(machine.told_own(mark, 0), [stay]);
         assert_eq!(machine.state(0), AxisState::Holding);
+    }
+}
+
+/// The command of a move displaces the last set-point of the ramp before it: the drive begins elsewhere than the axis thought.
+#[test]
+fn a_move_that_displaced_a_set_point_ends_where_its_axis_says() {
+    for wanted in [DriveMove::By(400), DriveMove::By(-400), DriveMove::To(400)] {
+        let mut machine = holding(&[slow_servo(1).unwatched().ramp_change(40)]);
+        machine.call(Call::Resume).unwrap();
+        machine.0.run_until(AxisState::Streaming);
+        let stranger = machine.add_stranger();
+        let mut mailbox = Mailbox(None);
+        for cycle in 1..100 {
+            let now = machine.0.now();
+            machine.0.master.begin_cycle(now);
+            match cycle {
+                ..=20 => machine.0.master.set_target(0, cycle * 60).unwrap(),
+                21 => machine.call(Call::Stop).unwrap(),
+                _ => {}
+            }
+            if machine.state(0) == AxisState::Holding {
+                break;
+            }
+            if let Some(frame) = mailbox.0.take() {
+                machine.stranger_sends(stranger, frame.id(), frame.data());
+            }
+            let _ = can_motion::BusUser::send(&mut machine.0.master, now, &mut mailbox);
+            machine.hang(1);
+        }
+        // 30 counts.
+        assert_eq!(
+            mailbox.0,
+            DataFrame::new(0x03C, &[0x1E]).ok(),
+            "the last of the ramp"
+        );
+        machine.lets_move(0, wanted).unwrap();
+        let now = machine.0.now();
+        machine.0.master.begin_cycle(now);
+        let _ = can_motion::BusUser::send(&mut machine.0.master, now, &mut mailbox);
+        let frame = mailbox.0.take().unwrap();
+        machine.stranger_sends(stranger, frame.id(), frame.data());
+        machine.hang(1);
+        machine.until(0, AxisState::Holding);
+        machine.run(500);
+        assert_eq!(machine.axis_sent(0), machine.position(0));
     }
 }
 
