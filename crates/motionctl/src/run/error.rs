@@ -121,7 +121,7 @@ impl fmt::Display for RunError {
             Self::Endpoint(source) => source.fmt(f),
             Self::Range(source) => write!(
                 f,
-                "--max-rpm and --max-acceleration make no limits of a stream in this cycle: {source}"
+                "--max-rpm, --max-acceleration and --max-jerk make no limits of a stream in this cycle: {source}"
             ),
             Self::Interrupt(source) => {
                 write!(f, "cannot listen to signals, keys or senders: {source}")

@@ -40,7 +40,11 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
         about: AxisAbout::of_drive(drive),
     };
     let axes: Vec<Axis> = drives.iter().copied().zip(gears).map(axis).collect();
-    let limits = |axis: &Axis| arguments.limits.of_stream(axis.gear, arguments.cycle_us);
+    let jerk = arguments.stream.max_jerk;
+    let limits = |axis: &Axis| {
+        let limits = &arguments.limits;
+        limits.of_stream(axis.gear, arguments.cycle_us, jerk)
+    };
     let limits: Result<Vec<AxisLimits>, _> = axes.iter().map(limits).collect();
     let limits = limits.map_err(RunError::Range)?;
     let wishes = Wishes::new();
