@@ -360,3 +360,61 @@ fn manual_pages_are_there_for_every_command() {
     let output = motionctl(&["man", "run"]);
     assert!(text(&output.stdout).contains("mcap"), "{output:?}");
 }
+
+#[test]
+fn two_simulated_buses_start_together_and_are_recorded_apart() {
+    let folder = Folder::new("sim-buses");
+    std::fs::create_dir_all(&folder.0).expect("a folder");
+    let motion = Scratch::new(
+        "sim-buses.csv",
+        "t,x,y,z\n0,0,0,0\n0.2,90,-90,45\n0.4,180,0,90\n",
+    );
+    let [csv, page] = ["run.csv", "page"].map(|name| folder.file(name));
+    let words = [
+        "--trajectory",
+        motion.as_str(),
+        "--bus",
+        "a=2,1",
+        "--bus",
+        "b=1",
+        "--csv",
+        &csv,
+        "--report",
+        &page,
+    ];
+    let (status, summary, errors) = sim(&words);
+    assert_eq!(status, Some(0), "{summary} {errors}");
+    let axes = |bus: usize| summary["buses"][bus]["axes"].as_array().expect("axes");
+    let received = |bus: usize| -> Vec<i64> {
+        let all = axes(bus)
+            .iter()
+            .map(|axis| axis["received_counts"].as_i64());
+        all.map(|counts| counts.expect("a number")).collect()
+    };
+    // 180, 0 and 90 degrees of 16384 counts.
+    assert_eq!((received(0), received(1)), (vec![8_192, 0], vec![4_096]));
+    assert_eq!(axes(0)[0]["drive"], 2);
+    let pages = ["page-a", "page-b"].map(|name| Page::in_folder(&folder.file(name)));
+    assert_eq!(pages[0].axes(), ["x", "y"]);
+    assert_eq!(pages[1].axes(), ["z"]);
+    assert_eq!(pages[0].motion_start(), pages[1].motion_start());
+    for name in ["run-a.csv", "run-b.csv"] {
+        let text = std::fs::read_to_string(folder.file(name)).expect("a table");
+        assert_eq!(text.lines().count(), pages[0].times_us.len() + 1, "{name}");
+    }
+}
+
+#[test]
+fn buses_that_cannot_be_simulated_are_refused() {
+    for (words, wanted) in [
+        (&["--bus", "a=1,2", "--bus", "a=3,4"][..], "given twice"),
+        (&["--bus", "a=1", "--bus", "b=2"], "4 "),
+        (&["--bus", "a b=1"], "NAME=IDS"),
+        (&["--bus", "a=1,2,3,4", "--live"], "cannot be used with"),
+    ] {
+        let output = motionctl(&[&["sim"], words].concat());
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let errors = text(&output.stderr);
+        assert!(errors.contains(wanted), "{wanted} in {errors}");
+    }
+}

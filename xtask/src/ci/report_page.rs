@@ -1,4 +1,4 @@
-//! The pages of a simulation, of a run on a bench and of its log, opened in a browser on a wide and on a narrow screen, light and dark.
+//! The pages of simulations, of a run on a bench and of its log, opened in a browser on a wide and on a narrow screen, light and dark.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,22 @@ use super::need::{BROWSERS, is_installed};
 use super::place::Place;
 use crate::error::Error;
 
-/// A motion with faults: the tool ends with 1, because a drive reports an alarm.
-const SIMULATION: [&str; 3] = ["sim", "--faults", "examples/faults.toml"];
+/// Simulations and what their pages are called. In the first one a drive reports an alarm, so the tool ends with 1.
+const SIMULATIONS: [(&str, &[&str]); 3] = [
+    ("sim", &["--faults", "examples/faults.toml"]),
+    ("wheels", &["--drives", "zlac"]),
+    (
+        "program",
+        &[
+            "--program",
+            "examples/programs/square.ngc",
+            "--axes",
+            "2",
+            "--mm-per-turn",
+            "20",
+        ],
+    ),
+];
 const WITH_FAULTS: i32 = 1;
 /// The bench comes up within this.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -50,9 +64,14 @@ pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
     // Nothing of an earlier run is measured.
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|reason| start(&folder, reason))?;
-    let pages = [folder.join("sim"), folder.join("run"), folder.join("log")];
-    simulate(place, &tool, &pages[0])?;
-    run_on_bench(place, &tool, &folder, &pages[1])?;
+    let mut pages = Vec::new();
+    for (name, options) in SIMULATIONS {
+        let page = folder.join(name);
+        simulate(place, &tool, options, &page)?;
+        pages.push(page);
+    }
+    let [run, of_log] = ["run", "log"].map(|name| folder.join(name));
+    run_on_bench(place, &tool, &folder, &run)?;
     let log = folder.join("run.log");
     place.run(
         place
@@ -60,9 +79,10 @@ pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
             .arg("decode")
             .arg(log)
             .arg("--report")
-            .arg(&pages[2])
+            .arg(&of_log)
             .stdout(Stdio::null()),
     )?;
+    pages.extend([run, of_log]);
     for page in &pages {
         for (width, scheme) in SCREENS {
             check(place, page, width, scheme)?;
@@ -71,11 +91,12 @@ pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
     Ok(Vec::new())
 }
 
-fn simulate(place: &Place, tool: &Path, page: &Path) -> Result<(), Error> {
+fn simulate(place: &Place, tool: &Path, options: &[&str], page: &Path) -> Result<(), Error> {
     let program = "motionctl sim --report";
     let status = place
         .command(tool)
-        .args(SIMULATION)
+        .arg("sim")
+        .args(options)
         .arg("--report")
         .arg(page)
         .stdout(Stdio::null())

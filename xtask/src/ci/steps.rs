@@ -149,7 +149,7 @@ pub(super) const STEPS: &[Step] = &[
     ),
     Step::call(
         "report-page",
-        "the pages of sim, of run and of its log in a browser: wide, narrow, dark; nothing cut off, every chart answers",
+        "the pages of sim (servos, wheels, a program), of run and of its log in a browser: wide, narrow, dark; nothing cut off, every chart answers",
         report_page::run,
     )
     .needs(&[&CHROMIUM]),

@@ -6,7 +6,7 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Borders, Cell, Paragraph, Row, Sparkline, Table, Wrap};
 
-use crate::recording::{AxisSample, Happening, Kind, Recording};
+use crate::recording::{AxisSample, COUNTS_PER_RPM, Happening, Kind, Quantity, Recording};
 
 /// Time that the picture of the load covers.
 pub(crate) const LOAD_WINDOW_US: u64 = 2_000_000;
@@ -169,8 +169,14 @@ impl Screen<'_> {
                 row
             })
         });
+        let is_speed = self.recording.about.quantity == Quantity::Speed;
         let head = columns.iter().map(|&column| {
-            let (name, unit, _) = COLUMNS[column];
+            let (name, unit) = match (COLUMNS[column].0, COLUMNS[column].1) {
+                ("drive", unit) if is_speed => ("node", unit),
+                ("motor", _) if is_speed => ("wheel", "r/min"),
+                (name, "counts") if is_speed => (name, "r/min"),
+                other => other,
+            };
             let text = if lines.is_roomy {
                 format!("{name}\n{unit}")
             } else {
@@ -196,18 +202,26 @@ impl Screen<'_> {
         let age = |age: Option<u32>| {
             age.map_or("-".to_owned(), |us| format!("{:.1}", f64::from(us) * 1e-3))
         };
-        let counts = |counts: Option<i64>| counts.map_or("-".to_owned(), |it| it.to_string());
         let about = self.recording.about.axes.get(axis);
+        let is_speed = self.recording.about.quantity == Quantity::Speed;
+        let value = |counts: i64| {
+            if is_speed {
+                format!("{:.1}", counts as f64 / COUNTS_PER_RPM)
+            } else {
+                counts.to_string()
+            }
+        };
+        let counts = |counts: Option<i64>| counts.map_or("-".to_owned(), value);
         let known = self.recording.known_positions.get(axis).copied().flatten();
         [
             Cell::from(about.map_or(String::new(), |about| about.name.clone())),
             right(&about.map_or(String::new(), |about| about.drive.to_string())),
             self.state(axis, sample),
-            right(&sample.target.to_string()),
-            right(&sample.sent.to_string()),
+            right(&value(sample.target.into())),
+            right(&value(sample.sent.into())),
             right(&counts(known.map(|(position, _)| position))),
             right(&counts(known.map(|(_, error)| error))),
-            right(&sample.backlog.to_string()),
+            right(&value(sample.backlog.into())),
             right(&age(sample.status_age_us)),
             right(&age(sample.position_age_us)),
         ]

@@ -2,7 +2,9 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use dyn_can::DriveId;
+use can_decode::Decoder;
+use dyn_can::{DriveId, FunctionCode};
+use zlac8030l::{NodeId, PdoNumber, Service};
 
 /// Where the frames and cycles come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,6 +16,37 @@ pub(crate) enum Origin {
     /// A log of a bus: what the application wanted is not known.
     Log,
 }
+
+/// What the set-points are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Quantity {
+    /// Positions of DYN drives.
+    #[default]
+    Position,
+    /// Speeds of hub motors on CANopen.
+    Speed,
+}
+
+impl Quantity {
+    /// What the user calls a drive.
+    pub(crate) const fn drive_word(self) -> &'static str {
+        match self {
+            Self::Position => "drive",
+            Self::Speed => "node",
+        }
+    }
+
+    /// What follows the conversation on a bus with such drives.
+    pub(super) fn decoder(self) -> Decoder {
+        match self {
+            Self::Position => Decoder::default(),
+            Self::Speed => Decoder::canopen(),
+        }
+    }
+}
+
+/// Command counts of an r/min in a recording of speeds.
+pub(crate) const COUNTS_PER_RPM: f64 = 1_000.0;
 
 /// One axis as the motion file has it.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +61,8 @@ pub(crate) struct AxisAbout {
     pub(crate) counts_per_unit: f64,
     /// The value in the file at the start of the motion, in the unit.
     pub(crate) start: f64,
+    /// Identifier of its set-points.
+    pub(crate) set_point_id: u16,
 }
 
 impl AxisAbout {
@@ -39,6 +74,19 @@ impl AxisAbout {
             unit: "counts".to_owned(),
             counts_per_unit: 1.0,
             start: 0.0,
+            set_point_id: drive.can_id(FunctionCode::GoRelativePosPd),
+        }
+    }
+
+    /// A hub motor, whose speeds are recorded in thousandths of an r/min.
+    pub(crate) fn of_node(node: NodeId) -> Self {
+        Self {
+            name: format!("node {node}"),
+            drive: node.get(),
+            unit: "r/min".to_owned(),
+            counts_per_unit: COUNTS_PER_RPM,
+            start: 0.0,
+            set_point_id: Service::Rpdo(PdoNumber::Pdo1, node).can_id(),
         }
     }
 }
@@ -47,6 +95,7 @@ impl AxisAbout {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct About {
     pub(crate) origin: Origin,
+    pub(crate) quantity: Quantity,
     /// In the order of the columns.
     pub(crate) axes: Vec<AxisAbout>,
     pub(crate) cycle_us: u32,
@@ -66,6 +115,7 @@ impl About {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
         Self {
             origin,
+            quantity: Quantity::default(),
             axes,
             cycle_us,
             bit_ns,

@@ -1,9 +1,10 @@
 //! What a frame says, and what kind of frame it is.
 
 use can_decode::dyn_drives::Content;
-use can_decode::{Decoder, Meaning};
+use can_decode::{Decoder, Direction, Meaning, canopen};
 use dyn_can::{FunctionCode, Reply};
 
+use super::about::Quantity;
 use super::wire_frame::WireFrame;
 
 /// A frame in words.
@@ -15,12 +16,18 @@ pub(crate) struct Description {
 }
 
 /// Follows the conversation on the bus.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Describer {
     decoder: Decoder,
 }
 
 impl Describer {
+    pub(crate) fn new(quantity: Quantity) -> Self {
+        Self {
+            decoder: quantity.decoder(),
+        }
+    }
+
     /// Frames come in the order of the bus.
     pub(crate) fn describe(&mut self, frame: &WireFrame) -> Description {
         if !frame.is_received {
@@ -49,8 +56,10 @@ impl Describer {
 
 /// Set-point, request, reply or alarm; an error where the frame says nothing.
 fn class_of(meaning: &Meaning) -> char {
-    let Meaning::Dyn(message) = meaning else {
-        return 'e';
+    let message = match meaning {
+        Meaning::Dyn(message) => message,
+        Meaning::Canopen(message) => return class_of_canopen(message),
+        Meaning::Foreign { .. } => return 'e',
     };
     match message.content {
         Content::Request(_) if message.function == FunctionCode::GoRelativePosPd => 'p',
@@ -61,5 +70,17 @@ fn class_of(meaning: &Meaning) -> char {
         } => 'a',
         Content::Reply { .. } | Content::PositionOrTorque { .. } => 'r',
         Content::Undecodable { .. } => 'e',
+    }
+}
+
+/// The same on CANopen, where process data to a drive are its set-points.
+fn class_of_canopen(message: &canopen::Message) -> char {
+    match (message.name(), message.direction()) {
+        _ if message.is_undecodable() => 'e',
+        ("RPDO", _) => 'p',
+        ("EMCY", _) => 'a',
+        (_, Some(Direction::ToDrive)) => 'q',
+        (_, Some(Direction::FromDrive)) => 'r',
+        (_, None) => 'e',
     }
 }

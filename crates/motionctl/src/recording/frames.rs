@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::collections::VecDeque;
 
+use super::about::Quantity;
 use super::describe::{Describer, Description};
 use super::wire_frame::WireFrame;
 
@@ -22,7 +23,7 @@ pub(crate) struct Sighting {
 }
 
 /// The newest frames of a run.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Frames {
     describer: Describer,
     sightings: VecDeque<Sighting>,
@@ -33,6 +34,16 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
+    pub(crate) fn new(quantity: Quantity) -> Self {
+        Self {
+            describer: Describer::new(quantity),
+            sightings: VecDeque::new(),
+            texts: Vec::new(),
+            numbers: HashMap::new(),
+            forgotten: 0,
+        }
+    }
+
     pub(crate) fn push(&mut self, frame: &WireFrame) {
         let Description { class, text } = self.describer.describe(frame);
         let text = format!("{class}|{}|{text}", frame.frame);
@@ -96,7 +107,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_of_an_endless_run_is_limited_and_stays_right() {
-        let mut frames = Frames::default();
+        let mut frames = Frames::new(Quantity::Position);
         for number in 0..700_000_u32 {
             // Every reply with another position.
             let bytes = number.to_be_bytes();

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use dyn_can::{DriveId, FunctionCode};
-
 use super::wire_frame::WireFrame;
 
 /// Deviations of all intervals of a run.
@@ -16,21 +14,17 @@ pub(crate) struct Intervals {
 }
 
 impl Intervals {
-    /// Set-points of these drives.
-    pub(super) fn new(drives: impl Iterator<Item = u8>) -> Self {
-        let id = |drive: u8| {
-            let drive = DriveId::new(drive.into()).ok()?;
-            Some(u32::from(drive.can_id(FunctionCode::GoRelativePosPd)))
-        };
+    /// Set-points with these identifiers.
+    pub(super) fn new(ids: impl Iterator<Item = u16>) -> Self {
         Self {
-            axes: drives.filter_map(id).map(|id| (id, None)).collect(),
+            axes: ids.map(|id| (id.into(), None)).collect(),
             deviations_us: BTreeMap::new(),
         }
     }
 
-    /// Set-points of one more drive.
-    pub(super) fn add(&mut self, drive: u8) {
-        self.axes.extend(Self::new(core::iter::once(drive)).axes);
+    /// Set-points with one more identifier.
+    pub(super) fn add(&mut self, id: u16) {
+        self.axes.push((id.into(), None));
     }
 
     /// The interval that half of all are not longer than, in microseconds.
@@ -89,7 +83,7 @@ mod tests {
 
     #[test]
     fn the_interval_of_each_axis_counts() {
-        let mut intervals = Intervals::new([1, 2].into_iter());
+        let mut intervals = Intervals::new([0x03C, 0x05C].into_iter());
         // Drive 2 is 30 us late once; a reply and a request are no set-points.
         for (end_us, id) in [
             (0, 0x03C),

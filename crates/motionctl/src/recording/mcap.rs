@@ -3,7 +3,7 @@
 //! | Topic | One message for each |
 //! |---|---|
 //! | `/cycle` | cycle: number, time, load of the bus |
-//! | `/axis/NAME` | cycle, of one axis: set-point, position, following error, state |
+//! | `/axis/NAME` | cycle, of one axis: set-point, position, following error, state; of a wheel speeds |
 //! | `/frames` | frame, as on the wire and in words |
 //! | `/events` | event |
 //!
@@ -17,7 +17,7 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 use serde::Serialize;
 
-use super::about::{About, AxisAbout};
+use super::about::{About, AxisAbout, Quantity};
 use super::describe::{Describer, Description};
 use super::event::Happening;
 use super::item::Item;
@@ -33,6 +33,7 @@ pub(super) struct McapFile<W: Write> {
     writer: Writer<NoSeek<W>>,
     channels: Channels,
     axes: Vec<AxisAbout>,
+    quantity: Quantity,
     describer: Describer,
     started_unix_ns: u64,
     /// Counts of the axes at the start of the motion.
@@ -74,6 +75,23 @@ struct AxisMessage {
     #[serde(skip_serializing_if = "Option::is_none")]
     following_error_counts: Option<i64>,
     backlog_counts: i32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    status_age_ms: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position_age_ms: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct WheelMessage {
+    time_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<String>,
+    target: f64,
+    sent: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speed: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speed_error: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     status_age_ms: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -129,7 +147,8 @@ impl<W: Write> McapFile<W> {
             writer,
             channels,
             axes: about.axes.clone(),
-            describer: Describer::default(),
+            quantity: about.quantity,
+            describer: Describer::new(about.quantity),
             started_unix_ns: about.started_unix_ns,
             start_counts: None,
             sequence: BTreeMap::new(),
@@ -170,6 +189,10 @@ impl<W: Write> McapFile<W> {
             else {
                 continue;
             };
+            if self.quantity == Quantity::Speed {
+                self.message(channel, at_ns, &wheel_message(time_s, &about, values))?;
+                continue;
+            }
             let start = self.start_counts.as_ref().and_then(|all| all.get(axis));
             let start = start.copied().unwrap_or(values.target);
             let message = axis_message(time_s, &about, values, start);
@@ -265,6 +288,22 @@ fn axis_message(
     }
 }
 
+/// The speeds of a wheel in r/min.
+fn wheel_message(time_s: f64, about: &AxisAbout, values: &AxisSample) -> WheelMessage {
+    let value = |counts: i64| counts as f64 / about.counts_per_unit;
+    let ms = |us: u32| f64::from(us) * 1e-3;
+    WheelMessage {
+        time_s,
+        state: values.state.map(|state| state.to_string()),
+        target: value(values.target.into()),
+        sent: value(values.sent.into()),
+        speed: values.position.map(value),
+        speed_error: values.error().map(value),
+        status_age_ms: values.status_age_us.map(ms),
+        position_age_ms: values.position_age_us.map(ms),
+    }
+}
+
 fn channels<W: Write + io::Seek>(
     writer: &mut Writer<W>,
     about: &About,
@@ -288,7 +327,11 @@ fn channels<W: Write + io::Seek>(
                 axis.counts_per_unit.to_string(),
             ),
         ]);
-        axes.push(add(&schema::AXIS, &topic, &metadata)?);
+        let schema = match about.quantity {
+            Quantity::Position => &schema::AXIS,
+            Quantity::Speed => &schema::WHEEL,
+        };
+        axes.push(add(schema, &topic, &metadata)?);
     }
     Ok(Channels {
         cycle,

@@ -25,7 +25,7 @@ mod sample;
 mod wire_frame;
 mod words;
 
-pub(crate) use about::{About, AxisAbout, Origin};
+pub(crate) use about::{About, AxisAbout, COUNTS_PER_RPM, Origin, Quantity};
 pub(crate) use candump::candump_line;
 pub(crate) use event::{Happening, Kind};
 pub(crate) use frames::Sighting;
@@ -38,3 +38,4 @@ pub(crate) use queue::Viewer;
 pub(crate) use recorder::{Recorded, Recorder, RecordingReport, WithRecording};
 pub(crate) use sample::{AxisSample, Sample};
 pub(crate) use wire_frame::WireFrame;
+pub(crate) use words::{error_words, reason_words};

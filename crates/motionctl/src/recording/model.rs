@@ -44,8 +44,8 @@ pub(crate) struct Recording {
 impl Recording {
     pub(crate) fn new(about: About) -> Self {
         Self {
-            intervals: Intervals::new(about.axes.iter().map(|axis| axis.drive)),
-            frames: Frames::default(),
+            intervals: Intervals::new(about.axes.iter().map(|axis| axis.set_point_id)),
+            frames: Frames::new(about.quantity),
             most_samples: most_samples(about.axes.len()),
             known_positions: vec![None; about.axes.len()],
             about,
@@ -65,7 +65,7 @@ impl Recording {
     pub(crate) fn name(&self, axis: usize) -> String {
         self.about.axes.get(axis).map_or_else(
             || format!("axis {axis}"),
-            |about| format!("drive {}", about.drive),
+            |about| format!("{} {}", self.about.quantity.drive_word(), about.drive),
         )
     }
 
@@ -91,7 +91,7 @@ impl Recording {
 
     /// One more axis, of which nothing was recorded until now.
     pub(crate) fn add_axis(&mut self, axis: AxisAbout) {
-        self.intervals.add(axis.drive);
+        self.intervals.add(axis.set_point_id);
         self.about.axes.push(axis);
         self.known_positions.push(None);
         self.most_samples = most_samples(self.about.axes.len());

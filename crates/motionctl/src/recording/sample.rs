@@ -2,14 +2,14 @@
 
 use can_motion::{AxisSnapshot, AxisState, Instant, PollKind};
 
-/// One axis in one cycle; positions in command counts as the master counts them.
+/// One axis in one cycle; positions in command counts as the master counts them, speeds of wheels in thousandths of an r/min.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AxisSample {
     /// Where the application wants the axis.
     pub(crate) target: i32,
     /// Where the set-points that went out take the drive.
     pub(crate) sent: i32,
-    /// Where the motor stands. A simulation knows it in every cycle; on a real bus it is the position that the drive reported in
+    /// Where the motor stands, or how fast a wheel turns. A simulation knows it in every cycle; on a real bus it is the position that the drive reported in
     /// this cycle, and `None` in all others.
     pub(crate) position: Option<i64>,
     pub(crate) backlog: i32,

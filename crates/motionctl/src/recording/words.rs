@@ -51,7 +51,7 @@ pub(super) fn words(event: EventKind) -> (Kind, String) {
     (kind, text)
 }
 
-const fn reason_words(reason: Reason) -> &'static str {
+pub(crate) const fn reason_words(reason: Reason) -> &'static str {
     match reason {
         Reason::Command => "command",
         Reason::Reading => "reading",
@@ -65,7 +65,7 @@ const fn reason_words(reason: Reason) -> &'static str {
     }
 }
 
-const fn error_words(kind: BusErrorKind) -> &'static str {
+pub(crate) const fn error_words(kind: BusErrorKind) -> &'static str {
     match kind {
         BusErrorKind::Overrun => "an overrun: replies were lost",
         BusErrorKind::Bit => "a bit error",

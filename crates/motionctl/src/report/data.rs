@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::pack::{Block, differences, sparse};
 use crate::recording::{
-    AxisOutcome, AxisSample, Happening, Origin, Outcome, Recording, Sample, Sighting,
+    AxisOutcome, AxisSample, Happening, Origin, Outcome, Quantity, Recording, Sample, Sighting,
 };
 
 /// Unit of the times of frames.
@@ -19,10 +19,15 @@ pub(super) fn data(recording: &Recording, outcome: &Outcome) -> Value {
         Origin::Bus => ("bus", "Run on a bus"),
         Origin::Log => ("log", "Log of a bus"),
     };
+    let quantity = match about.quantity {
+        Quantity::Position => "position",
+        Quantity::Speed => "speed",
+    };
     let facts = about.facts().into_iter();
     let axes = (0..about.axes.len()).map(|axis| axis_data(recording, outcome, &samples, axis));
     json!({
         "origin": origin,
+        "quantity": quantity,
         "title": title,
         "verdict": { "text": outcome.verdict, "good": outcome.is_good },
         "about": facts.collect::<Vec<_>>(),

@@ -1,5 +1,6 @@
 //! A motion from set-points that arrive while it runs.
 
+use std::io::{self, IsTerminal as _};
 use std::process::ExitCode;
 
 use board_link::AxisLimits;
@@ -15,6 +16,10 @@ use crate::recording::AxisAbout;
 use crate::stream::Open;
 
 pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode, RunError> {
+    let reads_input = *endpoint == Endpoint::StandardInput;
+    if arguments.live && reads_input && io::stdin().is_terminal() {
+        return Err(RunError::SharedKeyboard);
+    }
     let drives = match arguments.link.drives() {
         Some(drives) => drives,
         None => arguments
@@ -35,7 +40,11 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
         about: AxisAbout::of_drive(drive),
     };
     let axes: Vec<Axis> = drives.iter().copied().zip(gears).map(axis).collect();
-    let limits = |axis: &Axis| arguments.limits.of_stream(axis.gear, arguments.cycle_us);
+    let jerk = arguments.stream.max_jerk;
+    let limits = |axis: &Axis| {
+        let limits = &arguments.limits;
+        limits.of_stream(axis.gear, arguments.cycle_us, jerk)
+    };
     let limits: Result<Vec<AxisLimits>, _> = axes.iter().map(limits).collect();
     let limits = limits.map_err(RunError::Range)?;
     let wishes = Wishes::new();

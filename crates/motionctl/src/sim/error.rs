@@ -25,6 +25,8 @@ pub(crate) enum SimError {
     },
     /// The fault script is not usable.
     Script { path: PathBuf, source: ScriptError },
+    /// Two buses have one name.
+    SameBus { name: String },
     /// A recording cannot begin.
     Recording(RecordingError),
     /// The fault script for hub motors is not usable.
@@ -63,8 +65,6 @@ pub(crate) enum SimError {
     Twist { path: PathBuf, source: TwistError },
     /// A measure of the vehicle is out of range.
     Vehicle(ValueError),
-    /// An option that a simulation of wheels does not have.
-    NotForWheels { option: &'static str },
     /// An option that a simulation of servos does not have.
     NotForServos { option: &'static str },
 }
@@ -75,6 +75,10 @@ impl fmt::Display for SimError {
             Self::Motion(source) => source.fmt(f),
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Script { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::SameBus { name } => write!(
+                f,
+                "--bus {name}=... is given twice: each bus has a name of its own, and its drives behind one ="
+            ),
             Self::Recording(source) => source.fmt(f),
             Self::WheelScript { path, what } => write!(f, "{}: {what}", path.display()),
             Self::Terminal(source) => write!(
@@ -113,10 +117,6 @@ impl fmt::Display for SimError {
             Self::NotForServos { option } => write!(
                 f,
                 "{option} is for hub motors: add --drives zlac, or zlac:LEFT,RIGHT"
-            ),
-            Self::NotForWheels { option } => write!(
-                f,
-                "{option} is for servo drives: with --drives zlac use --json, --csv or --candump"
             ),
         }
     }

@@ -1,8 +1,6 @@
 //! Who looks at a simulation while it runs, and may interfere.
 
 use super::error::SimError;
-use super::faults::Fault;
-use super::summary::Summary;
 use crate::control::Wish;
 use crate::recording::Recording;
 use crate::set_points::Speed;
@@ -14,8 +12,12 @@ pub(crate) enum Order {
     Stop,
     /// Pause, speed and stop of the motion, on its path.
     Motion(Wish),
-    /// Let something go wrong.
-    Fault(Fault),
+    /// Let the drive of an axis report an alarm.
+    Alarm(usize),
+    /// Pull the drive of an axis off the bus.
+    Unplug(usize),
+    /// Plug it in again.
+    PlugIn(usize),
 }
 
 /// Someone who is shown every cycle of a run that is recorded.
@@ -27,7 +29,7 @@ pub(crate) trait Spectator {
     fn speed(&mut self, speed: Speed);
 
     /// Called once, when nothing will change any more.
-    fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError>;
+    fn end(&mut self, recording: &Recording, verdict: &str, is_good: bool) -> Result<(), SimError>;
 
     /// Whether messages would disturb what it shows.
     fn owns_terminal(&self) -> bool;
@@ -43,7 +45,7 @@ impl Spectator for Nobody {
 
     fn speed(&mut self, _speed: Speed) {}
 
-    fn end(&mut self, _recording: &Recording, _summary: &Summary) -> Result<(), SimError> {
+    fn end(&mut self, _: &Recording, _: &str, _: bool) -> Result<(), SimError> {
         Ok(())
     }
 

@@ -1,8 +1,10 @@
 //! Name, unit and scale of each axis, for a recording.
 
 use dyn_can::DriveId;
+use zlac8030l::NodeId;
 
 use super::Table;
+use super::columns::Column;
 use super::unit::AxisScale;
 use crate::program::LETTERS;
 use crate::recording::AxisAbout;
@@ -16,16 +18,30 @@ pub(super) fn of_columns(
     let columns = table.columns.positions.iter().zip(scales);
     let axes = columns.zip(drives).zip(table.row(0));
     axes.map(|(((column, scale), drive), &start)| AxisAbout {
-        name: match column.label.name.as_str() {
-            "" => format!("column {}", column.label.number),
-            name => name.to_owned(),
-        },
+        name: name(column),
         unit: scale.unit.to_string(),
         counts_per_unit: scale.counts_per_unit(),
         start,
         ..AxisAbout::of_drive(*drive)
     })
     .collect()
+}
+
+/// Wheels, whose columns are speeds.
+pub(super) fn of_wheels(table: &Table, nodes: &[NodeId]) -> Vec<AxisAbout> {
+    let columns = table.columns.positions.iter().zip(nodes);
+    let wheels = columns.map(|(column, &node)| AxisAbout {
+        name: name(column),
+        ..AxisAbout::of_node(node)
+    });
+    wheels.collect()
+}
+
+fn name(column: &Column) -> String {
+    match column.label.name.as_str() {
+        "" => format!("column {}", column.label.number),
+        name => name.to_owned(),
+    }
 }
 
 /// The axes of a program: in millimetres from where it starts.

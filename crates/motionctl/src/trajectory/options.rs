@@ -474,6 +474,11 @@ impl MotionFile<'_> {
         .map_err(|source| self.options.in_file(source))
     }
 
+    /// The names of wheels, for a recording.
+    pub(crate) fn wheels_about(&self, nodes: &[NodeId]) -> Result<Vec<AxisAbout>, MotionError> {
+        Ok(axes_about::of_wheels(&self.file()?.table, nodes))
+    }
+
     /// What wheels are about to do.
     pub(crate) fn wheel_report(
         &self,

@@ -49,7 +49,8 @@ impl VirtualDriveOptions {
         self.nth(1).config(drive)
     }
 
-    fn nth(self, number: u8) -> Self {
+    /// The same with response delays of its own, for one of several.
+    pub(crate) fn nth(self, number: u8) -> Self {
         // No two of the 64 ids and 256 numbers make the same seed.
         let seed = self.seed.wrapping_add(64 * u64::from(number));
         Self { seed, ..self }

@@ -289,8 +289,9 @@ fn the_live_view_of_a_motion_shows_fourteen_axes_in_80_columns_and_24_lines_and_
         });
         // Ctrl-C is a signal and no key, even here: it works when the view hangs.
         view.press("\u{3}");
-        let screen = view.wait_for("the end", |text| text.contains("stopped by the user"));
-        assert!(screen.contains("q leave the view"), "{screen}");
+        view.wait_for("the end", |text| {
+            text.contains("stopped by the user") && text.contains("q leave the view")
+        });
         view.press("q");
         let (status, text) = view.wait();
         assert_eq!(status.code(), Some(130), "{text}");
@@ -314,5 +315,124 @@ fn what_was_heard_before_a_motion_that_did_not_begin_is_in_the_log() {
         assert_ne!(output.status.code(), Some(0), "{output:?}");
         let text = std::fs::read_to_string(&log).expect("the log");
         assert!(text.contains(" 029#"), "a request to drive 1: {text}");
+    });
+}
+
+#[test]
+fn each_of_several_buses_has_its_own_recording() {
+    undisturbed(|| {
+        let folder = Folder::new("run-buses");
+        std::fs::create_dir_all(&folder.0).expect("a folder");
+        let benches = [
+            BenchProcess::start("run-bus-a", "1"),
+            BenchProcess::start("run-bus-b", "1"),
+        ];
+        let motion = Scratch::new("run-buses.csv", SHORT);
+        let [csv, log, page] = ["run.csv", "run.log", "page"].map(|name| folder.file(name));
+        let buses = benches
+            .each_ref()
+            .map(|bench| format!("slcan:{}=1", bench.path()));
+        let words = [
+            "run",
+            "--bus",
+            &buses[0],
+            "--bus",
+            &buses[1],
+            "--trajectory",
+            motion.path(),
+            "--yes",
+            "--json",
+            "--csv",
+            &csv,
+            "--candump",
+            &log,
+            "--report",
+            &page,
+        ];
+        let output = motionctl(&words).output().expect("motionctl runs");
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let summary = json(&output);
+        for (place, (bench, axis)) in benches.into_iter().zip(["a", "b"]).enumerate() {
+            let tail = bench.path().rsplit('/').next().expect("a name").to_owned();
+            let page = Page::in_folder(&folder.file(&format!("page-{tail}")));
+            assert_eq!(page.axes(), [axis]);
+            let recording = &summary["buses"][place]["recording"];
+            let lines = |name: &str| {
+                let path = folder.file(name);
+                let text = std::fs::read_to_string(&path).expect("a file");
+                text.lines().count() as u64
+            };
+            assert_eq!(
+                recording["cycles"].as_u64(),
+                Some(lines(&format!("run-{tail}.csv")) - 1)
+            );
+            assert_eq!(
+                recording["frames"].as_u64(),
+                Some(lines(&format!("run-{tail}.log")))
+            );
+            let (start, _) = page.motion_start();
+            let sent = page.sent(0);
+            let way = sent.last().expect("a cycle") - sent[start - 1];
+            let report = bench.stop();
+            assert_eq!(Some(way), report["drives"][0]["received_counts"].as_i64());
+        }
+    });
+}
+
+#[test]
+fn a_view_and_a_sender_never_share_a_keyboard() {
+    let words = [
+        "run",
+        "--live",
+        "--slcan",
+        "/dev/null",
+        "--drives",
+        "1",
+        "--stream",
+        "-",
+        "--yes",
+    ];
+    let view = OnScreen::start(&words, 80, 24);
+    let (status, text) = view.wait();
+    assert_eq!(status.code(), Some(2), "{text}");
+    assert!(text.contains("--live reads keys"), "{text}");
+}
+
+#[test]
+fn a_program_on_a_bus_is_recorded_in_millimetres() {
+    undisturbed(|| {
+        let folder = Folder::new("run-program-page");
+        let bench = BenchProcess::start("run-program", "1,2");
+        let program = Scratch::new("run-program.ngc", "G21 G91 F600\nG1 X5\nG1 Y-5\nM2\n");
+        let words = [
+            "run",
+            "--slcan",
+            bench.path(),
+            "--program",
+            program.path(),
+            "--axes",
+            "2",
+            "--mm-per-turn",
+            "20",
+            "--yes",
+            "--report",
+            folder.as_str(),
+        ];
+        let output = motionctl(&words).output().expect("motionctl runs");
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let page = Page::in_folder(folder.as_str());
+        assert_eq!(page.axes(), ["X", "Y"]);
+        let text = std::fs::read_to_string(folder.file("index.html")).expect("the page");
+        assert!(text.contains("Path of the program"), "its picture");
+        let (start, _) = page.motion_start();
+        // A quarter of a turn: 5 of 20 mm.
+        for (axis, way) in [4_096, -4_096].into_iter().enumerate() {
+            assert_eq!(page.data()["axes"][axis]["unit"], "mm");
+            let target = page.target(axis);
+            let last = target.last().expect("a cycle");
+            assert_eq!(last - target[start - 1], way);
+            let counts = page.data()["axes"][axis]["countsPerUnit"].as_f64();
+            assert_eq!(counts, Some(819.2));
+        }
     });
 }

@@ -93,6 +93,25 @@ pub(super) const AXIS: Schema = Schema {
     ],
 };
 
+pub(super) const WHEEL: Schema = Schema {
+    name: "motionctl.Wheel",
+    description: "One wheel in one cycle",
+    fields: &[
+        TIME,
+        optional("state", "string", "state of the wheel in the master"),
+        field(
+            "target",
+            "number",
+            "speed that the application wants, r/min",
+        ),
+        field("sent", "number", "speed of the latest set-point, r/min"),
+        optional("speed", "number", "speed of the wheel, r/min"),
+        optional("speed_error", "number", "target minus speed, r/min"),
+        optional("status_age_ms", "number", "age of the latest status"),
+        optional("position_age_ms", "number", "age of the latest position"),
+    ],
+};
+
 pub(super) const FRAME: Schema = Schema {
     name: "motionctl.Frame",
     description: "One frame on the bus",

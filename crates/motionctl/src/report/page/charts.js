@@ -17,18 +17,19 @@ function chartsOf(host, axis) {
   const chart = (title, unit, height, curves, atLeast = none) =>
     new Chart(figure, { title, unit, height, curves, atLeast, marks, view: timeView });
   const curve = (name, kind, points) => ({ name, class: kind, ...points });
-  chart("position", unit, 220, [
+  const wheel = isSpeed ? "wheel" : "motor";
+  chart(isSpeed ? "speed" : "position", unit, 220, [
     ...(isLog ? [] : [curve("target", "target", target)]),
     curve(isLog ? "set-points" : "sent", "sent", sent),
-    curve("motor", "drive", motor),
+    curve(wheel, "drive", motor),
   ]);
-  chart("velocity", unit + "/s", 150, [
+  if (!isSpeed) chart("velocity", unit + "/s", 150, [
     curve("set-points", "sent", setPointVelocity),
     curve("motor", "drive", motorVelocity),
   ]);
-  chart("following error", unit, 130, [curve(isLog ? "set-points \u2212 motor" : "target \u2212 motor", "error", error)]);
+  chart(isSpeed ? "speed error" : "following error", unit, 130, [curve(`${isLog ? "set-points" : "target"} \u2212 ${wheel}`, "error", error)]);
   if (isLog) return;
-  chart("backlog", "counts", 100, [curve("target \u2212 sent", "backlog", backlog)], [-1, 1]);
+  chart("backlog", isSpeed ? unit : "counts", 100, [curve("target \u2212 sent", "backlog", backlog)], [-1, 1]);
   chart("age of the readings", "ms", 110, [
     curve("status", "status-age", statusAge),
     curve("position", "position-age", positionAge),
@@ -59,7 +60,7 @@ class EventRows extends Picture {
     this.clear(height);
     const middle = (row) => TOP + 22 * row + 11;
     this.rows.forEach((axis, row) => {
-      const label = axis === null ? "bus" : "drive " + axes[axis].about.drive;
+      const label = axis === null ? "bus" : driveWord + " " + axes[axis].about.drive;
       element(this.svg, "text", { class: "label y", x: LEFT - 6, y: middle(row) + 4 }, label);
     });
     // What matters most is drawn last, over the others, and is small enough to leave them in sight.
@@ -85,7 +86,7 @@ class EventRows extends Picture {
 }
 
 const eventText = ([us, axis, , what, times]) =>
-  (us / 1e6).toFixed(6) + " s  " + (axis === null ? "" : "drive " + axes[axis].about.drive + ": ") + what + (times > 1 ? ` (${times} times)` : "");
+  (us / 1e6).toFixed(6) + " s  " + (axis === null ? "" : driveWord + " " + axes[axis].about.drive + ": ") + what + (times > 1 ? ` (${times} times)` : "");
 
 // How far the set-points of each axis are from an even rhythm. One late set-point in a million shall be seen: the counts are
 // on a logarithmic axis.

@@ -3,7 +3,7 @@
 facts();
 axisTable();
 axes.forEach((_, axis) => chartsOf(document.getElementById("axes"), axis));
-if (axes.length >= 2) new Path(document.getElementById("path")); else document.getElementById("path-section").hidden = true;
+if (axes.length >= 2 && !isSpeed) new Path(document.getElementById("path")); else document.getElementById("path-section").hidden = true;
 busCharts(document.getElementById("bus"));
 const jitter = new Jitter(document.getElementById("jitter"));
 jitterFacts();

@@ -15,10 +15,10 @@ function strip() {
   const events = data.events.filter((event) => event[2] !== "state").slice(0, 1000);
   const colors = { p: "--set-point", q: "--request", r: "--reply", a: "--alarm", e: "--destroyed" };
 
-  // Each text is "class|frame|meaning"; the frame tells the drive: its identifier is drive * 32 + function.
+  // Each text is "class|frame|meaning"; the frame tells the drive: its identifier is drive * 32 + function, and on CANopen function * 128 + node.
   const texts = data.texts.map((text) => {
     const [kind, frame, ...meaning] = text.split("|");
-    const drive = parseInt(frame.slice(0, 3), 16) >> 5;
+    const id = parseInt(frame.slice(0, 3), 16), drive = isSpeed ? id & 0x7f : id >> 5;
     return { kind, frame, meaning: meaning.join("|"), row: Math.max(0, rows.indexOf(drive)) };
   });
   const frames = unpack(data.frames);
@@ -79,7 +79,7 @@ function strip() {
     context.textAlign = "right";
     context.fillStyle = color("--ink");
     rows.forEach((drive, row) => {
-      context.fillText(drive === "all" ? "all drives" : "drive " + drive, LEFT - 8, rowTop(row) + BAR / 2);
+      context.fillText(drive === "all" ? "all drives" : driveWord + " " + drive, LEFT - 8, rowTop(row) + BAR / 2);
     });
   }
 

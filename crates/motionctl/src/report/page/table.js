@@ -19,16 +19,16 @@ function facts() {
 function axisTable() {
   const columns = [
     ["axis", (axis) => axis.about.name, true],
-    ["drive", (axis) => axis.about.drive],
+    [driveWord, (axis) => axis.about.drive],
     ["unit", (axis) => axis.about.unit, true],
     ["set-points", (axis) => axis.about.setPoints],
     [isLog ? "set-points at the end" : "target at the end", (axis) => text(lastOf(axis.target.y))],
     ["sent at the end", (axis) => (isLog ? null : text(lastOf(axis.sent.y)))],
-    ["motor at the end", (axis) => text(lastOf(axis.motor.y))],
-    ["sum of the steps, counts", (axis) => sumOfSteps(axis)],
+    [isSpeed ? "wheel at the end" : "motor at the end", (axis) => text(lastOf(axis.motor.y))],
+    ["sum of the steps, counts", (axis) => (isSpeed ? null : sumOfSteps(axis))],
     ["received, counts", (axis) => axis.about.receivedCounts],
-    ["largest following error", (axis) => text(largest(axis.error.y))],
-    ["largest velocity", (axis) => text(largest(axis.setPointVelocity.y))],
+    [isSpeed ? "largest speed error" : "largest following error", (axis) => text(largest(axis.error.y))],
+    isSpeed ? ["largest speed", (axis) => text(largest(axis.target.y))] : ["largest velocity", (axis) => text(largest(axis.setPointVelocity.y))],
     ["oldest status, ms", (axis) => (isLog ? null : text(largest(axis.statusAge.y)))],
     ["reply timeouts", (axis) => axis.about.replyTimeouts],
     ["state", (axis) => axis.about.state, true],
@@ -47,7 +47,7 @@ const MOST_EVENTS = 1000;
 function eventTable() {
   const columns = [
     ["time, s", (event) => (event[0] / 1e6).toFixed(6)],
-    ["drive", (event) => (event[1] === null ? "" : axes[event[1]].about.drive)],
+    [driveWord, (event) => (event[1] === null ? "" : axes[event[1]].about.drive)],
     ["kind", (event) => event[2], true],
     ["what", (event) => event[3] + (event[4] > 1 ? ` (${event[4]} times)` : ""), true],
   ];

@@ -42,15 +42,18 @@ const times = series(data.samples.timesUs).map((us) => us / 1e6);
 const cycleNumbers = series(data.samples.numbers);
 const loads = series(data.samples.loadPermille).map((permille) => permille / 10);
 const isLog = data.origin === "log";
+// Wheels follow speeds, which begin at 0.
+const isSpeed = data.quantity === "speed";
 const endS = data.endUs / 1e6;
 const startIndex = data.motionStart ? Math.max(0, times.findIndex((at) => at >= data.motionStart[0] / 1e6)) : 0;
-const name = (axis) => data.axes[axis].name + (data.axes[axis].name.startsWith("drive ") ? "" : ", drive " + data.axes[axis].drive);
+const driveWord = isSpeed ? "node" : "drive";
+const name = (axis) => data.axes[axis].name + (data.axes[axis].name.startsWith(driveWord + " ") ? "" : `, ${driveWord} ${data.axes[axis].drive}`);
 
 // Each axis in its unit: the value at the begin of the motion is the first one of the file.
 const axes = data.axes.map((about) => {
   const sentCounts = series(about.sent);
   const targetCounts = about.target ? series(about.target) : sentCounts;
-  const origin = targetCounts[startIndex] ?? 0;
+  const origin = isSpeed ? 0 : targetCounts[startIndex] ?? 0;
   const inUnit = (counts) => about.start + (counts - origin) / about.countsPerUnit;
   const curve = (pairs, value) => ({
     x: Float64Array.from(pairs.index, (place) => times[place]),
@@ -67,7 +70,7 @@ const axes = data.axes.map((about) => {
   };
   return {
     about, target, sent, motor, error,
-    backlog: { x: times, y: targetCounts.map((counts, n) => counts - sentCounts[n]) },
+    backlog: { x: times, y: targetCounts.map((counts, n) => (counts - sentCounts[n]) / (isSpeed ? about.countsPerUnit : 1)) },
     statusAge: curve(sparse(about.statusAgeUs), (us) => us / 1000),
     positionAge: curve(sparse(about.positionAgeUs), (us) => us / 1000),
     setPointVelocity: velocity(target.x, target.y, cycleNumbers),

@@ -17,6 +17,8 @@ use super::setup::{MOST_AXES, Setup};
 use super::spectator::Spectator;
 use super::watch::Watch;
 use crate::recording::Recorder;
+pub(crate) use record::wire_frame;
+pub(crate) use run::Run;
 
 const GROUP: GroupId = GroupId(0);
 

@@ -2,12 +2,14 @@
 
 use can_motion::{Event, EventKind, Instant};
 use drive_sim::{Outcome, Record};
+use dyn_can::{Alarm, DriveId};
 
 use super::{Bench, GROUP};
 use crate::control::Wish;
 use crate::output::tell;
 use crate::recording::{AxisSample, Sample, WireFrame};
 use crate::sim::error::SimError;
+use crate::sim::faults::Fault;
 use crate::sim::spectator::Order;
 
 impl Bench<'_> {
@@ -45,7 +47,11 @@ impl Bench<'_> {
             let axis = axes.find(|(_, place)| Some(**place) == event.axis.map(usize::from));
             let drive = axis.and_then(|(axis, _): (usize, _)| self.setup.drives.get(axis));
             let drive = drive.map_or(String::new(), |drive| format!(" drive {drive}:"));
-            tell(format_args!("{} s:{drive} {fault}", event.at));
+            let bus = match self.setup.bus.as_str() {
+                "" => String::new(),
+                name => format!(" bus {name}:"),
+            };
+            tell(format_args!("{} s:{bus}{drive} {fault}", event.at));
         }
     }
 
@@ -91,15 +97,27 @@ impl Bench<'_> {
                     self.stopped = true;
                 }
                 Order::Motion(wish) => wishes.push(wish),
-                Order::Fault(fault) => self.apply(fault),
+                Order::Alarm(axis) => self.apply_to(axis, |drive| Fault::Alarm {
+                    drive,
+                    alarm: Alarm::OverCurrent,
+                    repeat_ns: None,
+                }),
+                Order::Unplug(axis) => self.apply_to(axis, |drive| Fault::Unplug { drive }),
+                Order::PlugIn(axis) => self.apply_to(axis, |drive| Fault::PlugIn { drive }),
             }
         }
         Ok(wishes)
     }
+
+    fn apply_to(&mut self, axis: usize, fault: impl Fn(DriveId) -> Fault) {
+        if let Some(&drive) = self.setup.drives.get(axis) {
+            self.apply(fault(drive));
+        }
+    }
 }
 
 /// An attempt of the virtual bus, for the recording.
-fn wire_frame(record: &Record, is_from_master: bool, bit_ns: u64) -> Option<WireFrame> {
+pub(crate) fn wire_frame(record: &Record, is_from_master: bool, bit_ns: u64) -> Option<WireFrame> {
     Some(WireFrame {
         start_ns: record.start_ns,
         end_ns: record.end_ns,

@@ -8,15 +8,12 @@ use std::time::{Duration, Instant};
 use ratatui::crossterm::event::{self, Event};
 
 use super::error::SimError;
-use super::setup::Setup;
 use super::spectator::{Order, Spectator};
-use super::summary::Summary;
 use crate::live_view::{Screen, TakenTerminal};
 use crate::output;
 use crate::recording::Recording;
 use crate::set_points::Speed as MotionSpeed;
-use crate::trajectory::Plan;
-use keys::{KEYS, Key, Panel, Wish};
+use keys::{KEYS, KEYS_WITHOUT_PATH, Key, Panel, Wish};
 use pace::Pace;
 
 /// Messages of the tool that are shown.
@@ -29,6 +26,8 @@ const PICTURE: Duration = Duration::from_millis(50);
 pub(super) struct LiveView {
     terminal: TakenTerminal,
     panel: Panel,
+    /// It can be paused, and played at another speed.
+    has_path: bool,
     pace: Pace,
     last_picture: Option<Instant>,
     motion_us: u64,
@@ -36,15 +35,16 @@ pub(super) struct LiveView {
 }
 
 impl LiveView {
-    /// Takes the terminal.
-    pub(super) fn open(setup: &Setup, plan: &Plan) -> Result<Self, SimError> {
+    /// Takes the terminal, for so many axes and a motion of this length.
+    pub(super) fn open(axes: usize, motion_us: u64, has_path: bool) -> Result<Self, SimError> {
         let terminal = TakenTerminal::take().map_err(SimError::Terminal)?;
         Ok(Self {
             terminal,
-            panel: Panel::new(setup.drives.clone()),
+            panel: Panel::new(axes),
+            has_path,
             pace: Pace::new(),
             last_picture: None,
-            motion_us: plan.cycles() as u64 * u64::from(setup.cycle_us),
+            motion_us,
             speed: None,
         })
     }
@@ -85,7 +85,11 @@ impl LiveView {
                 self.panel.speed()
             ),
             status,
-            keys: KEYS,
+            keys: if self.has_path {
+                KEYS
+            } else {
+                KEYS_WITHOUT_PATH
+            },
             events_title: &format!(
                 " events;  keys a and p are for {} ",
                 recording.name(self.panel.selected())
@@ -138,12 +142,9 @@ impl Spectator for LiveView {
         self.speed = Some(speed);
     }
 
-    fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError> {
+    fn end(&mut self, recording: &Recording, verdict: &str, is_good: bool) -> Result<(), SimError> {
         while !self.panel.is_leaving() {
-            self.draw(
-                recording,
-                Some((summary.verdict(), summary.promises_kept())),
-            )?;
+            self.draw(recording, Some((verdict, is_good)))?;
             // Nothing runs any more that could obey.
             let _ = self.read_keys(PICTURE)?;
         }
