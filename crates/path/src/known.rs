@@ -1,0 +1,271 @@
+//! The known path: its pieces, the front in them, and how pieces are added.
+
+use crate::front::{Front, LATE_CYCLES, SEARCH_CYCLES};
+use crate::length;
+use crate::order::Order as _;
+use crate::plan::{Guard, Plan};
+use crate::queue::{Piece, Ring};
+use crate::shape::Point;
+
+/// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.
+const EDGE_CYCLES: f32 = 3.0;
+/// The same before, where the front enters many pieces at once.
+const EARLY_CYCLES: f32 = EDGE_CYCLES + LATE_CYCLES as f32;
+
+/// Cycles of the front that it may be behind a border when it learns of it.
+const BEHIND: f32 = 1.5 + SEARCH_CYCLES as f32;
+
+/// What is known of the path.
+#[derive(Debug, Clone)]
+pub(crate) struct Known<const S: usize, const Q: usize> {
+    pub(crate) ring: Ring<S, Q>,
+    pub(crate) front: Front,
+    pub(crate) plan: Plan,
+    /// Of the average.
+    cycles: f32,
+}
+
+/// What the limits of a piece depend on that follows.
+#[derive(Debug, Clone, Copy)]
+struct Before {
+    end: i64,
+    enter: i64,
+    leave: i64,
+    alone: i64,
+    velocity: f32,
+    acceleration: f32,
+    shared: f32,
+}
+
+impl<const S: usize, const Q: usize> Known<S, Q> {
+    /// Nothing, with an average over so many cycles.
+    pub(crate) fn nothing(cycles: usize) -> Self {
+        Self {
+            ring: Ring::new(),
+            front: Front::START,
+            plan: Plan::DONE,
+            cycles: cycles as f32,
+        }
+    }
+
+    pub(crate) fn forget(&mut self) {
+        self.ring.clear();
+        self.plan = Plan::DONE;
+    }
+
+    /// Whether there is room for a piece and the blend before it.
+    pub(crate) const fn has_room(&self) -> bool {
+        self.ring.free() >= 2
+    }
+
+    /// Whether the front is at the end of the last piece.
+    pub(crate) fn is_at_end(&self) -> bool {
+        self.last().is_none_or(|(place, last)| {
+            self.front.piece >= place && self.front.place >= last.end()
+        })
+    }
+
+    /// A cycle of the front. Returns the instructions it has taken beyond the usual, about.
+    pub(crate) fn advance(&mut self, rate: f32) -> u32 {
+        let guard = self.plan.room(&self.front);
+        self.front.advance(&self.ring, rate, guard)
+    }
+
+    /// Plans a piece.
+    pub(crate) fn plan_some(&mut self) {
+        self.plan.step(&mut self.ring, &self.front);
+    }
+
+    /// A piece that the tool has passed and that is not in force any more.
+    pub(crate) fn forget_before(&mut self, tool: usize) {
+        let first = self.ring.first();
+        if first < tool
+            && let Some(piece) = self.ring.get(first)
+            && piece.leave <= self.front.place
+        {
+            self.ring.retire(first + 1);
+        }
+    }
+
+    /// Front and tool stand: the piece that begins now, if there is one.
+    pub(crate) fn rest(&mut self, tool: usize) -> Option<usize> {
+        self.ring.retire(tool);
+        self.front.forget_the_past(self.ring.first());
+        let next = self.front.piece + 1;
+        let (piece, following) = (self.ring.get(self.front.piece)?, self.ring.get(next)?);
+        (following.from_rest && self.front.place >= piece.end()).then_some(next)
+    }
+
+    /// The front at the start of a piece, from rest. Returns its first point, and how far the path should be known before it goes on.
+    pub(crate) fn begin(&mut self, place: usize) -> Option<(Point<S>, i64)> {
+        let piece = self.ring.get(place)?;
+        self.front.begin(place, piece);
+        let (from, velocity) = (piece.shape.from, piece.velocity);
+        let cycles = self.cycles + velocity / piece.acceleration;
+        let until = self.front.place + length::from_units(velocity * cycles);
+        self.ring.retire(place);
+        Some((from, until))
+    }
+
+    /// Where the known path ends.
+    pub(crate) fn end(&self) -> i64 {
+        self.last()
+            .map_or(self.front.place, |(_, last)| last.end())
+    }
+
+    /// The last piece, and its place in the ring.
+    pub(crate) fn last(&self) -> Option<(usize, &Piece<S>)> {
+        let place = self.ring.end().checked_sub(1)?;
+        Some((place, self.ring.get(place)?))
+    }
+
+    /// Adds a piece that starts from rest where the path ends now. Tells whether it is the only one.
+    pub(crate) fn start_with(&mut self, piece: &mut Piece<S>) -> bool {
+        let last = self.last().map(|(_, last)| last.end());
+        let start = last.unwrap_or(self.front.place);
+        piece.start = start;
+        piece.enter = start;
+        piece.alone = start;
+        piece.shared = piece.acceleration;
+        piece.least = f32::MAX;
+        piece.entry = 0.0;
+        piece.from_rest = true;
+        piece.leave = self.left(start + piece.length, piece.velocity);
+        self.ring.push(piece);
+        last.is_none()
+    }
+
+    /// Adds a piece that follows the last one without a rest, if the front can still do what it asks for.
+    pub(crate) fn follow(&mut self, piece: &mut Piece<S>) -> bool {
+        let Some((place, last)) = self.last() else {
+            return false;
+        };
+        let (length, before) = (last.length, self.before(last, last.length));
+        self.following(&before, piece);
+        let acceleration = before.acceleration.lower(before.shared).lower(piece.shared);
+        let Some(guard) = self.guard(place, piece.enter, acceleration) else {
+            return false;
+        };
+        self.connect(place, length, piece);
+        self.plan = Plan::begin(self.ring.end() - 1, guard);
+        true
+    }
+
+    /// The same with a blend between, which takes the place of `reach` of either piece.
+    pub(crate) fn follow_through(
+        &mut self,
+        blend: &mut Piece<S>,
+        reach: i64,
+        piece: &mut Piece<S>,
+    ) -> bool {
+        let Some((place, last)) = self.last() else {
+            return false;
+        };
+        let length = last.length - reach;
+        let before = self.before(last, length);
+        self.following(&before, blend);
+        let begins = Before {
+            end: blend.end(),
+            enter: blend.enter,
+            leave: blend.leave,
+            alone: blend.alone,
+            velocity: blend.velocity,
+            acceleration: blend.acceleration,
+            shared: blend.shared,
+        };
+        let (begin, whole) = (piece.begin, piece.length);
+        (piece.begin, piece.length) = (begin + reach, whole - reach);
+        self.following(&begins, piece);
+        let acceleration = before.acceleration.lower(before.shared);
+        let acceleration = acceleration.lower(blend.shared).lower(piece.shared);
+        let Some(guard) = self.guard(place, blend.enter, acceleration) else {
+            (piece.begin, piece.length) = (begin, whole);
+            return false;
+        };
+        self.connect(place, length, blend);
+        self.ring.push(piece);
+        self.plan = Plan::begin(self.ring.end() - 1, guard);
+        true
+    }
+
+    /// What follows a piece that is shortened to a length.
+    fn before(&self, piece: &Piece<S>, length: i64) -> Before {
+        let end = piece.start + length;
+        Before {
+            end,
+            enter: piece.enter,
+            leave: self.left(end, piece.velocity),
+            alone: piece.alone,
+            velocity: piece.velocity,
+            acceleration: piece.acceleration,
+            shared: piece.shared,
+        }
+    }
+
+    /// Where the limits of a piece are in force that follows another one without a rest.
+    fn following(&self, before: &Before, piece: &mut Piece<S>) {
+        // A cycle must not pass more than a few pieces.
+        piece.velocity = piece.velocity.lower(4.0 * length::units(piece.length));
+        piece.start = before.end;
+        let cycles = 0.5 * self.cycles + EARLY_CYCLES;
+        let way = piece.velocity.lower(before.velocity) * cycles;
+        piece.enter = before.enter.max(before.end - length::from_units(way));
+        piece.leave = self.left(piece.end(), piece.velocity);
+        // What is in force until the one before it leaves.
+        let alone = before.leave + length::from_units(BEHIND * before.velocity);
+        piece.alone = before.alone.max(alone);
+        let shared = if before.alone > piece.enter {
+            before.shared.lower(before.acceleration)
+        } else {
+            before.acceleration
+        };
+        piece.shared = shared.lower(piece.acceleration);
+        piece.entry = 0.0;
+        piece.least = f32::MAX;
+        piece.from_rest = false;
+    }
+
+    /// Where the front is at the latest when the tool leaves a piece.
+    fn left(&self, end: i64, velocity: f32) -> i64 {
+        end + length::from_units(velocity * (0.5 * self.cycles + EDGE_CYCLES))
+    }
+
+    /// That the front can stop before a place behind the last piece, if it can.
+    fn guard(&self, last: usize, place: i64, acceleration: f32) -> Option<Guard> {
+        let mut acceleration = acceleration;
+        if let Some(piece) = self.ring.get(self.front.piece) {
+            acceleration = acceleration.lower(piece.shared);
+        }
+        if self.front.piece < last
+            && let Some(next) = self.ring.get(self.front.piece + 1)
+        {
+            acceleration = acceleration.lower(next.least);
+        }
+        let room = place - self.front.place;
+        let needed = self.front.stopping_distance(acceleration);
+        (room >= 0 && length::units(room) >= needed).then_some(Guard {
+            place,
+            acceleration,
+        })
+    }
+
+    /// Puts a piece behind the last one, which gets a length; in its place if that is nothing.
+    fn connect(&mut self, place: usize, length: i64, next: &Piece<S>) {
+        let is_replaced = length == 0 && self.front.piece < place;
+        let Some(slot) = self.ring.get_mut(place) else {
+            return;
+        };
+        if is_replaced {
+            *slot = *next;
+            return;
+        }
+        slot.length = length;
+        let (end, velocity) = (slot.end(), slot.velocity);
+        let leave = self.left(end, velocity);
+        if let Some(slot) = self.ring.get_mut(place) {
+            slot.leave = leave;
+        }
+        self.ring.push(next);
+    }
+}
+

@@ -1,0 +1,248 @@
+//! A piece on its way from what was asked for to a piece of the queue: one step a call, so that a cycle takes only what it has time for.
+
+use trajectory::Limits;
+
+use crate::bounds::{self, Slopes};
+use crate::corner::{Corner, corner};
+use crate::known::Known;
+use crate::length;
+use crate::machine::Machine;
+use crate::order::Order as _;
+use crate::queue::Piece;
+use crate::request::{Join, Request};
+use crate::shape::{Direction, Passage, Shape};
+
+/// What the axes can do.
+#[derive(Debug, Clone)]
+pub(crate) struct Axes<M, const A: usize> {
+    pub(crate) machine: M,
+    pub(crate) limits: [Limits; A],
+    /// Cycles of the average.
+    pub(crate) cycles: f32,
+}
+
+/// The next step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Shape,
+    Start,
+    Slopes,
+    Velocity,
+    Acceleration,
+    LastEnd,
+    Corner,
+    BlendFrom,
+    BlendTo,
+    Blend,
+    BlendSlopes,
+    BlendVelocity,
+    BlendAcceleration,
+    FollowThrough,
+    Follow,
+    FromRest,
+}
+
+/// What came of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// There are more.
+    Unfinished,
+    /// The piece is in the queue.
+    Added {
+        /// It is the only one.
+        is_alone: bool,
+    },
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Preparation<const S: usize, const A: usize> {
+    step: Step,
+    piece: Piece<S>,
+    blend: Piece<S>,
+    slopes: [Slopes; A],
+    /// How the last piece ends and this one starts; their whole lengths.
+    end: Direction<S>,
+    start: Direction<S>,
+    whole: i64,
+    /// What the blend replaces of either piece, and where it leaves the one for the other.
+    reach: i64,
+    from: Passage<S>,
+    to: Passage<S>,
+}
+
+/// What the velocity of the front can still be changed by.
+pub(crate) const LEAST_ACCELERATION: f32 = 1.0 / 262_144.0;
+
+impl<const S: usize, const A: usize> Preparation<S, A> {
+    pub(crate) const IDLE: Self = Self {
+        step: Step::Shape,
+        piece: Piece::EMPTY,
+        blend: Piece::EMPTY,
+        slopes: [Slopes::NONE; A],
+        end: Direction::NONE,
+        start: Direction::NONE,
+        whole: 0,
+        reach: 0,
+        from: Passage::NONE,
+        to: Passage::NONE,
+    };
+
+    /// Begins anew with the next request.
+    pub(crate) const fn restart(&mut self) {
+        self.step = Step::Shape;
+    }
+
+    /// Instructions of the next step for three axes on a Cortex-M4, at most.
+    pub(crate) const fn cost(&self) -> u32 {
+        match self.step {
+            _ => 400,
+        }
+    }
+
+    /// The next step with a request, which stays the same until the piece is added.
+    pub(crate) fn advance<M: Machine<S, A>, const Q: usize>(
+        &mut self,
+        request: &Request<S>,
+        most_rate: f32,
+        axes: &Axes<M, A>,
+        known: &mut Known<S, Q>,
+    ) -> Progress {
+        self.step = match self.step {
+            Step::Shape => self.shape(request),
+            Step::Start => self.start(),
+            Step::Slopes => self.slopes(axes),
+            Step::Velocity => {
+                let fastest = (self.piece.feed * most_rate).lower(length::FASTEST);
+                self.piece.velocity = bounds::velocity(&self.slopes, &axes.limits, fastest);
+                Step::Acceleration
+            }
+            Step::Acceleration => {
+                self.piece.acceleration = self.acceleration(axes, self.piece.velocity);
+                match request.join {
+                    Join::Rest => Step::FromRest,
+                    Join::Exact | Join::Blend(_) => Step::LastEnd,
+                }
+            }
+            Step::LastEnd => self.last_end(known),
+            Step::Corner => self.corner(request.join),
+            Step::BlendFrom => self.blend_from(known),
+            Step::BlendTo => {
+                self.to = self.piece.shape.passage(self.reach);
+                Step::Blend
+            }
+            Step::Blend => self.blend(),
+            Step::BlendSlopes => {
+                self.slopes = bounds::slopes_of_blend(&self.blend.shape, &axes.machine);
+                Step::BlendVelocity
+            }
+            Step::BlendVelocity => {
+                let fastest = (self.blend.feed * most_rate).lower(length::FASTEST);
+                self.blend.velocity = bounds::velocity(&self.slopes, &axes.limits, fastest);
+                Step::BlendAcceleration
+            }
+            Step::BlendAcceleration => self.blend_acceleration(axes),
+            Step::Follow => {
+                if known.follow(&mut self.piece) {
+                    return self.added(false);
+                }
+                Step::FromRest
+            }
+            Step::FollowThrough => {
+                if known.follow_through(&mut self.blend, self.reach, &mut self.piece) {
+                    return self.added(false);
+                }
+                Step::FromRest
+            }
+            Step::FromRest => {
+                let is_alone = known.start_with(&mut self.piece);
+                return self.added(is_alone);
+            }
+        };
+        Progress::Unfinished
+    }
+
+    const fn added(&mut self, is_alone: bool) -> Progress {
+        self.step = Step::Shape;
+        Progress::Added { is_alone }
+    }
+
+    fn shape(&mut self, request: &Request<S>) -> Step {
+        let length = request.length();
+        self.piece.shape = match request.round {
+            Some((round, _)) => Shape::arc(request.from, request.end, &round, length),
+            None => Shape::line(request.from, request.end, length),
+        };
+        self.piece.begin = 0;
+        self.piece.length = length;
+        self.piece.feed = request.feed;
+        Step::Start
+    }
+
+    fn start(&mut self) -> Step {
+        self.start = self.piece.shape.direction(0);
+        Step::Slopes
+    }
+
+    fn slopes<M: Machine<S, A>>(&mut self, axes: &Axes<M, A>) -> Step {
+        self.slopes = bounds::slopes(&self.piece.shape, &self.start, &axes.machine);
+        Step::Velocity
+    }
+
+    fn acceleration<M>(&self, axes: &Axes<M, A>, velocity: f32) -> f32 {
+        bounds::acceleration(&self.slopes, &axes.limits, velocity, axes.cycles)
+    }
+
+    fn last_end<const Q: usize>(&mut self, known: &Known<S, Q>) -> Step {
+        let Some((_, last)) = known.last() else {
+            return Step::FromRest;
+        };
+        // The whole shape, of which a blend may have taken the first half.
+        self.whole = last.begin + last.length;
+        self.end = last.shape.direction(self.whole);
+        Step::Corner
+    }
+
+    fn corner(&mut self, join: Join) -> Step {
+        let tolerance = match join {
+            Join::Blend(tolerance) => tolerance,
+            Join::Exact | Join::Rest => 0.0,
+        };
+        let (before, after) = (
+            (&self.end, self.whole),
+            (&self.start, self.piece.length),
+        );
+        match (corner(before, after, tolerance), join) {
+            (Corner::Smooth, _) => Step::Follow,
+            (Corner::Blend { reach }, Join::Blend(_)) => {
+                self.reach = reach;
+                Step::BlendFrom
+            }
+            (Corner::Blend { .. } | Corner::Rest, _) => Step::FromRest,
+        }
+    }
+
+    fn blend_from<const Q: usize>(&mut self, known: &Known<S, Q>) -> Step {
+        let Some((_, last)) = known.last() else {
+            return Step::FromRest;
+        };
+        self.from = last.shape.passage(self.whole - self.reach);
+        self.blend.feed = last.feed.lower(self.piece.feed);
+        Step::BlendTo
+    }
+
+    fn blend(&mut self) -> Step {
+        self.blend.length = 2 * self.reach;
+        self.blend.shape = Shape::blend(&self.from, &self.to, self.blend.length);
+        Step::BlendSlopes
+    }
+
+    fn blend_acceleration<M>(&mut self, axes: &Axes<M, A>) -> Step {
+        let velocity = self.blend.velocity;
+        self.blend.acceleration = self.acceleration(axes, velocity);
+        if velocity > 0.0 && self.blend.acceleration > LEAST_ACCELERATION {
+            Step::FollowThrough
+        } else {
+            Step::FromRest
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The tool: where the average of the front's latest places is.
+
+use trajectory::fixed::part_of;
+
+use crate::filter::Average;
+use crate::front::Front;
+use crate::queue::Ring;
+use crate::shape::Point;
+
+#[derive(Debug, Clone)]
+pub(crate) struct Tool<const S: usize> {
+    pub(crate) average: Average,
+    /// One over the cycles of the average, 64 bits behind the point.
+    share: u64,
+    /// Its piece, and its way in it times the cycles of the average.
+    piece: usize,
+    way: i64,
+    pub(crate) place: Point<S>,
+}
+
+impl<const S: usize> Tool<S> {
+    /// At rest, with an average over so many cycles.
+    pub(crate) fn new(cycles: usize, place: Point<S>) -> Self {
+        Self {
+            average: Average::new(cycles),
+            share: u64::MAX.checked_div(cycles as u64).unwrap_or(u64::MAX),
+            piece: 0,
+            way: 0,
+            place,
+        }
+    }
+
+    pub(crate) const fn piece(&self) -> usize {
+        self.piece
+    }
+
+    /// At the start of a piece.
+    pub(crate) const fn begin(&mut self, piece: usize, place: Point<S>) {
+        self.wait_for(piece);
+        self.place = place;
+    }
+
+    /// Where it is, for a piece to come.
+    pub(crate) const fn wait_for(&mut self, piece: usize) {
+        self.piece = piece;
+        self.way = 0;
+    }
+
+    /// A cycle of the front. Tells whether the tool moves.
+    pub(crate) fn follow<const Q: usize>(&mut self, front: &Front, ring: &Ring<S, Q>) -> bool {
+        let way = self.average.add(front.velocity);
+        if way == 0 {
+            return false;
+        }
+        let cycles = self.average.cycles() as i64;
+        self.way += way.cast_signed();
+        while let Some(piece) = ring.get(self.piece) {
+            let whole = piece.length * cycles;
+            if self.way <= whole || self.piece >= front.piece {
+                let at = part_of(self.way, self.share).min(piece.length).max(0);
+                self.place = piece.shape.point(piece.begin + at);
+                break;
+            }
+            self.way -= whole;
+            self.piece += 1;
+        }
+        true
+    }
+}
