@@ -12,8 +12,8 @@ const ENTERED: usize = 4;
 pub(crate) const LATE_CYCLES: usize = 8;
 
 /// Pieces whose limits are looked at in a cycle, more in a long queue, so that all are in this number of cycles.
-const SEARCHED: usize = 6;
-pub(crate) const SEARCH_CYCLES: usize = 6;
+const SEARCHED: usize = 4;
+pub(crate) const SEARCH_CYCLES: usize = 8;
 
 /// Instructions on a Cortex-M4, about: of a cycle in which limits are collected, of a correction, and of a piece that is entered.
 const OF_A_SEARCH: u32 = 200;
@@ -93,6 +93,7 @@ impl Front {
 
     /// A cycle. `rate` is the override, 0 for a pause; `guard` a place before which it must be able to stop.
     /// Returns the instructions it has taken beyond the usual, about.
+    #[inline(never)]
     pub(crate) fn advance<const S: usize, const Q: usize>(
         &mut self,
         ring: &Ring<S, Q>,
@@ -158,16 +159,23 @@ impl Front {
             velocity = velocity.lower(entered.velocity);
             (piece, next) = (entered, ring.get(index + 1));
         }
+        let mut before = None;
         for _ in 0..CORRECTIONS {
             place = self.place + i64::from(length::velocity(velocity));
             // A slower one may not get so far.
             while index > self.piece
                 && piece.enter > place
-                && let Some(before) = ring.get(index - 1)
+                && let Some(previous) = ring.get(index - 1)
             {
                 index -= 1;
-                (piece, next) = (before, Some(piece));
+                (piece, next) = (previous, Some(piece));
             }
+            // A correction holds where the room falls in the same way.
+            let way = Some((index, place >= piece.alone));
+            if way == before {
+                break;
+            }
+            before = way;
             let room = piece.room(place, piece.goal(next));
             if velocity * velocity <= room.square {
                 break;

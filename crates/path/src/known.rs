@@ -89,8 +89,11 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
 
     /// Front and tool stand: the piece that begins now, if there is one.
     pub(crate) fn rest(&mut self, tool: usize) -> Option<usize> {
+        let first = self.ring.first();
         self.ring.retire(tool);
-        self.front.forget_the_past(self.ring.first());
+        if first != self.ring.first() {
+            self.front.forget_the_past(self.ring.first());
+        }
         let next = self.front.piece + 1;
         let (piece, following) = (self.ring.get(self.front.piece)?, self.ring.get(next)?);
         (following.from_rest && self.front.place >= piece.end()).then_some(next)
@@ -135,57 +138,46 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
         last.is_none()
     }
 
-    /// Adds a piece that follows the last one without a rest, if the front can still do what it asks for.
-    pub(crate) fn follow(&mut self, piece: &mut Piece<S>) -> bool {
-        let Some((place, last)) = self.last() else {
+    /// Where the limits of a piece are in force that follows the last one, from which so much is cut off, without a rest.
+    pub(crate) fn follow_last(&self, piece: &mut Piece<S>, cut: i64) -> bool {
+        let Some((_, last)) = self.last() else {
             return false;
         };
-        let (length, before) = (last.length, self.before(last, last.length));
+        let before = self.before(last, last.length - cut);
         self.following(&before, piece);
-        let acceleration = before.acceleration.lower(before.shared).lower(piece.shared);
-        let Some(guard) = self.guard(place, piece.enter, acceleration) else {
-            return false;
-        };
-        self.connect(place, length, piece);
-        self.plan = Plan::begin(self.ring.end() - 1, guard);
         true
     }
 
-    /// The same with a blend between, which takes the place of `reach` of either piece.
-    pub(crate) fn follow_through(
-        &mut self,
-        blend: &mut Piece<S>,
-        reach: i64,
-        piece: &mut Piece<S>,
-    ) -> bool {
+    /// The same of a piece that follows one which is not among the known ones yet.
+    pub(crate) fn follow(&self, before: &Piece<S>, piece: &mut Piece<S>) {
+        self.following(&self.before(before, before.length), piece);
+    }
+
+    /// Adds a piece that follows the last one, from which so much is cut off, if the front can still do what it asks for. Until it is
+    /// planned, the front stops before it.
+    pub(crate) fn add(&mut self, piece: &Piece<S>, cut: i64) -> bool {
         let Some((place, last)) = self.last() else {
             return false;
         };
-        let length = last.length - reach;
-        let before = self.before(last, length);
-        self.following(&before, blend);
-        let begins = Before {
-            end: blend.end(),
-            enter: blend.enter,
-            leave: blend.leave,
-            alone: blend.alone,
-            velocity: blend.velocity,
-            acceleration: blend.acceleration,
-            shared: blend.shared,
-        };
-        let (begin, whole) = (piece.begin, piece.length);
-        (piece.begin, piece.length) = (begin + reach, whole - reach);
-        self.following(&begins, piece);
-        let acceleration = before.acceleration.lower(before.shared);
-        let acceleration = acceleration.lower(blend.shared).lower(piece.shared);
-        let Some(guard) = self.guard(place, blend.enter, acceleration) else {
-            (piece.begin, piece.length) = (begin, whole);
+        let length = last.length - cut;
+        let acceleration = last.acceleration.lower(last.shared).lower(piece.shared);
+        let Some(guard) = self.guard(place, piece.enter, acceleration) else {
             return false;
         };
-        self.connect(place, length, blend);
-        self.ring.push(piece);
-        self.plan = Plan::begin(self.ring.end() - 1, guard);
+        self.plan = Plan::guarded(guard);
+        self.connect(place, length, piece);
         true
+    }
+
+    /// Adds the piece behind a blend that was added.
+    pub(crate) fn add_more(&mut self, piece: &Piece<S>) {
+        self.ring.push(piece);
+        self.plan_anew();
+    }
+
+    /// Plans what was added.
+    pub(crate) fn plan_anew(&mut self) {
+        self.plan.begin(self.ring.end() - 1);
     }
 
     /// What follows a piece that is shortened to a length.

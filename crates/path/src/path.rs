@@ -221,6 +221,7 @@ where
     }
 
     /// Prepares and plans as much as a cycle has time for.
+    #[inline(never)]
     fn work(&mut self, spent: u32) {
         let mut left = BUDGET.saturating_sub(spent);
         if QUEUE > LONG_QUEUE {

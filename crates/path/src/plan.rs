@@ -31,12 +31,17 @@ impl Plan {
         guard: None,
     };
 
-    /// From the last piece backward.
-    pub(crate) const fn begin(last: usize, guard: Guard) -> Self {
+    /// Nothing to be planned yet, but something that must hold.
+    pub(crate) const fn guarded(guard: Guard) -> Self {
         Self {
-            next: Some(last),
+            next: None,
             guard: Some(guard),
         }
+    }
+
+    /// From the last piece backward.
+    pub(crate) const fn begin(&mut self, last: usize) {
+        self.next = Some(last);
     }
 
     pub(crate) const fn is_done(&self) -> bool {
@@ -48,6 +53,7 @@ impl Plan {
     }
 
     /// Plans a piece. Where nothing changes, nothing does further ahead.
+    #[inline(never)]
     pub(crate) fn step<const S: usize, const Q: usize>(
         &mut self,
         ring: &mut Ring<S, Q>,

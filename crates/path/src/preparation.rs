@@ -32,13 +32,19 @@ enum Step {
     LastEnd,
     Corner,
     BlendFrom,
+    BlendDeparts,
     BlendTo,
+    BlendArrives,
     Blend,
     BlendSlopes,
     BlendVelocity,
     BlendAcceleration,
-    FollowThrough,
+    BlendFollows,
+    FollowBlend,
+    AddBlend,
+    AddAfterBlend,
     Follow,
+    Add,
     FromRest,
 }
 
@@ -55,6 +61,7 @@ pub(crate) enum Progress {
 }
 
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub(crate) struct Preparation<const S: usize, const A: usize> {
     step: Step,
     piece: Piece<S>,
@@ -100,6 +107,7 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
     }
 
     /// The next step with a request, which stays the same until the piece is added.
+    #[inline(never)]
     pub(crate) fn advance<M: Machine<S, A>, const Q: usize>(
         &mut self,
         request: &Request<S>,
@@ -126,8 +134,13 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
             Step::LastEnd => self.last_end(known),
             Step::Corner => self.corner(request.join),
             Step::BlendFrom => self.blend_from(known),
+            Step::BlendDeparts => self.blend_departs(known),
             Step::BlendTo => {
-                self.to = self.piece.shape.passage(self.reach);
+                self.to.point = self.piece.shape.point(self.reach);
+                Step::BlendArrives
+            }
+            Step::BlendArrives => {
+                self.to.direction = self.piece.shape.direction(self.reach);
                 Step::Blend
             }
             Step::Blend => self.blend(),
@@ -141,17 +154,46 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
                 Step::BlendAcceleration
             }
             Step::BlendAcceleration => self.blend_acceleration(axes),
-            Step::Follow => {
-                if known.follow(&mut self.piece) {
-                    return self.added(false);
+            Step::BlendFollows => {
+                if known.follow_last(&mut self.blend, self.reach) {
+                    Step::FollowBlend
+                } else {
+                    Step::FromRest
                 }
-                Step::FromRest
             }
-            Step::FollowThrough => {
-                if known.follow_through(&mut self.blend, self.reach, &mut self.piece) {
+            Step::FollowBlend => {
+                self.piece.begin = self.reach;
+                self.piece.length -= self.reach;
+                known.follow(&self.blend, &mut self.piece);
+                Step::AddBlend
+            }
+            Step::AddBlend => {
+                if known.add(&self.blend, self.reach) {
+                    Step::AddAfterBlend
+                } else {
+                    self.piece.begin = 0;
+                    self.piece.length += self.reach;
+                    Step::FromRest
+                }
+            }
+            Step::AddAfterBlend => {
+                known.add_more(&self.piece);
+                return self.added(false);
+            }
+            Step::Follow => {
+                if known.follow_last(&mut self.piece, 0) {
+                    Step::Add
+                } else {
+                    Step::FromRest
+                }
+            }
+            Step::Add => {
+                if !known.add(&self.piece, 0) {
+                    Step::FromRest
+                } else {
+                    known.plan_anew();
                     return self.added(false);
                 }
-                Step::FromRest
             }
             Step::FromRest => {
                 let is_alone = known.start_with(&mut self.piece);
@@ -169,7 +211,7 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
     fn shape(&mut self, request: &Request<S>) -> Step {
         let length = request.length();
         self.piece.shape = match request.round {
-            Some((round, _)) => Shape::arc(request.from, request.end, &round, length),
+            Some(round) => Shape::arc(request.from, request.end, &round, length),
             None => Shape::line(request.from, request.end, length),
         };
         self.piece.begin = 0;
@@ -225,8 +267,16 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
         let Some((_, last)) = known.last() else {
             return Step::FromRest;
         };
-        self.from = last.shape.passage(self.whole - self.reach);
+        self.from.point = last.shape.point(self.whole - self.reach);
         self.blend.feed = last.feed.lower(self.piece.feed);
+        Step::BlendDeparts
+    }
+
+    fn blend_departs<const Q: usize>(&mut self, known: &Known<S, Q>) -> Step {
+        let Some((_, last)) = known.last() else {
+            return Step::FromRest;
+        };
+        self.from.direction = last.shape.direction(self.whole - self.reach);
         Step::BlendTo
     }
 
@@ -240,7 +290,7 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
         let velocity = self.blend.velocity;
         self.blend.acceleration = self.acceleration(axes, velocity);
         if velocity > 0.0 && self.blend.acceleration > LEAST_ACCELERATION {
-            Step::FollowThrough
+            Step::BlendFollows
         } else {
             Step::FromRest
         }

@@ -37,15 +37,14 @@ pub struct Arc<const SPACE: usize> {
 pub(crate) struct Request<const S: usize> {
     pub(crate) from: Point<S>,
     pub(crate) end: Point<S>,
-    /// Of an arc, and its length.
-    pub(crate) round: Option<(Round, i64)>,
+    /// Of an arc.
+    pub(crate) round: Option<Round>,
     pub(crate) feed: f32,
     pub(crate) join: Join,
 }
 
-/// Shortest piece, with 20 bits behind the point: 2^-8 units.
-const SHORTEST: i64 = 1 << 12;
-/// Longest piece, in units.
+/// Shortest and longest piece, in units.
+const SHORTEST: f32 = 1.0 / 256.0;
 const LONGEST_PIECE: f32 = 536_870_912.0;
 /// Smallest and largest radius, in units.
 pub(crate) const LEAST_RADIUS: f32 = 1.0 / 64.0;
@@ -84,8 +83,7 @@ impl<const S: usize> Request<S> {
             let way = shape::coordinate(end - from);
             square += way * way;
         }
-        let shortest = length::units(SHORTEST);
-        if square < shortest * shortest {
+        if square < SHORTEST * SHORTEST {
             return Ok(None);
         }
         Ok(Some(Self {
@@ -118,19 +116,14 @@ impl<const S: usize> Request<S> {
         }
         let [c1, c2] = inside(arc.centre)?;
         let radial = [first - c1, second - c2];
-        let length = arc_length(arc, from, end, radial)?;
-        if length < SHORTEST {
+        let round = round(arc, from, end, radial)?;
+        if round.square < SHORTEST * SHORTEST {
             return Ok(None);
         }
-        let round = Round {
-            plane,
-            radial,
-            sweep: arc.sweep,
-        };
         Ok(Some(Self {
             from,
             end,
-            round: Some((round, length)),
+            round: Some(round),
             feed,
             join,
         }))
@@ -138,13 +131,14 @@ impl<const S: usize> Request<S> {
 
     /// Length of the piece.
     pub(crate) fn length(&self) -> i64 {
-        match self.round {
-            Some((_, length)) => length,
+        let length = match self.round {
+            Some(round) => square_root(round.square),
             None => {
                 let way = shape::difference_of_points(&self.end, &self.from);
-                length::from_units(shape::norm(&way.map(shape::coordinate)))
+                shape::norm(&way.map(shape::coordinate))
             }
-        }
+        };
+        length::from_units(length)
     }
 }
 
@@ -164,40 +158,47 @@ fn check(feed: f32, join: Join) -> Result<(), PathError> {
     Ok(())
 }
 
-fn arc_length<const S: usize>(
+/// What is known of an arc that is possible. Squares are compared: no root is needed.
+fn round<const S: usize>(
     arc: &Arc<S>,
     from: Point<S>,
     end: Point<S>,
     radial: [i64; 2],
-) -> Result<i64, PathError> {
-    let radius = shape::radius(radial);
-    if !(LEAST_RADIUS..=MOST_RADIUS).contains(&radius) {
-        return Err(PathError::Radius { actual: radius });
+) -> Result<Round, PathError> {
+    let [first, second] = radial.map(shape::coordinate);
+    let radius = first * first + second * second;
+    if !(LEAST_RADIUS * LEAST_RADIUS..=MOST_RADIUS * MOST_RADIUS).contains(&radius) {
+        let actual = square_root(radius);
+        return Err(PathError::Radius { actual });
     }
     let turned = shape::turned(radial, arc.sweep as u32);
-    let (mut missed, mut across) = ([0.0; 2], 0.0);
+    let (mut missed, mut across) = (0.0, 0.0);
     for (place, (end, from)) in end.iter().zip(from).enumerate() {
         let way = end - from;
-        if place == arc.plane.0 {
-            missed[0] = shape::coordinate(way - turned[0]);
-        } else if place == arc.plane.1 {
-            missed[1] = shape::coordinate(way - turned[1]);
+        if place == arc.plane.0 || place == arc.plane.1 {
+            let way = way - turned[usize::from(place == arc.plane.1)];
+            missed += shape::coordinate(way) * shape::coordinate(way);
         } else {
-            let way = shape::coordinate(way);
-            across += way * way;
+            across += shape::coordinate(way) * shape::coordinate(way);
         }
     }
-    let (actual, most) = (shape::norm(&missed), radius / 64.0);
-    if actual > most {
+    if missed * 4_096.0 > radius {
+        let (actual, most) = (square_root(missed), square_root(radius) / 64.0);
         return Err(PathError::End { actual, most });
     }
-    let turns = length::to_float(arc.sweep, 32);
-    let round = turns * core::f32::consts::TAU * radius;
-    let length = square_root(round * round + across);
-    if length > LONGEST_PIECE {
-        return Err(PathError::Long { actual: length });
+    let angle = length::to_float(arc.sweep, 32) * core::f32::consts::TAU;
+    let length = angle * angle * radius + across;
+    if length > LONGEST_PIECE * LONGEST_PIECE {
+        let actual = square_root(length);
+        return Err(PathError::Long { actual });
     }
-    Ok(length::from_units(length))
+    Ok(Round {
+        plane: arc.plane,
+        radial,
+        sweep: arc.sweep,
+        turned,
+        square: length,
+    })
 }
 
 /// Requests in their order.

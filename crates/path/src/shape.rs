@@ -8,7 +8,7 @@ use trajectory::fixed::part_of;
 
 use crate::angle::{self, sine_cosine};
 use crate::length;
-use crate::roots::{hypotenuse, square_root};
+use crate::roots::square_root;
 
 /// Bits behind the point of a coordinate.
 pub(crate) const COORDINATE_BITS: i32 = 24;
@@ -43,6 +43,10 @@ pub(crate) struct Round {
     pub(crate) radial: [i64; 2],
     /// In 2^-32 turns, positive from the first coordinate to the second.
     pub(crate) sweep: i64,
+    /// From its start to its end in the plane.
+    pub(crate) turned: [i64; 2],
+    /// Square of its length in units.
+    pub(crate) square: f32,
 }
 
 /// A place of a path, and how it is passed.
@@ -127,11 +131,11 @@ impl<const S: usize> Shape<S> {
             plane,
             radial,
             sweep,
+            turned,
             ..
         } = *round;
         let scale = length.leading_zeros();
         let inverse = Inverse::of(length, scale);
-        let turned = turned(radial, sweep as u32);
         let mut way = [0; S];
         for (place, (way, (end, from))) in way.iter_mut().zip(end.iter().zip(from)).enumerate() {
             let rest = end - from - of_plane(plane, turned, place);
@@ -231,14 +235,6 @@ impl<const S: usize> Shape<S> {
         point
     }
 
-    /// The place at a length from the start, and its direction.
-    pub(crate) fn passage(&self, at: i64) -> Passage<S> {
-        Passage {
-            point: self.point(at),
-            direction: self.direction(at),
-        }
-    }
-
     /// The direction at a length from the start. Not of a blend: nothing is blended with one.
     pub(crate) fn direction(&self, at: i64) -> Direction<S> {
         let mut tangent = [0.0; S];
@@ -303,12 +299,6 @@ pub(crate) fn difference_of_points<const S: usize>(to: &Point<S>, from: &Point<S
         *part -= from;
     }
     difference
-}
-
-/// Radius in units.
-pub(crate) fn radius(radial: [i64; 2]) -> f32 {
-    let [first, second] = radial.map(coordinate);
-    hypotenuse(first, second)
 }
 
 /// What the end of a radius moves by when it turns by a phase.
