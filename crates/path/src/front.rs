@@ -16,8 +16,8 @@ const SEARCHED: usize = 4;
 pub(crate) const SEARCH_CYCLES: usize = 8;
 
 /// Instructions on a Cortex-M4, about: of a cycle in which limits are collected, of a correction, and of a piece that is entered.
-const OF_A_SEARCH: u32 = 200;
-const OF_A_CORRECTION: u32 = 100;
+const OF_A_SEARCH: u32 = 170;
+const OF_A_CORRECTION: u32 = 90;
 const OF_A_PIECE: u32 = 60;
 
 /// A way to the end that is gone in one cycle, in 2^-20 units.
@@ -103,11 +103,6 @@ impl Front {
         let Some(piece) = ring.get(self.piece) else {
             return 0;
         };
-        let mut spent = 0;
-        if self.search.is_some() || self.place >= self.in_force.until {
-            self.look_back(ring, SEARCHED.max(Q / SEARCH_CYCLES));
-            spent = OF_A_SEARCH;
-        }
         let change = length::velocity(self.in_force.acceleration.lower(length::FASTEST));
         let raised = length::velocity_units(self.velocity.saturating_add(change));
         let mut most = (self.in_force.feed * rate)
@@ -135,7 +130,7 @@ impl Front {
             velocity
         };
         self.place += i64::from(self.velocity);
-        spent + effort + OF_A_PIECE * self.enter(ring, next)
+        effort + OF_A_PIECE * self.enter(ring, next)
     }
 
     /// The highest velocity of this cycle, at most `most`, with which everything ahead can still be kept behind it.
@@ -213,24 +208,32 @@ impl Front {
         entered
     }
 
-    /// Collects the limits anew once one of them has ended, some pieces in a cycle; those of before are in force until that is done.
-    fn look_back<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>, pieces: usize) {
+    /// Collects the limits anew once one of them has ended, some pieces in a cycle that has time; those of before are in force until
+    /// that is done. Returns the instructions it has taken, about.
+    pub(crate) fn look_back<const S: usize, const Q: usize>(
+        &mut self,
+        ring: &Ring<S, Q>,
+        has_time: bool,
+    ) -> u32 {
+        if !has_time || (self.search.is_none() && self.place < self.in_force.until) {
+            return 0;
+        }
         let (from, mut found) = self.search.unwrap_or((ring.first(), InForce::NONE));
         let from = from.max(ring.first());
-        let to = (from + pieces).min(self.piece + 1);
-        let place = self.place;
+        let to = (from + SEARCHED.max(Q / SEARCH_CYCLES)).min(self.piece + 1);
         for index in from..to {
             if let Some(piece) = ring.get(index)
-                && (piece.leave > place || index == self.piece)
+                && (piece.leave > self.place || index == self.piece)
             {
                 found.and(piece);
             }
         }
         if to <= self.piece {
             self.search = Some((to, found));
-            return;
+        } else {
+            self.in_force = found;
+            self.search = None;
         }
-        self.in_force = found;
-        self.search = None;
+        OF_A_SEARCH
     }
 }

@@ -5,6 +5,7 @@ use crate::length;
 use crate::order::Order as _;
 use crate::plan::{Guard, Plan};
 use crate::queue::{Piece, Ring};
+use crate::request::PLACES;
 use crate::shape::Point;
 
 /// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.
@@ -12,8 +13,9 @@ const EDGE_CYCLES: f32 = 3.0;
 /// The same before, where the front enters many pieces at once.
 const EARLY_CYCLES: f32 = EDGE_CYCLES + LATE_CYCLES as f32;
 
-/// Cycles of the front that it may be behind a border when it learns of it.
-const BEHIND: f32 = 1.5 + SEARCH_CYCLES as f32;
+/// Cycles of the front that it may be behind a border when it learns of it. In cycles with a piece it does not look back: as many as can
+/// wait come one after another, and two more while they are prepared.
+const BEHIND: f32 = (1 + SEARCH_CYCLES + PLACES + 2) as f32 + 0.5;
 
 /// What is known of the path.
 #[derive(Debug, Clone)]
@@ -66,9 +68,10 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
     }
 
     /// A cycle of the front. Returns the instructions it has taken beyond the usual, about.
-    pub(crate) fn advance(&mut self, rate: f32) -> u32 {
+    pub(crate) fn advance(&mut self, rate: f32, has_time: bool) -> u32 {
         let guard = self.plan.room(&self.front);
-        self.front.advance(&self.ring, rate, guard)
+        let spent = self.front.look_back(&self.ring, has_time);
+        spent + self.front.advance(&self.ring, rate, guard)
     }
 
     /// Plans a piece.
@@ -153,20 +156,36 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
         self.following(&self.before(before, before.length), piece);
     }
 
-    /// Adds a piece that follows the last one, from which so much is cut off, if the front can still do what it asks for. Until it is
-    /// planned, the front stops before it.
-    pub(crate) fn add(&mut self, piece: &Piece<S>, cut: i64) -> bool {
+    /// Makes the front stop before a piece that is about to be added and planned, if it still can.
+    pub(crate) fn guard(&mut self, piece: &Piece<S>) -> bool {
         let Some((place, last)) = self.last() else {
             return false;
         };
-        let length = last.length - cut;
-        let acceleration = last.acceleration.lower(last.shared).lower(piece.shared);
-        let Some(guard) = self.guard(place, piece.enter, acceleration) else {
+        let mut acceleration = last.acceleration.lower(last.shared).lower(piece.shared);
+        if let Some(piece) = self.ring.get(self.front.piece) {
+            acceleration = acceleration.lower(piece.shared);
+        }
+        if self.front.piece < place
+            && let Some(next) = self.ring.get(self.front.piece + 1)
+        {
+            acceleration = acceleration.lower(next.least);
+        }
+        let room = piece.enter - self.front.place;
+        if room < 0 || length::units(room) < self.front.stopping_distance(acceleration) {
             return false;
-        };
-        self.plan = Plan::guarded(guard);
-        self.connect(place, length, piece);
+        }
+        self.plan = Plan::guarded(Guard {
+            place: piece.enter,
+            acceleration,
+        });
         true
+    }
+
+    /// Adds a piece that follows the last one, from which so much is cut off.
+    pub(crate) fn add(&mut self, piece: &Piece<S>, cut: i64) {
+        if let Some((place, last)) = self.last() {
+            self.connect(place, last.length - cut, piece);
+        }
     }
 
     /// Adds the piece behind a blend that was added.
@@ -220,25 +239,6 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
     /// Where the front is at the latest when the tool leaves a piece.
     fn left(&self, end: i64, velocity: f32) -> i64 {
         end + length::from_units(velocity * (0.5 * self.cycles + EDGE_CYCLES))
-    }
-
-    /// That the front can stop before a place behind the last piece, if it can.
-    fn guard(&self, last: usize, place: i64, acceleration: f32) -> Option<Guard> {
-        let mut acceleration = acceleration;
-        if let Some(piece) = self.ring.get(self.front.piece) {
-            acceleration = acceleration.lower(piece.shared);
-        }
-        if self.front.piece < last
-            && let Some(next) = self.ring.get(self.front.piece + 1)
-        {
-            acceleration = acceleration.lower(next.least);
-        }
-        let room = place - self.front.place;
-        let needed = self.front.stopping_distance(acceleration);
-        (room >= 0 && length::units(room) >= needed).then_some(Guard {
-            place,
-            acceleration,
-        })
     }
 
     /// Puts a piece behind the last one, which gets a length; in its place if that is nothing.

@@ -8,8 +8,7 @@ use crate::filter::LONGEST;
 use crate::known::Known;
 use crate::machine::Machine;
 use crate::preparation::{Axes, LEAST_ACCELERATION, Preparation, Progress};
-use crate::request::{Arc, Inbox, Join, LEAST_RADIUS, Request, inside};
-use crate::shape::Point;
+use crate::request::{Arc, Inbox, Join, LEAST_RADIUS, inside};
 use crate::tool::Tool;
 
 /// A path in a space of `SPACE` coordinates, for a machine of `AXES` axes, with a queue of `QUEUE` pieces; a blend is one of them.
@@ -25,8 +24,6 @@ pub struct Path<M, const SPACE: usize, const AXES: usize, const QUEUE: usize> {
     preparation: Preparation<SPACE, AXES>,
     known: Known<SPACE, QUEUE>,
     tool: Tool<SPACE>,
-    /// Where the path ends.
-    end: Point<SPACE>,
     /// Instructions that pieces have taken since the last cycle.
     spent: u32,
     /// At rest before a piece: the place up to which the path should be known before the front goes on.
@@ -38,12 +35,13 @@ pub struct Path<M, const SPACE: usize, const AXES: usize, const QUEUE: usize> {
 }
 
 /// Instructions of a cycle, about, after which nothing more is prepared in it.
-const BUDGET: u32 = 1_150;
+const BUDGET: u32 = 1_180;
 /// What a cycle takes that prepares nothing, and what a piece takes that is added.
-const CYCLE: u32 = 600;
-const PIECE: u32 = 400;
+const CYCLE: u32 = 590;
+const LINE: u32 = 250;
+const ARC: u32 = 500;
 /// What planning a piece takes.
-const PLANNED: u32 = 110;
+const PLANNED: u32 = 150;
 /// More for each piece of a queue of hundreds.
 const LONG_QUEUE: usize = 64;
 const PER_PIECE: u32 = 64;
@@ -84,11 +82,10 @@ where
                 limits,
                 cycles,
             },
-            inbox: Inbox::EMPTY,
+            inbox: Inbox::at(start),
             preparation: Preparation::IDLE,
             known: Known::nothing(count),
             tool: Tool::new(count, start),
-            end: start,
             spent: 0,
             until_known: None,
             rate: 1.0,
@@ -151,7 +148,7 @@ where
     /// Where the path ends.
     #[must_use]
     pub fn end(&self) -> [Position; SPACE] {
-        self.end.map(Position::from_units)
+        self.inbox.end.map(Position::from_units)
     }
 
     /// The velocity of the tool along the path, in units per cycle.
@@ -166,10 +163,8 @@ where
     /// [`PathError`]; the path is then what it was.
     #[inline(never)]
     pub fn line(&mut self, end: [Position; SPACE], feed: f32, join: Join) -> Result<(), PathError> {
-        self.take()?;
-        let request = Request::line(self.end, end, feed, join)?;
-        self.append(request);
-        Ok(())
+        self.take(LINE)?;
+        self.inbox.line(&end, feed, join)
     }
 
     /// An arc from the end of the path, at a feed in units per cycle.
@@ -178,28 +173,19 @@ where
     /// [`PathError`]; the path is then what it was.
     #[inline(never)]
     pub fn arc(&mut self, arc: &Arc<SPACE>, feed: f32, join: Join) -> Result<(), PathError> {
-        self.take()?;
-        let request = Request::arc(self.end, arc, feed, join)?;
-        self.append(request);
-        Ok(())
+        self.take(ARC)?;
+        self.inbox.arc(arc, feed, join)
     }
 
-    const fn take(&mut self) -> Result<(), PathError> {
+    const fn take(&mut self, cost: u32) -> Result<(), PathError> {
         if self.is_stopping {
             return Err(PathError::Stopping);
         }
-        if !self.has_room() {
+        if !self.inbox.has_room() {
             return Err(PathError::Full);
         }
-        self.spent = self.spent.saturating_add(PIECE);
+        self.spent = self.spent.saturating_add(cost);
         Ok(())
-    }
-
-    fn append(&mut self, request: Option<Request<SPACE>>) {
-        if let Some(request) = request {
-            self.end = request.end;
-            self.inbox.push(request);
-        }
     }
 
     /// The next cycle: the positions of the axes in counts.
@@ -209,8 +195,12 @@ where
         } else {
             self.rate
         };
-        let spent = CYCLE + core::mem::take(&mut self.spent) + self.known.advance(rate);
+        let pieces = core::mem::take(&mut self.spent);
+        // A long queue has a time of its own.
+        let has_time = pieces == 0 || QUEUE > LONG_QUEUE;
+        let front = self.known.advance(rate, has_time);
         let moves = self.tool.follow(&self.known.front, &self.known.ring);
+        let spent = CYCLE + pieces + front + self.tool.cost();
         if moves {
             self.known.forget_before(self.tool.piece());
         } else if self.known.front.is_at_rest() {
@@ -292,10 +282,9 @@ where
     /// The rest of the path is forgotten.
     fn give_up(&mut self) {
         self.known.forget();
-        self.inbox.clear();
+        self.inbox.restart(self.tool.place);
         self.preparation.restart();
         self.until_known = None;
-        self.end = self.tool.place;
         self.is_stopping = false;
         self.tool.wait_for(self.known.ring.end());
     }

@@ -24,6 +24,7 @@ pub(crate) struct Axes<M, const A: usize> {
 /// The next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
+    Turned,
     Shape,
     Start,
     Slopes,
@@ -41,6 +42,7 @@ enum Step {
     BlendAcceleration,
     BlendFollows,
     FollowBlend,
+    GuardBlend,
     AddBlend,
     AddAfterBlend,
     Follow,
@@ -64,6 +66,8 @@ pub(crate) enum Progress {
 #[repr(C)]
 pub(crate) struct Preparation<const S: usize, const A: usize> {
     step: Step,
+    /// Of an arc, from its start to its end in its plane.
+    turned: [i64; 2],
     piece: Piece<S>,
     blend: Piece<S>,
     slopes: [Slopes; A],
@@ -82,7 +86,8 @@ pub(crate) const LEAST_ACCELERATION: f32 = 1.0 / 262_144.0;
 
 impl<const S: usize, const A: usize> Preparation<S, A> {
     pub(crate) const IDLE: Self = Self {
-        step: Step::Shape,
+        step: Step::Turned,
+        turned: [0; 2],
         piece: Piece::EMPTY,
         blend: Piece::EMPTY,
         slopes: [Slopes::NONE; A],
@@ -96,13 +101,27 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
 
     /// Begins anew with the next request.
     pub(crate) const fn restart(&mut self) {
-        self.step = Step::Shape;
+        self.step = Step::Turned;
     }
 
     /// Instructions of the next step for three axes on a Cortex-M4, at most.
     pub(crate) const fn cost(&self) -> u32 {
         match self.step {
-            _ => 400,
+            Step::GuardBlend | Step::Turned | Step::BlendAcceleration => 190,
+            Step::Slopes | Step::Velocity | Step::Acceleration | Step::Blend => 270,
+            Step::Start
+            | Step::LastEnd
+            | Step::BlendDeparts
+            | Step::BlendArrives
+            | Step::AddAfterBlend
+            | Step::FollowBlend => 300,
+            Step::Corner
+            | Step::BlendFollows
+            | Step::AddBlend
+            | Step::Add
+            | Step::FromRest => 330,
+            Step::BlendTo | Step::BlendFrom | Step::BlendVelocity => 370,
+            Step::Shape | Step::BlendSlopes | Step::Follow => 420,
         }
     }
 
@@ -116,6 +135,12 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
         known: &mut Known<S, Q>,
     ) -> Progress {
         self.step = match self.step {
+            Step::Turned => {
+                if request.is_round {
+                    self.turned = request.round.turned();
+                }
+                Step::Shape
+            }
             Step::Shape => self.shape(request),
             Step::Start => self.start(),
             Step::Slopes => self.slopes(axes),
@@ -165,35 +190,36 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
                 self.piece.begin = self.reach;
                 self.piece.length -= self.reach;
                 known.follow(&self.blend, &mut self.piece);
-                Step::AddBlend
+                Step::GuardBlend
             }
-            Step::AddBlend => {
-                if known.add(&self.blend, self.reach) {
-                    Step::AddAfterBlend
+            Step::GuardBlend => {
+                if known.guard(&self.blend) {
+                    Step::AddBlend
                 } else {
                     self.piece.begin = 0;
                     self.piece.length += self.reach;
                     Step::FromRest
                 }
             }
+            Step::AddBlend => {
+                known.add(&self.blend, self.reach);
+                Step::AddAfterBlend
+            }
             Step::AddAfterBlend => {
                 known.add_more(&self.piece);
                 return self.added(false);
             }
             Step::Follow => {
-                if known.follow_last(&mut self.piece, 0) {
+                if known.follow_last(&mut self.piece, 0) && known.guard(&self.piece) {
                     Step::Add
                 } else {
                     Step::FromRest
                 }
             }
             Step::Add => {
-                if !known.add(&self.piece, 0) {
-                    Step::FromRest
-                } else {
-                    known.plan_anew();
-                    return self.added(false);
-                }
+                known.add(&self.piece, 0);
+                known.plan_anew();
+                return self.added(false);
             }
             Step::FromRest => {
                 let is_alone = known.start_with(&mut self.piece);
@@ -204,15 +230,17 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
     }
 
     const fn added(&mut self, is_alone: bool) -> Progress {
-        self.step = Step::Shape;
+        self.step = Step::Turned;
         Progress::Added { is_alone }
     }
 
     fn shape(&mut self, request: &Request<S>) -> Step {
         let length = request.length();
-        self.piece.shape = match request.round {
-            Some(round) => Shape::arc(request.from, request.end, &round, length),
-            None => Shape::line(request.from, request.end, length),
+        let ends = (request.from, request.end);
+        self.piece.shape = if request.is_round {
+            Shape::arc(ends, &request.round, self.turned, length)
+        } else {
+            Shape::line(ends.0, ends.1, length)
         };
         self.piece.begin = 0;
         self.piece.length = length;

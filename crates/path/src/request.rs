@@ -37,8 +37,11 @@ pub struct Arc<const SPACE: usize> {
 pub(crate) struct Request<const S: usize> {
     pub(crate) from: Point<S>,
     pub(crate) end: Point<S>,
+    pub(crate) is_round: bool,
     /// Of an arc.
-    pub(crate) round: Option<Round>,
+    pub(crate) round: Round,
+    /// Square of its length in units.
+    square: f32,
     pub(crate) feed: f32,
     pub(crate) join: Join,
 }
@@ -49,6 +52,8 @@ const LONGEST_PIECE: f32 = 536_870_912.0;
 /// Smallest and largest radius, in units.
 pub(crate) const LEAST_RADIUS: f32 = 1.0 / 64.0;
 const MOST_RADIUS: f32 = 268_435_456.0;
+/// The share of the radius by which an arc may miss its end.
+const MOST_MISSED: f32 = 1.0 / 64.0;
 /// Largest sweep, in 2^-32 turns.
 const MOST_SWEEP: u64 = 1 << 60;
 /// Slowest feed, in units per cycle: velocities have steps of 2^-20.
@@ -57,53 +62,49 @@ pub(crate) const LEAST_FEED: f32 = 1.0 / 65_536.0;
 /// Coordinates that a path can have.
 pub(crate) fn inside<const N: usize>(place: [Position; N]) -> Result<[i64; N], PathError> {
     for (coordinate, position) in place.iter().enumerate() {
-        let units = position.units();
-        if units.unsigned_abs() > (1 << 28) << shape::COORDINATE_BITS {
-            return Err(PathError::Far {
-                coordinate,
-                actual: units >> shape::COORDINATE_BITS,
-            });
-        }
+        check_coordinate(coordinate, position.units())?;
     }
     Ok(place.map(Position::units))
 }
 
+const fn check_coordinate(coordinate: usize, units: i64) -> Result<(), PathError> {
+    if units.unsigned_abs() > (1 << 28) << shape::COORDINATE_BITS {
+        return Err(PathError::Far {
+            coordinate,
+            actual: units >> shape::COORDINATE_BITS,
+        });
+    }
+    Ok(())
+}
+
 impl<const S: usize> Request<S> {
-    /// A line; `None` for one that is too short.
-    pub(crate) fn line(
-        from: Point<S>,
-        end: [Position; S],
-        feed: f32,
-        join: Join,
-    ) -> Result<Option<Self>, PathError> {
-        check(feed, join)?;
-        let end = inside(end)?;
+    const NONE: Self = Self {
+        from: [0; S],
+        end: [0; S],
+        is_round: false,
+        round: Round::NONE,
+        square: 0.0,
+        feed: 0.0,
+        join: Join::Rest,
+    };
+
+    /// A line. Tells whether it is long enough to be one.
+    fn line(&mut self, from: &Point<S>, end: &[Position; S]) -> Result<bool, PathError> {
+        self.end_at(end)?;
         let mut square = 0.0;
-        for (end, from) in end.iter().zip(from) {
+        for (end, from) in self.end.iter().zip(from) {
             let way = shape::coordinate(end - from);
             square += way * way;
         }
-        if square < SHORTEST * SHORTEST {
-            return Ok(None);
-        }
-        Ok(Some(Self {
-            from,
-            end,
-            round: None,
-            feed,
-            join,
-        }))
+        self.from = *from;
+        self.is_round = false;
+        self.square = square;
+        Ok(square >= SHORTEST * SHORTEST)
     }
 
-    /// An arc; `None` for one that is too short.
-    pub(crate) fn arc(
-        from: Point<S>,
-        arc: &Arc<S>,
-        feed: f32,
-        join: Join,
-    ) -> Result<Option<Self>, PathError> {
-        check(feed, join)?;
-        let end = inside(arc.end)?;
+    /// An arc. Tells whether it is long enough to be one.
+    fn arc(&mut self, from: &Point<S>, arc: &Arc<S>) -> Result<bool, PathError> {
+        self.end_at(&arc.end)?;
         let plane = arc.plane;
         let (Some(first), Some(second)) = (from.get(plane.0), from.get(plane.1)) else {
             return Err(PathError::Plane { actual: plane });
@@ -114,31 +115,32 @@ impl<const S: usize> Request<S> {
         if arc.sweep.unsigned_abs() > MOST_SWEEP {
             return Err(PathError::Sweep { actual: arc.sweep });
         }
-        let [c1, c2] = inside(arc.centre)?;
-        let radial = [first - c1, second - c2];
-        let round = round(arc, from, end, radial)?;
-        if round.square < SHORTEST * SHORTEST {
-            return Ok(None);
+        let [c1, c2] = arc.centre.map(Position::units);
+        for (coordinate, units) in [(plane.0, c1), (plane.1, c2)] {
+            check_coordinate(coordinate, units)?;
         }
-        Ok(Some(Self {
-            from,
-            end,
-            round: Some(round),
-            feed,
-            join,
-        }))
+        self.round = Round {
+            plane,
+            radial: [first - c1, second - c2],
+            sweep: arc.sweep,
+        };
+        self.square = square_of_arc(&self.round, from, &self.end)?;
+        self.from = *from;
+        self.is_round = true;
+        Ok(self.square >= SHORTEST * SHORTEST)
     }
 
-    /// Length of the piece.
+    fn end_at(&mut self, end: &[Position; S]) -> Result<(), PathError> {
+        for (coordinate, (to, end)) in self.end.iter_mut().zip(end).enumerate() {
+            *to = end.units();
+            check_coordinate(coordinate, *to)?;
+        }
+        Ok(())
+    }
+
+    /// Its length.
     pub(crate) fn length(&self) -> i64 {
-        let length = match self.round {
-            Some(round) => square_root(round.square),
-            None => {
-                let way = shape::difference_of_points(&self.end, &self.from);
-                shape::norm(&way.map(shape::coordinate))
-            }
-        };
-        length::from_units(length)
+        length::from_units(square_root(self.square))
     }
 }
 
@@ -158,32 +160,32 @@ fn check(feed: f32, join: Join) -> Result<(), PathError> {
     Ok(())
 }
 
-/// What is known of an arc that is possible. Squares are compared: no root is needed.
-fn round<const S: usize>(
-    arc: &Arc<S>,
-    from: Point<S>,
-    end: Point<S>,
-    radial: [i64; 2],
-) -> Result<Round, PathError> {
-    let [first, second] = radial.map(shape::coordinate);
-    let radius = first * first + second * second;
+/// The square of the length of an arc that is possible. Squares are compared: no root is needed.
+fn square_of_arc<const S: usize>(
+    arc: &Round,
+    from: &Point<S>,
+    end: &Point<S>,
+) -> Result<f32, PathError> {
+    let radial = arc.radial.map(shape::coordinate);
+    let radius = radial[0] * radial[0] + radial[1] * radial[1];
     if !(LEAST_RADIUS * LEAST_RADIUS..=MOST_RADIUS * MOST_RADIUS).contains(&radius) {
         let actual = square_root(radius);
         return Err(PathError::Radius { actual });
     }
-    let turned = shape::turned(radial, arc.sweep as u32);
+    let turned = turned_about(radial, arc.sweep as u32);
     let (mut missed, mut across) = (0.0, 0.0);
     for (place, (end, from)) in end.iter().zip(from).enumerate() {
-        let way = end - from;
-        if place == arc.plane.0 || place == arc.plane.1 {
-            let way = way - turned[usize::from(place == arc.plane.1)];
-            missed += shape::coordinate(way) * shape::coordinate(way);
+        let way = shape::coordinate(end - from);
+        if place == arc.plane.0 {
+            missed += (way - turned[0]) * (way - turned[0]);
+        } else if place == arc.plane.1 {
+            missed += (way - turned[1]) * (way - turned[1]);
         } else {
-            across += shape::coordinate(way) * shape::coordinate(way);
+            across += way * way;
         }
     }
-    if missed * 4_096.0 > radius {
-        let (actual, most) = (square_root(missed), square_root(radius) / 64.0);
+    if missed > MOST_MISSED * MOST_MISSED * radius {
+        let (actual, most) = (square_root(missed), MOST_MISSED * square_root(radius));
         return Err(PathError::End { actual, most });
     }
     let angle = length::to_float(arc.sweep, 32) * core::f32::consts::TAU;
@@ -192,32 +194,49 @@ fn round<const S: usize>(
         let actual = square_root(length);
         return Err(PathError::Long { actual });
     }
-    Ok(Round {
-        plane: arc.plane,
-        radial,
-        sweep: arc.sweep,
-        turned,
-        square: length,
-    })
+    Ok(length)
+}
+
+/// What the end of a radius moves by when it turns by a phase, to a thousandth of the radius: enough to refuse an end that is elsewhere.
+fn turned_about([first, second]: [f32; 2], phase: u32) -> [f32; 2] {
+    let sine = sine_about(phase);
+    let cosine = sine_about(phase.wrapping_add(1 << 30));
+    [
+        first * (cosine - 1.0) - second * sine,
+        second * (cosine - 1.0) + first * sine,
+    ]
+}
+
+/// The sine of an angle in 2^-32 turns, to a thousandth: a parabola, and a share of its square that makes it rounder.
+fn sine_about(phase: u32) -> f32 {
+    let half_turns = phase.cast_signed() as f32 * (1.0 / 2_147_483_648.0);
+    let parabola = 4.0 * half_turns * (1.0 - half_turns.abs());
+    parabola + 0.225 * (parabola * parabola.abs() - parabola)
 }
 
 /// Requests in their order.
 #[derive(Debug, Clone)]
 pub(crate) struct Inbox<const S: usize> {
-    requests: [Option<Request<S>>; PLACES],
+    requests: [Request<S>; PLACES],
     first: usize,
     count: usize,
+    /// Where the path ends.
+    pub(crate) end: Point<S>,
 }
 
 /// Requests that wait at most.
-const PLACES: usize = 8;
+pub(crate) const PLACES: usize = 4;
 
 impl<const S: usize> Inbox<S> {
-    pub(crate) const EMPTY: Self = Self {
-        requests: [None; PLACES],
-        first: 0,
-        count: 0,
-    };
+    /// Empty; what comes starts at a place.
+    pub(crate) const fn at(place: Point<S>) -> Self {
+        Self {
+            requests: [Request::NONE; PLACES],
+            first: 0,
+            count: 0,
+            end: place,
+        }
+    }
 
     pub(crate) const fn is_empty(&self) -> bool {
         self.count == 0
@@ -228,32 +247,57 @@ impl<const S: usize> Inbox<S> {
     }
 
     pub(crate) fn first(&self) -> Option<&Request<S>> {
-        self.requests.get(self.first % PLACES)?.as_ref()
+        if self.count == 0 {
+            return None;
+        }
+        self.requests.get(self.first % PLACES)
     }
 
-    pub(crate) fn push(&mut self, request: Request<S>) {
+    /// Adds a line.
+    pub(crate) fn line(
+        &mut self,
+        end: &[Position; S],
+        feed: f32,
+        join: Join,
+    ) -> Result<(), PathError> {
+        self.add(feed, join, |request, from| request.line(from, end))
+    }
+
+    /// Adds an arc.
+    pub(crate) fn arc(&mut self, arc: &Arc<S>, feed: f32, join: Join) -> Result<(), PathError> {
+        self.add(feed, join, |request, from| request.arc(from, arc))
+    }
+
+    /// Adds what is written into a free place, if that is no error and long enough.
+    fn add(
+        &mut self,
+        feed: f32,
+        join: Join,
+        write: impl FnOnce(&mut Request<S>, &Point<S>) -> Result<bool, PathError>,
+    ) -> Result<(), PathError> {
+        check(feed, join)?;
         let place = (self.first + self.count) % PLACES;
-        if self.has_room()
-            && let Some(slot) = self.requests.get_mut(place)
-        {
-            *slot = Some(request);
+        let has_room = self.has_room();
+        let slot = self.requests.get_mut(place).filter(|_| has_room);
+        let slot = slot.ok_or(PathError::Full)?;
+        if write(slot, &self.end)? {
+            slot.feed = feed;
+            slot.join = join;
+            self.end = slot.end;
             self.count += 1;
         }
+        Ok(())
+    }
+
+    /// Forgets everything; what comes starts at a place.
+    pub(crate) const fn restart(&mut self, place: Point<S>) {
+        self.count = 0;
+        self.end = place;
     }
 
     /// Forgets the first one.
-    pub(crate) fn pop(&mut self) {
-        if self.count == 0 {
-            return;
-        }
-        if let Some(slot) = self.requests.get_mut(self.first % PLACES) {
-            *slot = None;
-        }
+    pub(crate) const fn pop(&mut self) {
         self.first = (self.first + 1) % PLACES;
-        self.count -= 1;
-    }
-
-    pub(crate) fn clear(&mut self) {
-        *self = Self::EMPTY;
+        self.count = self.count.saturating_sub(1);
     }
 }

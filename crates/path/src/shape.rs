@@ -43,10 +43,19 @@ pub(crate) struct Round {
     pub(crate) radial: [i64; 2],
     /// In 2^-32 turns, positive from the first coordinate to the second.
     pub(crate) sweep: i64,
+}
+
+impl Round {
+    pub(crate) const NONE: Self = Self {
+        plane: (0, 0),
+        radial: [0; 2],
+        sweep: 0,
+    };
+
     /// From its start to its end in the plane.
-    pub(crate) turned: [i64; 2],
-    /// Square of its length in units.
-    pub(crate) square: f32,
+    pub(crate) fn turned(&self) -> [i64; 2] {
+        turned(self.radial, self.sweep as u32)
+    }
 }
 
 /// A place of a path, and how it is passed.
@@ -126,13 +135,16 @@ impl<const S: usize> Shape<S> {
     }
 
     /// An arc of a length. What the end differs from the end of the arc, in the other coordinates too, is spread over the length.
-    pub(crate) fn arc(from: Point<S>, end: Point<S>, round: &Round, length: i64) -> Self {
+    pub(crate) fn arc(
+        (from, end): (Point<S>, Point<S>),
+        round: &Round,
+        turned: [i64; 2],
+        length: i64,
+    ) -> Self {
         let Round {
             plane,
             radial,
             sweep,
-            turned,
-            ..
         } = *round;
         let scale = length.leading_zeros();
         let inverse = Inverse::of(length, scale);
@@ -191,6 +203,10 @@ impl<const S: usize> Shape<S> {
         }
     }
 
+    pub(crate) const fn is_round(&self) -> bool {
+        matches!(self.kind, Kind::Arc { .. })
+    }
+
     /// The point at a length from the start.
     pub(crate) fn point(&self, at: i64) -> Point<S> {
         let share = at.cast_unsigned().wrapping_shl(self.scale);
@@ -208,15 +224,14 @@ impl<const S: usize> Shape<S> {
                 turn,
                 ..
             } => {
-                for (point, way) in point.iter_mut().zip(way) {
-                    *point += part_of(*way, share);
-                }
                 let [first, second] = turned(*radial, part_of(*turn, share) as u32);
-                if let Some(point) = point.get_mut(plane.0) {
-                    *point += first;
-                }
-                if let Some(point) = point.get_mut(plane.1) {
-                    *point += second;
+                for (place, (point, way)) in point.iter_mut().zip(way).enumerate() {
+                    *point += part_of(*way, share);
+                    if place == plane.0 {
+                        *point += first;
+                    } else if place == plane.1 {
+                        *point += second;
+                    }
                 }
             }
             Kind::Blend {
@@ -302,7 +317,7 @@ pub(crate) fn difference_of_points<const S: usize>(to: &Point<S>, from: &Point<S
 }
 
 /// What the end of a radius moves by when it turns by a phase.
-pub(crate) fn turned(radial: [i64; 2], phase: u32) -> [i64; 2] {
+fn turned(radial: [i64; 2], phase: u32) -> [i64; 2] {
     let (sine, cosine) = sine_cosine(phase);
     let [first, second] = rotated(radial, sine, cosine);
     [first - radial[0], second - radial[1]]

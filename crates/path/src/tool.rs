@@ -7,6 +7,10 @@ use crate::front::Front;
 use crate::queue::Ring;
 use crate::shape::Point;
 
+/// Instructions on a Cortex-M4, about: more of an arc than of a line, and of a border between pieces.
+const OF_AN_ARC: u32 = 190;
+const OF_A_PIECE: u32 = 40;
+
 #[derive(Debug, Clone)]
 pub(crate) struct Tool<const S: usize> {
     pub(crate) average: Average,
@@ -16,6 +20,8 @@ pub(crate) struct Tool<const S: usize> {
     piece: usize,
     way: i64,
     pub(crate) place: Point<S>,
+    /// Instructions that the latest cycle has taken beyond those of a line, about.
+    cost: u32,
 }
 
 impl<const S: usize> Tool<S> {
@@ -27,6 +33,7 @@ impl<const S: usize> Tool<S> {
             piece: 0,
             way: 0,
             place,
+            cost: 0,
         }
     }
 
@@ -46,10 +53,15 @@ impl<const S: usize> Tool<S> {
         self.way = 0;
     }
 
+    pub(crate) const fn cost(&self) -> u32 {
+        self.cost
+    }
+
     /// A cycle of the front. Tells whether the tool moves.
     #[inline(never)]
     pub(crate) fn follow<const Q: usize>(&mut self, front: &Front, ring: &Ring<S, Q>) -> bool {
         let way = self.average.add(front.velocity);
+        self.cost = 0;
         if way == 0 {
             return false;
         }
@@ -60,10 +72,14 @@ impl<const S: usize> Tool<S> {
             if self.way <= whole || self.piece >= front.piece {
                 let at = part_of(self.way, self.share).min(piece.length).max(0);
                 self.place = piece.shape.point(piece.begin + at);
+                if piece.shape.is_round() {
+                    self.cost += OF_AN_ARC;
+                }
                 break;
             }
             self.way -= whole;
             self.piece += 1;
+            self.cost += OF_A_PIECE;
         }
         true
     }
