@@ -42,6 +42,8 @@ const LINE: u32 = 250;
 const ARC: u32 = 500;
 /// What planning a piece takes.
 const PLANNED: u32 = 150;
+/// What the shortest step of a preparation takes, and planning a piece.
+const LEAST_STEP: u32 = 130;
 /// More for each piece of a queue of hundreds.
 const LONG_QUEUE: usize = 64;
 const PER_PIECE: u32 = 64;
@@ -206,7 +208,9 @@ where
         } else if self.known.front.is_at_rest() {
             self.rest();
         }
-        self.work(spent);
+        if spent + LEAST_STEP <= BUDGET || QUEUE > LONG_QUEUE {
+            self.work(spent);
+        }
         self.axes.machine.axes(self.place())
     }
 

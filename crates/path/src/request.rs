@@ -52,6 +52,8 @@ const LONGEST_PIECE: f32 = 536_870_912.0;
 /// Smallest and largest radius, in units.
 pub(crate) const LEAST_RADIUS: f32 = 1.0 / 64.0;
 const MOST_RADIUS: f32 = 268_435_456.0;
+/// Upper half of the largest coordinate.
+const MOST_UPPER: i32 = 1 << (28 + shape::COORDINATE_BITS - 32);
 /// The share of the radius by which an arc may miss its end.
 const MOST_MISSED: f32 = 1.0 / 64.0;
 /// Largest sweep, in 2^-32 turns.
@@ -68,13 +70,16 @@ pub(crate) fn inside<const N: usize>(place: [Position; N]) -> Result<[i64; N], P
 }
 
 const fn check_coordinate(coordinate: usize, units: i64) -> Result<(), PathError> {
-    if units.unsigned_abs() > (1 << 28) << shape::COORDINATE_BITS {
-        return Err(PathError::Far {
-            coordinate,
-            actual: units >> shape::COORDINATE_BITS,
-        });
+    // The upper half says it of nearly all.
+    let upper = (units >> 32) as i32;
+    let is_inside = upper >= -MOST_UPPER && upper < MOST_UPPER;
+    if is_inside || units == (MOST_UPPER as i64) << 32 {
+        return Ok(());
     }
-    Ok(())
+    Err(PathError::Far {
+        coordinate,
+        actual: units >> shape::COORDINATE_BITS,
+    })
 }
 
 impl<const S: usize> Request<S> {

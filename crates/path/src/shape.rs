@@ -209,14 +209,16 @@ impl<const S: usize> Shape<S> {
 
     /// The point at a length from the start.
     pub(crate) fn point(&self, at: i64) -> Point<S> {
+        let mut point = [0; S];
+        self.put_point(at, &mut point);
+        point
+    }
+
+    /// The same, written to a place.
+    pub(crate) fn put_point(&self, at: i64, point: &mut Point<S>) {
         let share = at.cast_unsigned().wrapping_shl(self.scale);
-        let mut point = self.from;
         match &self.kind {
-            Kind::Line { way } => {
-                for (point, way) in point.iter_mut().zip(way) {
-                    *point += part_of(*way, share);
-                }
-            }
+            Kind::Line { way } => self.put_straight(way, share, point),
             Kind::Arc {
                 way,
                 plane,
@@ -224,14 +226,13 @@ impl<const S: usize> Shape<S> {
                 turn,
                 ..
             } => {
+                self.put_straight(way, share, point);
                 let [first, second] = turned(*radial, part_of(*turn, share) as u32);
-                for (place, (point, way)) in point.iter_mut().zip(way).enumerate() {
-                    *point += part_of(*way, share);
-                    if place == plane.0 {
-                        *point += first;
-                    } else if place == plane.1 {
-                        *point += second;
-                    }
+                if let Some(point) = point.get_mut(plane.0) {
+                    *point += first;
+                }
+                if let Some(point) = point.get_mut(plane.1) {
+                    *point += second;
                 }
             }
             Kind::Blend {
@@ -240,14 +241,20 @@ impl<const S: usize> Shape<S> {
                 ..
             } => {
                 let u = (share >> 33) as i32 as f32 * whole;
-                for (point, [one, two, three, four, five]) in point.iter_mut().zip(coefficients) {
+                let coordinates = point.iter_mut().zip(&self.from).zip(coefficients);
+                for ((point, from), [one, two, three, four, five]) in coordinates {
                     let moved = ((((five * u + four) * u + three) * u + two) * u + one) * u;
                     let moved = (moved * (1_u32 << BLEND_BITS) as f32) as i32;
-                    *point += i64::from(moved) << (COORDINATE_BITS - BLEND_BITS);
+                    *point = from + (i64::from(moved) << (COORDINATE_BITS - BLEND_BITS));
                 }
             }
         }
-        point
+    }
+
+    fn put_straight(&self, way: &Point<S>, share: u64, point: &mut Point<S>) {
+        for ((point, from), way) in point.iter_mut().zip(&self.from).zip(way) {
+            *point = from + part_of(*way, share);
+        }
     }
 
     /// The direction at a length from the start. Not of a blend: nothing is blended with one.

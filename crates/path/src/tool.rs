@@ -70,8 +70,8 @@ impl<const S: usize> Tool<S> {
         while let Some(piece) = ring.get(self.piece) {
             let whole = piece.length * cycles;
             if self.way <= whole || self.piece >= front.piece {
-                let at = part_of(self.way, self.share).min(piece.length).max(0);
-                self.place = piece.shape.point(piece.begin + at);
+                let at = part_of(self.way, self.share).min(piece.length);
+                piece.shape.put_point(piece.begin + at, &mut self.place);
                 if piece.shape.is_round() {
                     self.cost += OF_AN_ARC;
                 }
