@@ -11,7 +11,7 @@ use crate::trajectory::{Figure, Numbers};
 /// Pieces of the queue.
 const QUEUE: usize = 32;
 /// Cycles of each kind of path.
-const CYCLES: u32 = 3_000;
+const CYCLES: u32 = 30_000;
 
 type Tool = Path<Cartesian<3>, 3, 3, QUEUE>;
 

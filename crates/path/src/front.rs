@@ -93,7 +93,6 @@ impl Front {
 
     /// A cycle. `rate` is the override, 0 for a pause; `guard` a place before which it must be able to stop.
     /// Returns the instructions it has taken beyond the usual, about.
-    #[inline(never)]
     pub(crate) fn advance<const S: usize, const Q: usize>(
         &mut self,
         ring: &Ring<S, Q>,

@@ -53,7 +53,6 @@ impl Plan {
     }
 
     /// Plans a piece. Where nothing changes, nothing does further ahead.
-    #[inline(never)]
     pub(crate) fn step<const S: usize, const Q: usize>(
         &mut self,
         ring: &mut Ring<S, Q>,

@@ -63,7 +63,6 @@ pub(crate) enum Progress {
 }
 
 #[derive(Debug, Clone)]
-#[repr(C)]
 pub(crate) struct Preparation<const S: usize, const A: usize> {
     step: Step,
     /// Of an arc, from its start to its end in its plane.

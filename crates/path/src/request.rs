@@ -56,8 +56,8 @@ const MOST_RADIUS: f32 = 268_435_456.0;
 const MOST_UPPER: i32 = 1 << (28 + shape::COORDINATE_BITS - 32);
 /// The share of the radius by which an arc may miss its end.
 const MOST_MISSED: f32 = 1.0 / 64.0;
-/// Largest sweep, in 2^-32 turns.
-const MOST_SWEEP: u64 = 1 << 60;
+/// Turns of an arc that are too many.
+const MOST_TURNS: i32 = 1 << 28;
 /// Slowest feed, in units per cycle: velocities have steps of 2^-20.
 pub(crate) const LEAST_FEED: f32 = 1.0 / 65_536.0;
 
@@ -117,16 +117,15 @@ impl<const S: usize> Request<S> {
         if plane.0 == plane.1 {
             return Err(PathError::Plane { actual: plane });
         }
-        if arc.sweep.unsigned_abs() > MOST_SWEEP {
+        let turns = (arc.sweep >> 32) as i32;
+        if !(-MOST_TURNS..MOST_TURNS).contains(&turns) {
             return Err(PathError::Sweep { actual: arc.sweep });
         }
+        // A centre that is too far away makes a radius that is too large, also where the difference wraps.
         let [c1, c2] = arc.centre.map(Position::units);
-        for (coordinate, units) in [(plane.0, c1), (plane.1, c2)] {
-            check_coordinate(coordinate, units)?;
-        }
         self.round = Round {
             plane,
-            radial: [first - c1, second - c2],
+            radial: [first.wrapping_sub(c1), second.wrapping_sub(c2)],
             sweep: arc.sweep,
         };
         self.square = square_of_arc(&self.round, from, &self.end)?;
@@ -154,15 +153,15 @@ fn check(feed: f32, join: Join) -> Result<(), PathError> {
         Join::Blend(tolerance) => tolerance,
         Join::Exact | Join::Rest => 1.0,
     };
-    for number in [feed, tolerance] {
-        if !(number > 0.0 && number < f32::MAX) {
-            return Err(PathError::NotPositive { actual: number });
+    if feed >= LEAST_FEED && feed < f32::MAX && tolerance > 0.0 && tolerance < f32::MAX {
+        return Ok(());
+    }
+    for actual in [feed, tolerance] {
+        if !(actual > 0.0 && actual < f32::MAX) {
+            return Err(PathError::NotPositive { actual });
         }
     }
-    if feed < LEAST_FEED {
-        return Err(PathError::Slow { actual: feed });
-    }
-    Ok(())
+    Err(PathError::Slow { actual: feed })
 }
 
 /// The square of the length of an arc that is possible. Squares are compared: no root is needed.
@@ -178,16 +177,15 @@ fn square_of_arc<const S: usize>(
         return Err(PathError::Radius { actual });
     }
     let turned = turned_about(radial, arc.sweep as u32);
-    let (mut missed, mut across) = (0.0, 0.0);
-    for (place, (end, from)) in end.iter().zip(from).enumerate() {
-        let way = shape::coordinate(end - from);
-        if place == arc.plane.0 {
-            missed += (way - turned[0]) * (way - turned[0]);
-        } else if place == arc.plane.1 {
-            missed += (way - turned[1]) * (way - turned[1]);
-        } else {
-            across += way * way;
-        }
+    let way = |place: usize| match (end.get(place), from.get(place)) {
+        (Some(end), Some(from)) => shape::coordinate(end - from),
+        _ => 0.0,
+    };
+    let plane = [way(arc.plane.0) - turned[0], way(arc.plane.1) - turned[1]];
+    let missed = plane[0] * plane[0] + plane[1] * plane[1];
+    let mut across = 0.0;
+    for place in (0..S).filter(|place| *place != arc.plane.0 && *place != arc.plane.1) {
+        across += way(place) * way(place);
     }
     if missed > MOST_MISSED * MOST_MISSED * radius {
         let (actual, most) = (square_root(missed), MOST_MISSED * square_root(radius));

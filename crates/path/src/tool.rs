@@ -58,7 +58,6 @@ impl<const S: usize> Tool<S> {
     }
 
     /// A cycle of the front. Tells whether the tool moves.
-    #[inline(never)]
     pub(crate) fn follow<const Q: usize>(&mut self, front: &Front, ring: &Ring<S, Q>) -> bool {
         let way = self.average.add(front.velocity);
         self.cost = 0;
