@@ -113,10 +113,9 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
         Some((from, until))
     }
 
-    /// Where the known path ends.
-    pub(crate) fn end(&self) -> i64 {
-        self.last()
-            .map_or(self.front.place, |(_, last)| last.end())
+    /// Whether enough of the path is known for the front to leave the place where it stands: up to a place, or a quarter of the queue.
+    pub(crate) fn reaches(&self, place: i64) -> bool {
+        self.ring.free() + Q / 4 < Q || self.last().is_none_or(|(_, last)| last.end() >= place)
     }
 
     /// The last piece, and its place in the ring.

@@ -35,7 +35,7 @@ pub struct Path<M, const SPACE: usize, const AXES: usize, const QUEUE: usize> {
 }
 
 /// Instructions of a cycle, about, after which nothing more is prepared in it.
-const BUDGET: u32 = 1_120;
+const BUDGET: u32 = 1_150;
 /// What a cycle takes that prepares nothing, and what a piece takes that is added.
 const CYCLE: u32 = 590;
 const LINE: u32 = 250;
@@ -263,7 +263,7 @@ where
         let Some(until) = self.until_known else {
             return false;
         };
-        if self.inbox.is_empty() || !self.known.has_room() || self.known.end() >= until {
+        if self.inbox.is_empty() || self.known.reaches(until) {
             self.until_known = None;
         }
         self.until_known.is_some()

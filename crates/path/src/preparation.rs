@@ -74,10 +74,15 @@ pub(crate) struct Preparation<const S: usize, const A: usize> {
     end: Direction<S>,
     start: Direction<S>,
     whole: i64,
+    last_is_round: bool,
     /// What the blend replaces of either piece, and where it leaves the one for the other.
     reach: i64,
     from: Passage<S>,
     to: Passage<S>,
+}
+
+const fn either(is_round: bool, arc: u32, line: u32) -> u32 {
+    if is_round { arc } else { line }
 }
 
 /// What the velocity of the front can still be changed by.
@@ -93,6 +98,7 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
         end: Direction::NONE,
         start: Direction::NONE,
         whole: 0,
+        last_is_round: false,
         reach: 0,
         from: Passage::NONE,
         to: Passage::NONE,
@@ -103,24 +109,26 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
         self.step = Step::Turned;
     }
 
-    /// Instructions of the next step for three axes on a Cortex-M4, at most.
+    /// Instructions of the next step for three axes on a Cortex-M4, at most: an arc takes more than a line.
     pub(crate) const fn cost(&self) -> u32 {
+        let piece = self.piece.shape.is_round();
+        let last = self.last_is_round;
         match self.step {
-            Step::GuardBlend | Step::Turned | Step::BlendAcceleration => 190,
-            Step::Slopes | Step::Velocity | Step::Acceleration | Step::Blend => 270,
-            Step::Start
-            | Step::LastEnd
-            | Step::BlendDeparts
-            | Step::BlendArrives
-            | Step::AddAfterBlend
-            | Step::FollowBlend => 300,
-            Step::Corner
-            | Step::BlendFollows
-            | Step::AddBlend
-            | Step::Add
-            | Step::FromRest => 330,
-            Step::BlendTo | Step::BlendFrom | Step::BlendVelocity => 370,
-            Step::Shape | Step::BlendSlopes | Step::Follow => 420,
+            Step::Turned => 190,
+            Step::Shape => 430,
+            Step::Start | Step::BlendArrives => either(piece, 290, 135),
+            Step::Slopes => either(piece, 265, 110),
+            Step::Velocity => either(piece, 285, 130),
+            Step::Acceleration => either(piece, 270, 200),
+            Step::LastEnd | Step::BlendDeparts => either(last, 305, 145),
+            Step::BlendFrom => either(last, 355, 175),
+            Step::BlendTo => either(piece, 330, 155),
+            Step::GuardBlend | Step::BlendAcceleration => 190,
+            Step::Blend | Step::AddAfterBlend => 270,
+            Step::BlendFollows | Step::FollowBlend => 325,
+            Step::Corner | Step::AddBlend | Step::Add | Step::FromRest => 340,
+            Step::BlendVelocity => 360,
+            Step::BlendSlopes | Step::Follow => 415,
         }
     }
 
@@ -150,6 +158,7 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
             }
             Step::Acceleration => {
                 self.piece.acceleration = self.acceleration(axes, self.piece.velocity);
+                self.last_is_round = known.last().is_some_and(|(_, last)| last.shape.is_round());
                 match request.join {
                     Join::Rest => Step::FromRest,
                     Join::Exact | Join::Blend(_) => Step::LastEnd,

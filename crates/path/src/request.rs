@@ -177,16 +177,16 @@ fn square_of_arc<const S: usize>(
         return Err(PathError::Radius { actual });
     }
     let turned = turned_about(radial, arc.sweep as u32);
-    let way = |place: usize| match (end.get(place), from.get(place)) {
-        (Some(end), Some(from)) => shape::coordinate(end - from),
-        _ => 0.0,
-    };
-    let plane = [way(arc.plane.0) - turned[0], way(arc.plane.1) - turned[1]];
-    let missed = plane[0] * plane[0] + plane[1] * plane[1];
-    let mut across = 0.0;
-    for place in (0..S).filter(|place| *place != arc.plane.0 && *place != arc.plane.1) {
-        across += way(place) * way(place);
+    let (mut ways, mut square) = ([0.0; S], 0.0);
+    for (way, (end, from)) in ways.iter_mut().zip(end.iter().zip(from)) {
+        *way = shape::coordinate(end - from);
+        square += *way * *way;
     }
+    let way = |place: usize| ways.get(place).copied().unwrap_or(0.0);
+    let [first, second] = [way(arc.plane.0), way(arc.plane.1)];
+    let missed = [first - turned[0], second - turned[1]];
+    let missed = missed[0] * missed[0] + missed[1] * missed[1];
+    let across = square - first * first - second * second;
     if missed > MOST_MISSED * MOST_MISSED * radius {
         let (actual, most) = (square_root(missed), MOST_MISSED * square_root(radius));
         return Err(PathError::End { actual, most });
