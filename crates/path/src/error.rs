@@ -88,7 +88,10 @@ impl fmt::Display for PathError {
                 write!(f, "an arc must be at most 2^29 units long, got {actual}")
             }
             Self::Slow { actual } => {
-                write!(f, "a feed must be at least 2^-16 units per cycle, got {actual}")
+                write!(
+                    f,
+                    "a feed must be at least 2^-16 units per cycle, got {actual}"
+                )
             }
             Self::End { actual, most } => write!(
                 f,

@@ -7,7 +7,7 @@ use crate::queue::{Piece, Ring, Room};
 /// Times that the velocity of a cycle is corrected: the way to a slower piece may be one over several others.
 const CORRECTIONS: usize = 3;
 
-/// Pieces that are entered in a cycle at most, more of a long queue, so that all are in [`LATE_CYCLES`].
+/// Pieces that are entered in a cycle that has time, more of a long queue, so that all are in [`LATE_CYCLES`]; in another one it is one.
 const ENTERED: usize = 4;
 pub(crate) const LATE_CYCLES: usize = 8;
 
@@ -98,6 +98,7 @@ impl Front {
         ring: &Ring<S, Q>,
         rate: f32,
         guard: Option<Room>,
+        has_time: bool,
     ) -> u32 {
         let Some(piece) = ring.get(self.piece) else {
             return 0;
@@ -113,7 +114,12 @@ impl Front {
             most = guard.velocity(0.0);
         }
         let next = ring.get(self.piece + 1);
-        let (kept, effort) = self.kept(ring, (piece, next), most);
+        let entered = if has_time {
+            ENTERED.max(Q / LATE_CYCLES)
+        } else {
+            1
+        };
+        let (kept, effort) = self.kept(ring, (piece, next), most, entered);
         let velocity = length::velocity(kept)
             .min(self.velocity.saturating_add(change))
             .max(self.velocity.saturating_sub(change));
@@ -129,7 +135,7 @@ impl Front {
             velocity
         };
         self.place += i64::from(self.velocity);
-        effort + OF_A_PIECE * self.enter(ring, next)
+        effort + OF_A_PIECE * self.enter(ring, next, entered)
     }
 
     /// The highest velocity of this cycle, at most `most`, with which everything ahead can still be kept behind it.
@@ -138,6 +144,7 @@ impl Front {
         ring: &'a Ring<S, Q>,
         (mut piece, mut next): (&'a Piece<S>, Option<&'a Piece<S>>),
         most: f32,
+        entered_most: usize,
     ) -> (f32, u32) {
         let mut velocity = most;
         let mut place = self.place + i64::from(length::velocity(velocity));
@@ -146,7 +153,7 @@ impl Front {
         while let Some(entered) = next
             && !entered.from_rest
             && entered.enter <= place
-            && index < self.piece + ENTERED.max(Q / LATE_CYCLES)
+            && index < self.piece + entered_most
         {
             index += 1;
             spent += OF_A_PIECE;
@@ -192,12 +199,13 @@ impl Front {
         &mut self,
         ring: &Ring<S, Q>,
         next: Option<&Piece<S>>,
+        most: usize,
     ) -> u32 {
         let (mut next, mut entered) = (next, 0);
         while let Some(piece) = next
             && !piece.from_rest
             && piece.enter <= self.place
-            && entered < ENTERED.max(Q / LATE_CYCLES) as u32
+            && entered < most as u32
         {
             self.piece += 1;
             self.in_force.and(piece);

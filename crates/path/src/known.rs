@@ -10,12 +10,13 @@ use crate::shape::Point;
 
 /// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.
 const EDGE_CYCLES: f32 = 3.0;
-/// The same before, where the front enters many pieces at once.
-const EARLY_CYCLES: f32 = EDGE_CYCLES + LATE_CYCLES as f32;
+/// Cycles that take a piece one after another: as many as can wait, and two more while they are prepared. They have no time to look back.
+const TAKING_CYCLES: usize = PLACES + 2;
+/// Cycles that limits are in force before what the average needs, where the front enters many pieces at once.
+const EARLY_CYCLES: f32 = EDGE_CYCLES + (LATE_CYCLES + TAKING_CYCLES) as f32;
 
-/// Cycles of the front that it may be behind a border when it learns of it. In cycles with a piece it does not look back: as many as can
-/// wait come one after another, and two more while they are prepared.
-const BEHIND: f32 = (1 + SEARCH_CYCLES + PLACES + 2) as f32 + 0.5;
+/// Cycles of the front that it may be behind a border when it learns of it.
+const BEHIND: f32 = (1 + SEARCH_CYCLES + TAKING_CYCLES) as f32 + 0.5;
 
 /// What is known of the path.
 #[derive(Debug, Clone)]
@@ -62,16 +63,15 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
 
     /// Whether the front is at the end of the last piece.
     pub(crate) fn is_at_end(&self) -> bool {
-        self.last().is_none_or(|(place, last)| {
-            self.front.piece >= place && self.front.place >= last.end()
-        })
+        self.last()
+            .is_none_or(|(place, last)| self.front.piece >= place && self.front.place >= last.end())
     }
 
     /// A cycle of the front. Returns the instructions it has taken beyond the usual, about.
     pub(crate) fn advance(&mut self, rate: f32, has_time: bool) -> u32 {
         let guard = self.plan.room(&self.front);
         let spent = self.front.look_back(&self.ring, has_time);
-        spent + self.front.advance(&self.ring, rate, guard)
+        spent + self.front.advance(&self.ring, rate, guard, has_time)
     }
 
     /// Plans a piece.
@@ -259,4 +259,3 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
         self.ring.push(next);
     }
 }
-

@@ -73,8 +73,7 @@ where
         // Rounded up; no more than there is room for.
         let count = (cycles as usize + 1).min(LONGEST);
         let cycles = count as f32;
-        let (velocity, acceleration) =
-            bounds::least(&machine, &limits, 1.0 / LEAST_RADIUS, cycles);
+        let (velocity, acceleration) = bounds::least(&machine, &limits, 1.0 / LEAST_RADIUS, cycles);
         if !(velocity > LEAST_ACCELERATION && acceleration > LEAST_ACCELERATION) {
             return Err(PathError::Limits);
         }

@@ -285,10 +285,7 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
             Join::Blend(tolerance) => tolerance,
             Join::Exact | Join::Rest => 0.0,
         };
-        let (before, after) = (
-            (&self.end, self.whole),
-            (&self.start, self.piece.length),
-        );
+        let (before, after) = ((&self.end, self.whole), (&self.start, self.piece.length));
         match (corner(before, after, tolerance), join) {
             (Corner::Smooth, _) => Step::Follow,
             (Corner::Blend { reach }, Join::Blend(_)) => {

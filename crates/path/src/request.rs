@@ -153,7 +153,7 @@ fn check(feed: f32, join: Join) -> Result<(), PathError> {
         Join::Blend(tolerance) => tolerance,
         Join::Exact | Join::Rest => 1.0,
     };
-    if feed >= LEAST_FEED && feed < f32::MAX && tolerance > 0.0 && tolerance < f32::MAX {
+    if (LEAST_FEED..f32::MAX).contains(&feed) && tolerance > 0.0 && tolerance < f32::MAX {
         return Ok(());
     }
     for actual in [feed, tolerance] {

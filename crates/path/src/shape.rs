@@ -359,8 +359,7 @@ impl Inverse {
         let first = (first * (1_u32 << 29) as f32) as u32;
         // One step of Newton: 1 - share * first, with 60 bits behind the point.
         let (high, low) = (share >> 32, share & 0xFFFF_FFFF);
-        let product =
-            ((high * u64::from(first)) >> 1).wrapping_add((low * u64::from(first)) >> 33);
+        let product = ((high * u64::from(first)) >> 1).wrapping_add((low * u64::from(first)) >> 33);
         let error = (1_u64 << 60).wrapping_sub(product).cast_signed();
         // The error is below 2^38, so eight of its bits are spare.
         let step = ((error >> 8) * i64::from(first)) >> 21;
