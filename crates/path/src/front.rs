@@ -7,7 +7,7 @@ use crate::queue::{Piece, Ring, Room};
 /// Times that the velocity of a cycle is corrected: the way to a slower piece may be one over several others.
 const CORRECTIONS: usize = 3;
 
-/// Pieces that are entered in a cycle that has time, more of a long queue, so that all are in [`LATE_CYCLES`]; in another one it is one.
+/// Pieces that are entered in a cycle that has time, more of a long queue, so that all are in [`LATE_CYCLES`]; in another one it is none.
 const ENTERED: usize = 4;
 pub(crate) const LATE_CYCLES: usize = 8;
 
@@ -117,7 +117,7 @@ impl Front {
         let entered = if has_time {
             ENTERED.max(Q / LATE_CYCLES)
         } else {
-            1
+            0
         };
         let (kept, effort) = self.kept(ring, (piece, next), most, entered);
         let velocity = length::velocity(kept)

@@ -200,7 +200,9 @@ where
         let moves = self.tool.follow(&self.known.front, &self.known.ring);
         let spent = CYCLE + pieces + front + self.tool.cost();
         if moves {
-            self.known.forget_before(self.tool.piece());
+            if has_time {
+                self.known.forget_before(self.tool.piece());
+            }
         } else if self.known.front.is_at_rest() {
             self.rest();
         }
