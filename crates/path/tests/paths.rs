@@ -197,6 +197,74 @@ fn a_queue_that_runs_dry_ends_at_rest_on_the_path() {
     }
 }
 
+/// The front cannot stop before it any more, or just so: then it begins at rest.
+#[test]
+fn a_tiny_arc_that_comes_late_begins_at_rest() {
+    let arc = |from: f64| Arc {
+        plane: (0, 1),
+        centre: [place([from, 0.0, 0.0])[0], place([50.0, 0.0, 0.0])[0]],
+        sweep: 1 << 31,
+        end: place([from, 100.0, 0.0]),
+    };
+    for late in (150..500).step_by(7) {
+        let mut tool = tool_with::<SHORT>([LIMITS; 3]);
+        tool.line(place([60_000.0, 0.0, 0.0]), 300.0, Join::Exact)
+            .unwrap();
+        let mut axes = vec![vec![0.0]; 3];
+        for cycle in 0..2_000 {
+            if cycle == late {
+                tool.arc(&arc(60_000.0), 300.0, Join::Blend(5.0)).unwrap();
+            }
+            for (axis, position) in axes.iter_mut().zip(tool.advance()) {
+                axis.push(position.units() as f64 / 16_777_216.0);
+            }
+        }
+        assert!(tool.is_done());
+        judge(
+            "late",
+            &axes,
+            &[LIMITS.map(|limit| limit * COUNTS_PER_UNIT); 3],
+            0.002,
+        );
+    }
+}
+
+/// Pieces and blends fill a queue to its last place.
+#[test]
+fn nothing_is_lost_where_the_queue_is_full() {
+    for rests in 0..3 {
+        let mut tool = tool_with::<SHORT>([LIMITS; 3]);
+        tool.pause();
+        let (mut ideal, mut pieces) = (Ideal::at([0.0; 3]), 0);
+        let mut places = vec![[0.0; 3]];
+        for cycle in 0..20_000 {
+            if tool.has_room() && pieces < 40 {
+                pieces += 1;
+                let end = [
+                    f64::from(pieces) * 400.0,
+                    f64::from(pieces % 2) * 300.0,
+                    0.0,
+                ];
+                let join = if pieces <= rests {
+                    Join::Rest
+                } else {
+                    Join::Blend(30.0)
+                };
+                tool.line(place(end), 100.0, join).unwrap();
+                ideal.line(end);
+            }
+            if cycle == 2_000 {
+                tool.resume();
+            }
+            tool.advance();
+            places.push(units(tool.place()));
+        }
+        assert!(tool.is_done());
+        let deviation = ideal.deviation(&places);
+        assert!(deviation <= 30.0, "{rests}: {deviation}");
+    }
+}
+
 #[test]
 fn a_path_of_short_pieces_does_not_start_before_some_are_known() {
     let mut tool = tool_with::<SHORT>([LIMITS; 3]);

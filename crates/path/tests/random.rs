@@ -2,8 +2,8 @@
 
 mod independent;
 
-use independent::judge;
-use independent::rig::{LIMITS, LONG, Piece, SHORT, Tool, place, run, tool_with, units};
+use independent::rig::{LIMITS, LONG, Piece, SHORT, Tool, feed_one, place, run, tool_with, units};
+use independent::{Ideal, judge};
 use path::Join;
 use proptest::prelude::*;
 
@@ -118,6 +118,43 @@ fn stays_on_the_path(run: &independent::rig::Run, join: Join) {
     assert!(deviation <= tolerance + 0.1, "{deviation} of {tolerance}");
 }
 
+/// Each piece comes so many cycles after the one before it at the earliest.
+fn keeps_every_limit_with_gaps<const Q: usize>(
+    pieces: &[Piece],
+    gaps: &[usize],
+    join: Join,
+    feed: f32,
+) {
+    let mut tool: Tool<Q> = tool_with([LIMITS; 3]);
+    let mut run = independent::rig::Run {
+        axes: vec![vec![0.0]; 3],
+        places: vec![[0.0; 3]],
+        ideal: Ideal::at([0.0; 3]),
+    };
+    let mut rest = pieces.iter().zip(gaps.iter().cycle()).peekable();
+    let mut due = 0;
+    for cycle in 0..400_000 {
+        if cycle >= due
+            && tool.has_room()
+            && let Some((piece, gap)) = rest.next()
+        {
+            feed_one(&mut tool, piece, feed, join, &mut run.ideal);
+            due = cycle + gap;
+        }
+        for (axis, position) in run.axes.iter_mut().zip(tool.advance()) {
+            axis.push(position.units() as f64 / 16_777_216.0);
+        }
+        run.places.push(units(tool.place()));
+        if rest.peek().is_none() && tool.is_done() {
+            break;
+        }
+    }
+    assert!(tool.is_done());
+    let limit = LIMITS.map(|limit| limit * independent::rig::COUNTS_PER_UNIT);
+    judge("gaps", &run.axes, &[limit; 3], 0.01);
+    stays_on_the_path(&run, join);
+}
+
 /// Stops at a cycle, and goes on with another path from there.
 fn stops_and_starts<const Q: usize>(pieces: &[Piece], join: Join, feed: f32, at: usize) {
     let mut tool: Tool<Q> = tool_with([LIMITS; 3]);
@@ -160,5 +197,14 @@ proptest! {
     ) {
         stops_and_starts::<LONG>(&pieces, join, feed, at);
         stops_and_starts::<SHORT>(&pieces, join, feed, at);
+    }
+
+    #[test]
+    fn pieces_that_come_late_are_passed_within_every_limit(
+        pieces in pieces(), gaps in proptest::collection::vec(1..400_usize, 1..8),
+        join in joins(), feed in 1.0..500.0_f32,
+    ) {
+        keeps_every_limit_with_gaps::<LONG>(&pieces, &gaps, join, feed);
+        keeps_every_limit_with_gaps::<SHORT>(&pieces, &gaps, join, feed);
     }
 }

@@ -175,7 +175,7 @@ pub(crate) fn run_until<const Q: usize>(
     run
 }
 
-fn feed_one<const Q: usize>(
+pub(crate) fn feed_one<const Q: usize>(
     tool: &mut Tool<Q>,
     piece: &Piece,
     feed: f32,
