@@ -37,6 +37,28 @@ pub(crate) const fn lowest<const N: usize>(axes: u64) -> usize {
     }
 }
 
+/// [`Axes::stream_on`] for 32 axes at most, with the length of their frames. Not inlined: the loop needs the registers for itself.
+#[inline(never)]
+fn stream_on<F: Family>(
+    axes: &mut [Axis<F>],
+    now: Instant,
+    stuck_us: u32,
+    matters: bool,
+) -> (u64, u32) {
+    let (mut streaming, mut bits) = (0, 0);
+    let mut bit: u32 = 1;
+    for axis in axes {
+        if axis.streams_on(now, stuck_us) {
+            streaming |= bit;
+            if matters {
+                bits += u32::from(axis.drive.cycle_frame_bits());
+            }
+        }
+        bit <<= 1;
+    }
+    (streaming.into(), bits)
+}
+
 /// Whether the input ends every motion at once.
 const fn ends_at_once(input: Input) -> bool {
     matches!(
@@ -91,17 +113,17 @@ impl<const N: usize, F: Family> Axes<N, F> {
     /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them. Notes about the length of their frames where
     /// that `matters`.
     pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32, matters: bool) -> u64 {
-        let (mut streaming, mut bits) = (0, 0);
-        let mut bit: u64 = 1;
-        for axis in &mut self.list {
-            if axis.streams_on(now, stuck_us) {
-                streaming |= mask::<N>(bit);
-                if matters {
-                    bits += u32::from(axis.drive.cycle_frame_bits());
-                }
-            }
-            bit <<= 1;
-        }
+        let (streaming, bits) = if N <= u32::BITS as usize {
+            stream_on(&mut self.list, now, stuck_us, matters)
+        } else {
+            let parts = self.list.chunks_mut(u32::BITS as usize);
+            let each = parts.map(|part| stream_on(part, now, stuck_us, matters));
+            (0..)
+                .zip(each)
+                .fold((0, 0), |(all, sum), (place, (some, bits))| {
+                    (all | some << (u32::BITS * place), sum + bits)
+                })
+        };
         self.due_bits = bits;
         streaming
     }
@@ -125,16 +147,18 @@ impl<const N: usize, F: Family> Axes<N, F> {
         while stale != 0 {
             let lower = stale.trailing_zeros() as usize;
             stale &= stale - 1;
-            for index in [lower, lower + 32] {
-                let Some(axis) = self.list.get_mut(index) else {
-                    break;
-                };
+            let mut index = lower;
+            while let Some(axis) = self.list.get_mut(index) {
+                index += 32;
                 axis.look_ahead(now, cycle);
                 let until = axis.asks.until();
                 if until.has_come(tick) {
                     self.stale |= 1 << lower;
                 } else {
                     self.look_at = self.look_at.earlier(until);
+                }
+                if N <= 32 {
+                    break;
                 }
             }
         }

@@ -65,10 +65,15 @@ fn axes(
     let abouts = motion.axes_about(&drives).map_err(RunError::Motion)?;
     let axis = |(axis, ((drive, gear), about))| {
         let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
+        let mut needs = Needs::of(&positions, gear, arguments.cycle_us);
+        if let Some(checked) = plan.program() {
+            let positions: Vec<i32> = checked.fastest_rows().map(|row| row[axis]).collect();
+            needs = needs.and(Needs::of(&positions, gear, arguments.cycle_us));
+        }
         Axis {
             drive,
             gear,
-            needs: Needs::of(&positions, gear, arguments.cycle_us),
+            needs,
             first_counts: plan.first_counts(axis),
             about,
         }

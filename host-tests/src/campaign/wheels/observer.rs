@@ -145,8 +145,10 @@ impl Observer {
             );
         }
         let before = watched.value.replace(value);
-        // Halted and resumed between two frames: the speed begins anew at 0.
-        let is_anew = std::mem::take(&mut watched.is_halted) && is_velocity;
+        // Halted and resumed between two frames: the speed begins anew at 0, behind what the controller held.
+        let is_anew =
+            watched.is_halted && is_velocity && value.unsigned_abs() <= step.unsigned_abs();
+        watched.is_halted &= !is_anew;
         let from = if is_anew { Some(0) } else { before };
         let change = from.map_or(0, |from| value.abs_diff(from));
         let moves = if is_velocity { value != 0 } else { change != 0 };

@@ -221,10 +221,17 @@ impl<'a> Run<'a> {
                 WheelTrouble::LeaveBus { wheel, .. } | WheelTrouble::FallSilent { wheel, .. } => {
                     self.rig.drive_mut(wheel).faults_mut().wake()
                 }
-                WheelTrouble::Unplug { .. } => self.plug(true),
+                WheelTrouble::Unplug { .. } => self.plug(!self.is_unplugged()),
                 _ => {}
             }
         }
+    }
+
+    /// Whether one that was pulled meanwhile lasts longer.
+    fn is_unplugged(&self) -> bool {
+        self.ends
+            .iter()
+            .any(|(_, trouble)| matches!(trouble, WheelTrouble::Unplug { .. }))
     }
 
     fn plug(&mut self, is_in: bool) {
