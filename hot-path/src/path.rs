@@ -11,7 +11,7 @@ use crate::trajectory::{Figure, Numbers};
 /// Pieces of the queue.
 const QUEUE: usize = 32;
 /// Cycles of each kind of path.
-const CYCLES: u32 = 3_000;
+const CYCLES: u32 = 30_000;
 
 type Tool = Path<Cartesian<3>, 3, 3, QUEUE>;
 
@@ -29,6 +29,9 @@ enum Kind {
     ShortLines,
     Arcs,
     Helices,
+    Chords,
+    TinyArcs,
+    Stops,
     Mixed,
 }
 
@@ -44,6 +47,9 @@ pub fn exercise(counter: fn() -> u32) {
         Kind::ShortLines,
         Kind::Arcs,
         Kind::Helices,
+        Kind::Chords,
+        Kind::TinyArcs,
+        Kind::Stops,
         Kind::Mixed,
     ] {
         let Some(mut tool) = tool() else { return };
@@ -53,6 +59,9 @@ pub fn exercise(counter: fn() -> u32) {
             }
             if cycle % 512 == 200 {
                 tool.resume();
+            }
+            if cycle % 128 == 64 {
+                tool.set_override(if cycle % 256 == 64 { 40 } else { 100 });
             }
             let start = counter();
             let takes = tool.has_room() && cycle % 3 != 0;
@@ -81,10 +90,13 @@ fn tool() -> Option<Tool> {
 
 fn add(tool: &mut Tool, kind: Kind, numbers: &mut Numbers) {
     let kind = match kind {
-        Kind::Mixed => match numbers.next() % 4 {
+        Kind::Mixed => match numbers.next() % 7 {
             0 => Kind::LongLines,
             1 => Kind::ShortLines,
             2 => Kind::Arcs,
+            3 => Kind::Chords,
+            4 => Kind::TinyArcs,
+            5 => Kind::Stops,
             _ => Kind::Helices,
         },
         kind => kind,
@@ -108,8 +120,25 @@ fn add(tool: &mut Tool, kind: Kind, numbers: &mut Numbers) {
             ];
             tool.line(end, 300.0, Join::Blend(10.0))
         }
-        Kind::Arcs | Kind::Helices => {
-            let offset = [moved(8_000), moved(8_000)];
+        Kind::Chords => {
+            let end = [
+                x.moved_by(Position::from_counts(20)),
+                y.moved_by(moved(2)),
+                z.moved_by(moved(2)),
+            ];
+            tool.line(end, 300.0, Join::Blend(5.0))
+        }
+        Kind::Stops => {
+            let end = [x.moved_by(moved(400)), y.moved_by(moved(400)), z];
+            tool.line(end, 300.0, Join::Rest)
+        }
+        Kind::Arcs | Kind::Helices | Kind::TinyArcs => {
+            let size = if matches!(kind, Kind::TinyArcs) {
+                60
+            } else {
+                8_000
+            };
+            let offset = [moved(size), moved(size)];
             let lift = if matches!(kind, Kind::Helices) {
                 moved(3_000)
             } else {

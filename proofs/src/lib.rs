@@ -18,6 +18,7 @@ pub mod hub_motors;
 pub mod master;
 pub mod opaque;
 pub mod path;
+pub mod program;
 pub mod serial;
 pub mod text;
 pub mod trajectory;

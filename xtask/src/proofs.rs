@@ -24,7 +24,7 @@ const BESIDE: [(&str, &str); 2] = [
     (HOT_PAIR, "set-point-and-position-without-codec"),
 ];
 /// The images that link only without a panic.
-const IMAGES: [&str; 18] = [
+const IMAGES: [&str; 19] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
@@ -39,6 +39,7 @@ const IMAGES: [&str; 18] = [
     "wheels",
     "diff-drive",
     "path",
+    "program",
     "trajectory",
     "board-link",
     ONE_AXIS,

@@ -5,10 +5,11 @@
 
 use trajectory::Limits;
 
+use crate::length;
 use crate::machine::Machine;
 use crate::order::Order as _;
 use crate::roots::{cube_root_below, hypotenuse, square_root};
-use crate::shape::{Kind, Shape};
+use crate::shape::{Direction, Kind, Shape};
 
 /// Shares of the limits that a velocity may need by itself; the rest is left for its changes.
 const ACCELERATION_SHARE: f32 = 0.6;
@@ -19,8 +20,8 @@ const JERK_SHARE: f32 = 0.5;
 const MARGIN: f32 = 1.0 - 1.0 / 128.0;
 
 /// Upper bounds of the derivatives of an axis along a piece, in counts per unit, unit² and unit³.
-#[derive(Debug, Clone, Copy, Default)]
-struct Slopes {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slopes {
     first: f32,
     second: f32,
     third: f32,
@@ -28,38 +29,72 @@ struct Slopes {
     is_round: bool,
 }
 
-/// Velocity and acceleration along a piece, in units per cycle and cycle².
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Pace {
-    pub(crate) velocity: f32,
-    pub(crate) acceleration: f32,
-}
-
-/// What the axes allow along a piece, for velocities of at most `fastest`. The acceleration along the path changes by up to twice its
-/// largest value in `filter` cycles.
-pub(crate) fn pace<const S: usize, const A: usize>(
-    shape: &Shape<S>,
-    machine: &impl Machine<S, A>,
+/// The highest velocity along a piece of which the axes have these slopes, at most `fastest`, in units per cycle.
+pub(crate) fn velocity<const A: usize>(
+    slopes: &[Slopes; A],
     limits: &[Limits; A],
     fastest: f32,
-    filter: f32,
-) -> Pace {
-    let slopes = slopes(shape, machine);
+) -> f32 {
     let mut velocity = fastest;
     for (slopes, limits) in slopes.iter().zip(limits) {
         velocity = velocity.lower(slopes.velocity(limits));
     }
+    velocity
+}
+
+/// The acceleration along a piece that the axes allow up to a velocity, in units per cycle². The acceleration along the path changes by
+/// up to twice its largest value in `filter` cycles.
+pub(crate) fn acceleration<const A: usize>(
+    slopes: &[Slopes; A],
+    limits: &[Limits; A],
+    velocity: f32,
+    filter: f32,
+) -> f32 {
     let mut acceleration = f32::MAX;
     for (slopes, limits) in slopes.iter().zip(limits) {
         acceleration = acceleration.lower(slopes.acceleration(limits, velocity, filter));
     }
-    Pace {
-        velocity,
-        acceleration,
+    acceleration
+}
+
+/// Velocity and acceleration that the axes allow at least along a piece that is bent by at most so many radians per unit.
+pub(crate) fn least<const S: usize, const A: usize>(
+    machine: &impl Machine<S, A>,
+    limits: &[Limits; A],
+    bend: f32,
+    filter: f32,
+) -> (f32, f32) {
+    let mut squares = [0.0; A];
+    for place in 0..S {
+        let mut vector = [0.0; S];
+        if let Some(part) = vector.get_mut(place) {
+            *part = 1.0;
+        }
+        for (square, rate) in squares.iter_mut().zip(machine.rates(&vector)) {
+            *square += rate * rate;
+        }
     }
+    let slopes = squares.map(|square| {
+        let first = square_root(square);
+        Slopes {
+            first,
+            second: first * bend,
+            third: first * bend * bend,
+            is_round: false,
+        }
+    });
+    let velocity = velocity(&slopes, limits, length::FASTEST);
+    (velocity, acceleration(&slopes, limits, velocity, filter))
 }
 
 impl Slopes {
+    pub(crate) const NONE: Self = Self {
+        first: 0.0,
+        second: 0.0,
+        third: 0.0,
+        is_round: false,
+    };
+
     fn velocity(&self, limits: &Limits) -> f32 {
         let share = if self.is_round {
             ROUND_ACCELERATION_SHARE
@@ -94,36 +129,33 @@ impl Slopes {
     }
 }
 
-fn slopes<const S: usize, const A: usize>(
+/// Of a line or an arc that starts in a direction.
+pub(crate) fn slopes<const S: usize, const A: usize>(
     shape: &Shape<S>,
+    start: &Direction<S>,
     machine: &impl Machine<S, A>,
 ) -> [Slopes; A] {
-    let mut slopes = [Slopes::default(); A];
+    let mut slopes = [Slopes::NONE; A];
     match &shape.kind {
         Kind::Line { .. } => {
-            let rates = machine.rates(&shape.passage(0).tangent);
-            for (slopes, rate) in slopes.iter_mut().zip(rates) {
+            for (slopes, rate) in slopes.iter_mut().zip(machine.rates(&start.tangent)) {
                 slopes.first = rate.abs();
             }
         }
-        Kind::Arc { plane, rate, .. } => of_arc(&mut slopes, shape, *plane, *rate, machine),
-        Kind::Blend {
-            coefficients,
-            inverse,
-            ..
-        } => of_blend(&mut slopes, coefficients, *inverse, machine),
+        Kind::Arc { plane, rate, .. } => of_arc(&mut slopes, start, *plane, *rate, machine),
+        // Has its own function.
+        Kind::Blend { .. } => {}
     }
     slopes
 }
 
 fn of_arc<const S: usize, const A: usize>(
     slopes: &mut [Slopes; A],
-    shape: &Shape<S>,
+    start: &Direction<S>,
     plane: (usize, usize),
     rate: f32,
     machine: &impl Machine<S, A>,
 ) {
-    let start = shape.passage(0);
     let (mut radial, mut ahead, mut steady) = ([0.0; S], [0.0; S], start.tangent);
     let curvature = |place: usize| start.curvature.get(place).copied().unwrap_or(0.0);
     // Of the tangent, what turns, and what remains.
@@ -159,12 +191,19 @@ fn of_arc<const S: usize, const A: usize>(
 }
 
 /// A polynomial lies within the hull of its Bernstein coefficients.
-fn of_blend<const S: usize, const A: usize>(
-    slopes: &mut [Slopes; A],
-    coefficients: &[[f32; 5]; S],
-    inverse: f32,
+pub(crate) fn slopes_of_blend<const S: usize, const A: usize>(
+    shape: &Shape<S>,
     machine: &impl Machine<S, A>,
-) {
+) -> [Slopes; A] {
+    let mut slopes = [Slopes::NONE; A];
+    let Kind::Blend {
+        coefficients,
+        inverse,
+        ..
+    } = &shape.kind
+    else {
+        return slopes;
+    };
     // Rates are linear: of each power once.
     let mut powers = [[0.0; 5]; A];
     for power in 0..5 {
@@ -197,6 +236,7 @@ fn of_blend<const S: usize, const A: usize>(
         slopes.second *= inverse * inverse;
         slopes.third *= inverse * inverse * inverse;
     }
+    slopes
 }
 
 fn largest<const N: usize>(values: [f32; N]) -> f32 {

@@ -3,15 +3,15 @@
 use crate::length;
 use crate::order::Order as _;
 use crate::roots::square_root;
-use crate::shape::{Passage, Shape, difference, norm};
+use crate::shape::{Direction, difference, norm};
 
 /// How one piece follows another.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Corner<const S: usize> {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Corner {
     /// Tangent and curvature are the same.
     Smooth,
-    /// This blend takes the place of `reach` of either piece.
-    Blend { shape: Shape<S>, reach: i64 },
+    /// A blend takes the place of `reach` of either piece.
+    Blend { reach: i64 },
     /// No curve is within the tolerance.
     Rest,
 }
@@ -34,20 +34,19 @@ const CURVATURE_SHARE: f32 = 0.012;
 /// For what the terms of higher order add.
 const TOLERANCE_SHARE: f32 = 0.95;
 
-/// The corner between the end of a piece and the start of the next one. Either may give up half of its whole length.
+/// The corner between the end of a piece and the start of the next one, which have these whole lengths. Either may give up half of it.
 pub(crate) fn corner<const S: usize>(
-    before: (&Shape<S>, i64),
-    after: (&Shape<S>, i64),
+    (end, before): (&Direction<S>, i64),
+    (start, after): (&Direction<S>, i64),
     tolerance: f32,
-) -> Corner<S> {
-    let (end, start) = (before.0.passage(before.1), after.0.passage(0));
+) -> Corner {
     let bend = norm(&difference(&start.tangent, &end.tangent));
     let curve = norm(&difference(&start.curvature, &end.curvature));
     let tightest = norm(&start.curvature).higher(norm(&end.curvature));
     if bend <= SAME_TANGENT && curve <= SAME_CURVATURE * tightest {
         return Corner::Smooth;
     }
-    let room = length::units(before.1.min(after.1)) * 0.5;
+    let room = length::units(before.min(after)) * 0.5;
     let reach = reach(bend, curve, TOLERANCE_SHARE * tolerance)
         .lower(room)
         .lower(LONGEST)
@@ -56,13 +55,8 @@ pub(crate) fn corner<const S: usize>(
     if bend > TURNS_BACK || reach.is_nan() || reach < SHORTEST {
         return Corner::Rest;
     }
-    let reach = length::from_units(reach).min(before.1 / 2).min(after.1 / 2);
-    let from: Passage<S> = before.0.passage(before.1 - reach);
-    let to = after.0.passage(reach);
-    Corner::Blend {
-        shape: Shape::blend(&from, &to, 2 * reach),
-        reach,
-    }
+    let reach = length::from_units(reach).min(before / 2).min(after / 2);
+    Corner::Blend { reach }
 }
 
 /// The reach of a blend that is as far from the corner as a tolerance allows.

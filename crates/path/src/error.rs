@@ -32,6 +32,21 @@ pub enum PathError {
         /// What was given, in units.
         actual: f32,
     },
+    /// An arc of more than 2^28 turns.
+    Sweep {
+        /// What was given, in 2^-32 turns.
+        actual: i64,
+    },
+    /// An arc or a helix longer than 2^29 units.
+    Long {
+        /// Its length, in units.
+        actual: f32,
+    },
+    /// A feed below 2^-16 units per cycle.
+    Slow {
+        /// What was given, in units per cycle.
+        actual: f32,
+    },
     /// An arc that misses its end by more than 1/64 of its radius.
     End {
         /// By how much, in units.
@@ -64,6 +79,19 @@ impl fmt::Display for PathError {
             ),
             Self::Radius { actual } => {
                 write!(f, "a radius must be 2^-6 to 2^28 units, got {actual}")
+            }
+            Self::Sweep { actual } => {
+                let turns = actual >> 32;
+                write!(f, "an arc must have at most 2^28 turns, got {turns}")
+            }
+            Self::Long { actual } => {
+                write!(f, "an arc must be at most 2^29 units long, got {actual}")
+            }
+            Self::Slow { actual } => {
+                write!(
+                    f,
+                    "a feed must be at least 2^-16 units per cycle, got {actual}"
+                )
             }
             Self::End { actual, most } => write!(
                 f,

@@ -7,12 +7,18 @@ use crate::queue::{Piece, Ring, Room};
 /// Times that the velocity of a cycle is corrected: the way to a slower piece may be one over several others.
 const CORRECTIONS: usize = 3;
 
-/// What it costs to collect the limits in force, in pieces that could be planned instead.
-const LOOKING_BACK: usize = 2;
+/// Pieces that are entered in a cycle that has time, more of a long queue, so that all are in [`LATE_CYCLES`]; in another one it is none.
+const ENTERED: usize = 4;
+pub(crate) const LATE_CYCLES: usize = 8;
 
 /// Pieces whose limits are looked at in a cycle, more in a long queue, so that all are in this number of cycles.
-const SEARCHED_IN_A_CYCLE: usize = 6;
-pub(crate) const SEARCH_CYCLES: usize = 6;
+const SEARCHED: usize = 4;
+pub(crate) const SEARCH_CYCLES: usize = 8;
+
+/// Instructions on a Cortex-M4, about: of a cycle in which limits are collected, of a correction, and of a piece that is entered.
+const OF_A_SEARCH: u32 = 170;
+const OF_A_CORRECTION: u32 = 90;
+const OF_A_PIECE: u32 = 60;
 
 /// A way to the end that is gone in one cycle, in 2^-20 units.
 const DUST: i64 = 32;
@@ -86,22 +92,17 @@ impl Front {
     }
 
     /// A cycle. `rate` is the override, 0 for a pause; `guard` a place before which it must be able to stop.
-    /// Returns what it has cost, in pieces that could have been planned instead.
+    /// Returns the instructions it has taken beyond the usual, about.
     pub(crate) fn advance<const S: usize, const Q: usize>(
         &mut self,
         ring: &Ring<S, Q>,
         rate: f32,
         guard: Option<Room>,
-    ) -> usize {
+        has_time: bool,
+    ) -> u32 {
         let Some(piece) = ring.get(self.piece) else {
             return 0;
         };
-        let next = ring.get(self.piece + 1);
-        let mut effort = 0;
-        if self.search.is_some() || self.place >= self.in_force.until {
-            self.look_back(ring, SEARCHED_IN_A_CYCLE.max(Q / SEARCH_CYCLES));
-            effort = LOOKING_BACK;
-        }
         let change = length::velocity(self.in_force.acceleration.lower(length::FASTEST));
         let raised = length::velocity_units(self.velocity.saturating_add(change));
         let mut most = (self.in_force.feed * rate)
@@ -112,7 +113,13 @@ impl Front {
         {
             most = guard.velocity(0.0);
         }
-        let (kept, corrections) = self.kept(ring, most);
+        let next = ring.get(self.piece + 1);
+        let entered = if has_time {
+            ENTERED.max(Q / LATE_CYCLES)
+        } else {
+            0
+        };
+        let (kept, effort) = self.kept(ring, (piece, next), most, entered);
         let velocity = length::velocity(kept)
             .min(self.velocity.saturating_add(change))
             .max(self.velocity.saturating_sub(change));
@@ -128,68 +135,112 @@ impl Front {
             velocity
         };
         self.place += i64::from(self.velocity);
-        self.enter(ring);
-        effort + corrections
+        effort + OF_A_PIECE * self.enter(ring, next, entered)
     }
 
     /// The highest velocity of this cycle, at most `most`, with which everything ahead can still be kept behind it.
-    fn kept<const S: usize, const Q: usize>(&self, ring: &Ring<S, Q>, most: f32) -> (f32, usize) {
+    fn kept<'a, const S: usize, const Q: usize>(
+        &self,
+        ring: &'a Ring<S, Q>,
+        (mut piece, mut next): (&'a Piece<S>, Option<&'a Piece<S>>),
+        most: f32,
+        entered_most: usize,
+    ) -> (f32, u32) {
         let mut velocity = most;
-        for corrections in 0..CORRECTIONS {
-            let place = self.place + i64::from(length::velocity(velocity));
-            let mut index = self.piece;
-            let mut slowest = f32::MAX;
-            while let Some(next) = ring.get(index + 1)
-                && !next.from_rest
-                && next.enter <= place
+        let mut place = self.place + i64::from(length::velocity(velocity));
+        let (mut index, mut spent) = (self.piece, 0);
+        // The farthest piece that may be entered.
+        while let Some(entered) = next
+            && !entered.from_rest
+            && entered.enter <= place
+            && index < self.piece + entered_most
+        {
+            index += 1;
+            spent += OF_A_PIECE;
+            velocity = velocity.lower(entered.velocity);
+            (piece, next) = (entered, ring.get(index + 1));
+        }
+        let mut before = None;
+        for _ in 0..CORRECTIONS {
+            place = self.place + i64::from(length::velocity(velocity));
+            // A slower one may not get so far.
+            while index > self.piece
+                && piece.enter > place
+                && let Some(previous) = ring.get(index - 1)
             {
-                index += 1;
-                slowest = slowest.lower(next.velocity);
+                index -= 1;
+                (piece, next) = (previous, Some(piece));
             }
-            let Some(piece) = ring.get(index) else {
+            // A correction holds where the room falls in the same way.
+            let way = Some((index, place >= piece.alone));
+            if way == before {
                 break;
-            };
-            let room = piece.room(place, piece.goal(ring.get(index + 1)));
-            if velocity <= slowest && velocity * velocity <= room.square {
-                return (velocity, corrections);
             }
-            velocity = room.velocity(velocity).lower(slowest).lower(velocity);
+            before = way;
+            let room = piece.room(place, piece.goal(next));
+            if velocity * velocity <= room.square {
+                break;
+            }
+            velocity = room.velocity(velocity).lower(velocity);
+            spent += OF_A_CORRECTION;
         }
-        (velocity, CORRECTIONS)
+        (velocity, spent)
     }
 
-    /// With front and tool at the same place at rest, pieces that were passed are not in force.
-    pub(crate) fn forget_the_past<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>) {
-        self.search = None;
-        self.look_back(ring, Q);
+    /// With front and tool at the same place at rest, pieces that were passed are not in force: they are not in the ring any more.
+    pub(crate) fn forget_the_past(&mut self, first: usize) {
+        if self.search.is_none() {
+            self.search = Some((first, InForce::NONE));
+        }
     }
 
-    fn enter<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>) {
-        while let Some(next) = ring.get(self.piece + 1) {
-            if next.from_rest || next.enter > self.place {
-                return;
-            }
+    /// The pieces that the front has come to; returns their number.
+    fn enter<const S: usize, const Q: usize>(
+        &mut self,
+        ring: &Ring<S, Q>,
+        next: Option<&Piece<S>>,
+        most: usize,
+    ) -> u32 {
+        let (mut next, mut entered) = (next, 0);
+        while let Some(piece) = next
+            && !piece.from_rest
+            && piece.enter <= self.place
+            && entered < most as u32
+        {
             self.piece += 1;
-            self.in_force.and(next);
+            self.in_force.and(piece);
+            next = ring.get(self.piece + 1);
+            entered += 1;
         }
+        entered
     }
 
-    /// Collects the limits anew once one of them has ended, some pieces in a cycle; those of before are in force until that is done.
-    fn look_back<const S: usize, const Q: usize>(&mut self, ring: &Ring<S, Q>, pieces: usize) {
+    /// Collects the limits anew once one of them has ended, some pieces in a cycle that has time; those of before are in force until
+    /// that is done. Returns the instructions it has taken, about.
+    pub(crate) fn look_back<const S: usize, const Q: usize>(
+        &mut self,
+        ring: &Ring<S, Q>,
+        has_time: bool,
+    ) -> u32 {
+        if !has_time || (self.search.is_none() && self.place < self.in_force.until) {
+            return 0;
+        }
         let (from, mut found) = self.search.unwrap_or((ring.first(), InForce::NONE));
         let from = from.max(ring.first());
-        let to = (from + pieces).min(self.piece + 1);
-        let (place, latest) = (self.place, ring.get(self.piece).map(|piece| piece.start));
-        for piece in ring.range(from, to.saturating_sub(1)) {
-            if piece.leave > place || Some(piece.start) == latest {
+        let to = (from + SEARCHED.max(Q / SEARCH_CYCLES)).min(self.piece + 1);
+        for index in from..to {
+            if let Some(piece) = ring.get(index)
+                && (piece.leave > self.place || index == self.piece)
+            {
                 found.and(piece);
             }
         }
         if to <= self.piece {
             self.search = Some((to, found));
-            return;
+        } else {
+            self.in_force = found;
+            self.search = None;
         }
-        self.in_force = found;
-        self.search = None;
+        OF_A_SEARCH
     }
 }

@@ -23,12 +23,15 @@ pub(crate) fn units(length: i64) -> f32 {
 
 /// A number with bits behind its point as a float, to 24 bits: the processor converts 32 bits in one instruction, and 64 in none.
 pub(crate) fn to_float(value: i64, bits: u32) -> f32 {
-    // What is more than 31 bits and the sign.
-    let excess = 33_u32.saturating_sub(value.unsigned_abs().leading_zeros());
-    let mantissa = (value >> excess) as i32 as f32;
+    let low = value as i32;
+    let whole = if i64::from(low) == value {
+        low as f32
+    } else {
+        // The upper half is not 0 or -1, so that the lower one may lose its last bits.
+        (value >> 32) as i32 as f32 * 4_294_967_296.0 + value as u32 as f32
+    };
     // A power of two, which is in range for 64 bits.
-    let exponent = (127 + excess).saturating_sub(bits);
-    mantissa * f32::from_bits(exponent << 23)
+    whole * f32::from_bits((127 - bits) << 23)
 }
 
 /// Velocity, not negative, rounded down.

@@ -33,6 +33,8 @@ pub(crate) struct Piece<const S: usize> {
     pub(crate) alone: i64,
     /// Square of the highest velocity at `enter` from which everything that is known can be kept.
     pub(crate) entry: f32,
+    /// Lowest of `shared` from here to the end of what is known; [`f32::MAX`] until it is planned.
+    pub(crate) least: f32,
     /// The tool comes to rest before it.
     pub(crate) from_rest: bool,
 }
@@ -87,6 +89,7 @@ impl<const S: usize> Piece<S> {
         shared: 1.0,
         alone: 0,
         entry: 0.0,
+        least: f32::MAX,
         from_rest: true,
     };
 
@@ -176,26 +179,14 @@ impl<const S: usize, const Q: usize> Ring<S, Q> {
         self.pieces.get_mut(place.checked_rem(Q)?)
     }
 
-    /// Those from one place to another, the last one included.
-    pub(crate) fn range(&self, from: usize, to: usize) -> impl Iterator<Item = &Piece<S>> {
-        let from = from.max(self.first);
-        let count = (to + 1).min(self.end).saturating_sub(from);
-        let start = from.checked_rem(Q).unwrap_or(0);
-        let behind = (start + count).saturating_sub(Q);
-        let ahead = start + count - behind;
-        let ahead = self.pieces.get(start..ahead).unwrap_or_default();
-        let behind = self.pieces.get(..behind).unwrap_or_default();
-        ahead.iter().chain(behind)
-    }
-
-    pub(crate) fn push(&mut self, piece: Piece<S>) {
+    pub(crate) fn push(&mut self, piece: &Piece<S>) {
         if self.free() == 0 {
             return;
         }
         if let Some(place) = self.end.checked_rem(Q)
             && let Some(slot) = self.pieces.get_mut(place)
         {
-            *slot = piece;
+            *slot = *piece;
             self.end += 1;
         }
     }

@@ -8,22 +8,68 @@ use trajectory::fixed::part_of;
 
 use crate::angle::{self, sine_cosine};
 use crate::length;
-use crate::roots::{hypotenuse, square_root};
+use crate::roots::square_root;
 
 /// Bits behind the point of a coordinate.
 pub(crate) const COORDINATE_BITS: i32 = 24;
 /// Bits behind the point of what a blend moves by: a blend is at most 2^15 units wide.
 const BLEND_BITS: i32 = 16;
+/// Of a sine.
+const SINE_UNIT: f32 = 1.0 / angle::ONE as f32;
 
 pub(crate) type Point<const S: usize> = [i64; S];
 pub(crate) type Vector<const S: usize> = [f32; S];
 
 /// How a path passes a place: unit tangent, and curvature as the change of the tangent per unit of length.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Passage<const S: usize> {
-    pub(crate) point: Point<S>,
+pub(crate) struct Direction<const S: usize> {
     pub(crate) tangent: Vector<S>,
     pub(crate) curvature: Vector<S>,
+}
+
+impl<const S: usize> Direction<S> {
+    pub(crate) const NONE: Self = Self {
+        tangent: [0.0; S],
+        curvature: [0.0; S],
+    };
+}
+
+/// What an arc has and a line has not.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Round {
+    /// The two coordinates of its plane.
+    pub(crate) plane: (usize, usize),
+    /// From the centre to the start.
+    pub(crate) radial: [i64; 2],
+    /// In 2^-32 turns, positive from the first coordinate to the second.
+    pub(crate) sweep: i64,
+}
+
+impl Round {
+    pub(crate) const NONE: Self = Self {
+        plane: (0, 0),
+        radial: [0; 2],
+        sweep: 0,
+    };
+
+    /// From its start to its end in the plane.
+    pub(crate) fn turned(&self) -> [i64; 2] {
+        turned(self.radial, self.sweep as u32)
+    }
+}
+
+/// A place of a path, and how it is passed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage<const S: usize> {
+    pub(crate) point: Point<S>,
+    pub(crate) direction: Direction<S>,
+}
+
+impl<const S: usize> Passage<S> {
+    pub(crate) const NONE: Self = Self {
+        point: [0; S],
+        direction: Direction::NONE,
+    };
 }
 
 /// A piece, whose length is `scale` bits short of 64.
@@ -74,8 +120,9 @@ impl<const S: usize> Shape<S> {
         }
     }
 
-    /// A straight line of a length, which is that of `way` to 24 bits.
-    pub(crate) fn line(from: Point<S>, way: Point<S>, length: i64) -> Self {
+    /// A straight line of a length, which is that between its ends to 24 bits.
+    pub(crate) fn line(from: Point<S>, end: Point<S>, length: i64) -> Self {
+        let way = difference_of_points(&end, &from);
         let scale = length.leading_zeros();
         let inverse = Inverse::of(length, scale);
         Self {
@@ -87,19 +134,20 @@ impl<const S: usize> Shape<S> {
         }
     }
 
-    /// An arc with a sweep in 2^-32 turns, positive from the first coordinate of the plane to the second. What the end differs from the end
-    /// of the arc, in the other coordinates too, is spread over the length.
+    /// An arc of a length. What the end differs from the end of the arc, in the other coordinates too, is spread over the length.
     pub(crate) fn arc(
-        from: Point<S>,
-        end: Point<S>,
-        plane: (usize, usize),
-        radial: [i64; 2],
-        sweep: i64,
+        (from, end): (Point<S>, Point<S>),
+        round: &Round,
+        turned: [i64; 2],
         length: i64,
     ) -> Self {
+        let Round {
+            plane,
+            radial,
+            sweep,
+        } = *round;
         let scale = length.leading_zeros();
         let inverse = Inverse::of(length, scale);
-        let turned = turned(radial, sweep as u32);
         let mut way = [0; S];
         for (place, (way, (end, from))) in way.iter_mut().zip(end.iter().zip(from)).enumerate() {
             let rest = end - from - of_plane(plane, turned, place);
@@ -125,8 +173,9 @@ impl<const S: usize> Shape<S> {
         let h = length::units(length);
         let mut coefficients = [[0.0; 5]; S];
         let ends = start.point.iter().zip(end.point);
-        let tangents = start.tangent.iter().zip(end.tangent);
-        let curvatures = start.curvature.iter().zip(end.curvature);
+        let (first, last) = (&start.direction, &end.direction);
+        let tangents = first.tangent.iter().zip(last.tangent);
+        let curvatures = first.curvature.iter().zip(last.curvature);
         let coordinates = ends.zip(tangents).zip(curvatures);
         for (to, (((from, end), (t0, t1)), (k0, k1))) in coefficients.iter_mut().zip(coordinates) {
             let (one, two) = (h * t0, 0.5 * h * h * k0);
@@ -154,16 +203,22 @@ impl<const S: usize> Shape<S> {
         }
     }
 
+    pub(crate) const fn is_round(&self) -> bool {
+        matches!(self.kind, Kind::Arc { .. })
+    }
+
     /// The point at a length from the start.
     pub(crate) fn point(&self, at: i64) -> Point<S> {
+        let mut point = [0; S];
+        self.put_point(at, &mut point);
+        point
+    }
+
+    /// The same, written to a place.
+    pub(crate) fn put_point(&self, at: i64, point: &mut Point<S>) {
         let share = at.cast_unsigned().wrapping_shl(self.scale);
-        let mut point = self.from;
         match &self.kind {
-            Kind::Line { way } => {
-                for (point, way) in point.iter_mut().zip(way) {
-                    *point += part_of(*way, share);
-                }
-            }
+            Kind::Line { way } => self.put_straight(way, share, point),
             Kind::Arc {
                 way,
                 plane,
@@ -171,9 +226,7 @@ impl<const S: usize> Shape<S> {
                 turn,
                 ..
             } => {
-                for (point, way) in point.iter_mut().zip(way) {
-                    *point += part_of(*way, share);
-                }
+                self.put_straight(way, share, point);
                 let [first, second] = turned(*radial, part_of(*turn, share) as u32);
                 if let Some(point) = point.get_mut(plane.0) {
                     *point += first;
@@ -188,19 +241,24 @@ impl<const S: usize> Shape<S> {
                 ..
             } => {
                 let u = (share >> 33) as i32 as f32 * whole;
-                for (point, [one, two, three, four, five]) in point.iter_mut().zip(coefficients) {
+                let coordinates = point.iter_mut().zip(&self.from).zip(coefficients);
+                for ((point, from), [one, two, three, four, five]) in coordinates {
                     let moved = ((((five * u + four) * u + three) * u + two) * u + one) * u;
                     let moved = (moved * (1_u32 << BLEND_BITS) as f32) as i32;
-                    *point += i64::from(moved) << (COORDINATE_BITS - BLEND_BITS);
+                    *point = from + (i64::from(moved) << (COORDINATE_BITS - BLEND_BITS));
                 }
             }
         }
-        point
     }
 
-    /// How it passes the place at a length from the start. Not of a blend: nothing is blended with one.
-    pub(crate) fn passage(&self, at: i64) -> Passage<S> {
-        let share = at.cast_unsigned().wrapping_shl(self.scale);
+    fn put_straight(&self, way: &Point<S>, share: u64, point: &mut Point<S>) {
+        for ((point, from), way) in point.iter_mut().zip(&self.from).zip(way) {
+            *point = from + part_of(*way, share);
+        }
+    }
+
+    /// The direction at a length from the start. Not of a blend: nothing is blended with one.
+    pub(crate) fn direction(&self, at: i64) -> Direction<S> {
         let mut tangent = [0.0; S];
         let mut curvature = [0.0; S];
         if let Kind::Line { way } | Kind::Arc { way, .. } = &self.kind {
@@ -219,8 +277,14 @@ impl<const S: usize> Shape<S> {
             ..
         } = &self.kind
         {
+            let share = at.cast_unsigned().wrapping_shl(self.scale);
             let (sine, cosine) = sine_cosine(part_of(*turn, share) as u32);
-            let [first, second] = rotated(*radial, sine, cosine).map(coordinate);
+            let (sine, cosine) = (sine as f32 * SINE_UNIT, cosine as f32 * SINE_UNIT);
+            let [first, second] = radial.map(coordinate);
+            let (first, second) = (
+                first * cosine - second * sine,
+                second * cosine + first * sine,
+            );
             for (place, ahead, back) in [(plane.0, -second, first), (plane.1, first, second)] {
                 if let Some(tangent) = tangent.get_mut(place) {
                     *tangent += ahead * rate;
@@ -230,11 +294,7 @@ impl<const S: usize> Shape<S> {
                 }
             }
         }
-        Passage {
-            point: self.point(at),
-            tangent,
-            curvature,
-        }
+        Direction { tangent, curvature }
     }
 }
 
@@ -255,14 +315,16 @@ pub(crate) fn difference<const S: usize>(to: &Vector<S>, from: &Vector<S>) -> Ve
     difference
 }
 
-/// Radius in units.
-pub(crate) fn radius(radial: [i64; 2]) -> f32 {
-    let [first, second] = radial.map(coordinate);
-    hypotenuse(first, second)
+pub(crate) fn difference_of_points<const S: usize>(to: &Point<S>, from: &Point<S>) -> Point<S> {
+    let mut difference = *to;
+    for (part, from) in difference.iter_mut().zip(from) {
+        *part -= from;
+    }
+    difference
 }
 
 /// What the end of a radius moves by when it turns by a phase.
-pub(crate) fn turned(radial: [i64; 2], phase: u32) -> [i64; 2] {
+fn turned(radial: [i64; 2], phase: u32) -> [i64; 2] {
     let (sine, cosine) = sine_cosine(phase);
     let [first, second] = rotated(radial, sine, cosine);
     [first - radial[0], second - radial[1]]
@@ -285,8 +347,8 @@ fn of_plane(plane: (usize, usize), [first, second]: [i64; 2], place: usize) -> i
     }
 }
 
-/// A power of two divided by a length, with 60 bits behind the point, to 2^-45.
-struct Inverse(i64);
+/// A power of two divided by a length: from one to two, less one, as a share with 64 bits behind the point, to 2^-45.
+struct Inverse(u64);
 
 impl Inverse {
     /// Of a length above 0 and its leading zeros.
@@ -294,14 +356,25 @@ impl Inverse {
         // From a half to below 1.
         let share = length.cast_unsigned().wrapping_shl(scale);
         let first = 1.0 / ((share >> 40) as i32 as f32 / 16_777_216.0);
-        let first = (first * (1_u32 << 29) as f32) as i64;
+        let first = (first * (1_u32 << 29) as f32) as u32;
         // One step of Newton: 1 - share * first, with 60 bits behind the point.
-        let product = (i128::from(share) * i128::from(first)) >> 33;
-        let error = (1_i128 << 60) - product;
-        Self((first << 31).wrapping_add(((i128::from(first) * error) >> 29) as i64))
+        let (high, low) = (share >> 32, share & 0xFFFF_FFFF);
+        let product = ((high * u64::from(first)) >> 1).wrapping_add((low * u64::from(first)) >> 33);
+        let error = (1_u64 << 60).wrapping_sub(product).cast_signed();
+        // The error is below 2^38, so eight of its bits are spare.
+        let step = ((error >> 8) * i64::from(first)) >> 21;
+        let inverse = (u64::from(first) << 31).wrapping_add_signed(step);
+        let more_than_one = inverse.saturating_sub(1 << 60);
+        // Two, of a length that is a power of two, is the largest share.
+        Self(if more_than_one >> 60 == 0 {
+            more_than_one << 4
+        } else {
+            u64::MAX
+        })
     }
 
-    fn times(&self, value: i64) -> i64 {
-        ((i128::from(value) * i128::from(self.0)) >> 60) as i64
+    /// For values below 2^61.
+    const fn times(&self, value: i64) -> i64 {
+        value.wrapping_add(part_of(value, self.0))
     }
 }

@@ -2,8 +2,13 @@
 
 mod independent;
 
-use independent::rig::{COUNTS_PER_UNIT, Piece, check, place, tool};
-use path::{Join, PathError};
+use independent::rig::{
+    COUNTS_PER_UNIT, LIMITS, LONG, Piece, SHORT, Tool, check, place, tool, tool_with, units,
+};
+use independent::{Ideal, judge};
+use path::machine::{Cartesian, Scale};
+use path::{Arc, Join, Path, PathError};
+use trajectory::{Limits, Position};
 
 #[test]
 fn a_line() {
@@ -130,7 +135,7 @@ fn sharp_corners_and_reversals() {
 }
 
 #[test]
-fn the_queue_is_full_and_runs_dry() {
+fn a_queue_that_is_full_says_so() {
     let mut tool = tool();
     let mut pieces = 0;
     while tool.has_room() {
@@ -146,8 +151,252 @@ fn the_queue_is_full_and_runs_dry() {
         )
         .unwrap();
     }
+    let end = tool.end();
     assert_eq!(
         tool.line(place([0.0; 3]), 1.0, Join::Exact),
         Err(PathError::Full)
     );
+    assert_eq!(tool.end(), end);
+}
+
+/// Pieces that come when there is nearly nothing left of the one before, or later.
+#[test]
+fn a_queue_that_runs_dry_ends_at_rest_on_the_path() {
+    for pause in [20_usize, 60, 110, 300] {
+        let mut tool = tool_with::<SHORT>([LIMITS; 3]);
+        let mut ideal = Ideal::at([0.0; 3]);
+        let (mut axes, mut places, mut rests) = (vec![vec![0.0]; 3], vec![[0.0; 3]], 0);
+        let mut pieces = 0;
+        for cycle in 0..12_000 {
+            if cycle >= pieces * pause && pieces < 30 && tool.has_room() {
+                pieces += 1;
+                let k = pieces as f64;
+                let end = [k * 700.0, if k % 4.0 < 2.0 { 0.0 } else { 300.0 }, 0.0];
+                tool.line(place(end), 100.0, Join::Blend(20.0)).unwrap();
+                ideal.line(end);
+            }
+            for (axis, position) in axes.iter_mut().zip(tool.advance()) {
+                axis.push(position.units() as f64 / 16_777_216.0);
+            }
+            places.push(units(tool.place()));
+            rests += usize::from(tool.is_done());
+        }
+        assert!(tool.is_done() && rests > 0, "{pause}");
+        let ends = units(tool.place()).into_iter().zip(units(tool.end()));
+        for (at, end) in ends {
+            assert!((at - end).abs() < 0.001, "{pause}: {at} {end}");
+        }
+        judge(
+            "dry",
+            &axes,
+            &[LIMITS.map(|limit| limit * COUNTS_PER_UNIT); 3],
+            0.002,
+        );
+        let deviation = ideal.deviation(&places);
+        assert!(deviation <= 20.0, "{pause}: {deviation}");
+    }
+}
+
+/// The front cannot stop before it any more, or just so: then it begins at rest.
+#[test]
+fn a_tiny_arc_that_comes_late_begins_at_rest() {
+    let arc = |from: f64| Arc {
+        plane: (0, 1),
+        centre: [place([from, 0.0, 0.0])[0], place([50.0, 0.0, 0.0])[0]],
+        sweep: 1 << 31,
+        end: place([from, 100.0, 0.0]),
+    };
+    for late in (150..500).step_by(7) {
+        let mut tool = tool_with::<SHORT>([LIMITS; 3]);
+        tool.line(place([60_000.0, 0.0, 0.0]), 300.0, Join::Exact)
+            .unwrap();
+        let mut axes = vec![vec![0.0]; 3];
+        for cycle in 0..2_000 {
+            if cycle == late {
+                tool.arc(&arc(60_000.0), 300.0, Join::Blend(5.0)).unwrap();
+            }
+            for (axis, position) in axes.iter_mut().zip(tool.advance()) {
+                axis.push(position.units() as f64 / 16_777_216.0);
+            }
+        }
+        assert!(tool.is_done());
+        judge(
+            "late",
+            &axes,
+            &[LIMITS.map(|limit| limit * COUNTS_PER_UNIT); 3],
+            0.002,
+        );
+    }
+}
+
+/// Pieces and blends fill a queue to its last place.
+#[test]
+fn nothing_is_lost_where_the_queue_is_full() {
+    for rests in 0..3 {
+        let mut tool = tool_with::<SHORT>([LIMITS; 3]);
+        tool.pause();
+        let (mut ideal, mut pieces) = (Ideal::at([0.0; 3]), 0);
+        let mut places = vec![[0.0; 3]];
+        for cycle in 0..20_000 {
+            if tool.has_room() && pieces < 40 {
+                pieces += 1;
+                let end = [
+                    f64::from(pieces) * 400.0,
+                    f64::from(pieces % 2) * 300.0,
+                    0.0,
+                ];
+                let join = if pieces <= rests {
+                    Join::Rest
+                } else {
+                    Join::Blend(30.0)
+                };
+                tool.line(place(end), 100.0, join).unwrap();
+                ideal.line(end);
+            }
+            if cycle == 2_000 {
+                tool.resume();
+            }
+            tool.advance();
+            places.push(units(tool.place()));
+        }
+        assert!(tool.is_done());
+        let deviation = ideal.deviation(&places);
+        assert!(deviation <= 30.0, "{rests}: {deviation}");
+    }
+}
+
+#[test]
+fn a_path_of_short_pieces_does_not_start_before_some_are_known() {
+    let mut tool = tool_with::<SHORT>([LIMITS; 3]);
+    let (mut known, mut began) = (0.0, None);
+    for cycle in 0..400 {
+        while tool.has_room() {
+            known += 5.0;
+            tool.line(place([known, 0.0, 0.0]), 100.0, Join::Exact)
+                .unwrap();
+        }
+        tool.advance();
+        if began.is_none() && !tool.is_at_rest() {
+            began = Some(cycle);
+        }
+    }
+    // Not at once, and not much later than a quarter of the queue takes.
+    assert!((10..150).contains(&began.unwrap()), "{began:?}");
+    // A last piece is not waited for.
+    let mut tool = tool_with::<SHORT>([LIMITS; 3]);
+    tool.line(place([5.0, 0.0, 0.0]), 100.0, Join::Exact)
+        .unwrap();
+    let cycles = (0..400).find(|_| {
+        tool.advance();
+        !tool.is_at_rest()
+    });
+    assert!(cycles.unwrap() < 40, "{cycles:?}");
+}
+
+#[test]
+fn what_is_no_piece_is_refused_and_changes_nothing() {
+    let mut tool = tool();
+    let end = place([100.0, 50.0, 0.0]);
+    tool.line(end, 10.0, Join::Rest).unwrap();
+    let far = place([(1 << 28) as f64 + 1.0, 0.0, 0.0]);
+    for (feed, join, error) in [
+        (0.0, Join::Exact, PathError::NotPositive { actual: 0.0 }),
+        (-1.0, Join::Exact, PathError::NotPositive { actual: -1.0 }),
+        (
+            f32::INFINITY,
+            Join::Rest,
+            PathError::NotPositive {
+                actual: f32::INFINITY,
+            },
+        ),
+        (
+            1.0,
+            Join::Blend(0.0),
+            PathError::NotPositive { actual: 0.0 },
+        ),
+        (1e-5, Join::Exact, PathError::Slow { actual: 1e-5 }),
+    ] {
+        assert_eq!(tool.line(place([0.0; 3]), feed, join), Err(error));
+    }
+    let error = PathError::Far {
+        coordinate: 0,
+        actual: (1 << 28) + 1,
+    };
+    assert_eq!(tool.line(far, 1.0, Join::Exact), Err(error));
+    let half = Arc {
+        plane: (0, 1),
+        centre: [place([50.0, 0.0, 0.0])[0], place([50.0, 0.0, 0.0])[0]],
+        sweep: 1 << 31,
+        end: place([0.0, 50.0, 0.0]),
+    };
+    let refuse = |tool: &mut Tool<LONG>, arc: Arc<3>| tool.arc(&arc, 1.0, Join::Exact).unwrap_err();
+    for plane in [(0, 3), (3, 0), (1, 1)] {
+        let error = refuse(&mut tool, Arc { plane, ..half });
+        assert_eq!(error, PathError::Plane { actual: plane });
+    }
+    let sweep = 1 << 60;
+    assert_eq!(
+        refuse(&mut tool, Arc { sweep, ..half }),
+        PathError::Sweep { actual: sweep }
+    );
+    let centre = [place([100.0, 0.0, 0.0])[0], place([50.0, 0.0, 0.0])[0]];
+    assert_eq!(
+        refuse(&mut tool, Arc { centre, ..half }),
+        PathError::Radius { actual: 0.0 }
+    );
+    let centre = [
+        Position::from_units(i64::MIN),
+        Position::from_units(i64::MAX),
+    ];
+    assert!(matches!(
+        refuse(&mut tool, Arc { centre, ..half }),
+        PathError::Radius { .. }
+    ));
+    // 1 of 50 is more than 1 of 64, 0.7 is not.
+    let off = place([0.0, 51.0, 0.0]);
+    assert!(matches!(
+        refuse(&mut tool, Arc { end: off, ..half }),
+        PathError::End { .. }
+    ));
+    let turns = 3_000_000 << 32;
+    let long = Arc {
+        sweep: turns,
+        end,
+        ..half
+    };
+    assert!(matches!(refuse(&mut tool, long), PathError::Long { .. }));
+    assert_eq!(tool.end(), end);
+    tool.arc(
+        &Arc {
+            end: place([0.0, 50.7, 0.0]),
+            ..half
+        },
+        1.0,
+        Join::Exact,
+    )
+    .unwrap();
+    tool.stop();
+    assert_eq!(tool.line(end, 1.0, Join::Exact), Err(PathError::Stopping));
+}
+
+/// Exactly as far as there is room, and what is shorter than 2^-8 units is nothing.
+#[test]
+fn the_farthest_place_and_the_shortest_line() {
+    let mut tool = tool();
+    tool.line(place([0.0039, 0.0, 0.0]), 1.0, Join::Exact)
+        .unwrap();
+    assert_eq!(tool.end(), place([0.0; 3]));
+    let farthest = place([(1 << 28) as f64, -((1 << 28) as f64), 0.0]);
+    tool.line(farthest, 1.0, Join::Exact).unwrap();
+    assert_eq!(tool.end(), farthest);
+}
+
+#[test]
+fn limits_that_would_not_let_an_axis_move_are_refused() {
+    let limits = [LIMITS, LIMITS, [500.0, 2.0, 1e-8]];
+    let scale = Scale::from_fixed(1 << 32).unwrap();
+    let [x, y, z] = limits.map(|[v, a, j]| Limits::new(v as f32, a as f32, j as f32).unwrap());
+    let machine = Cartesian { scales: [scale; 3] };
+    let path = Path::<_, 3, 3, 16>::new(machine, [x, y, z], [Position::ZERO; 3]);
+    assert_eq!(path.err(), Some(PathError::Limits));
 }

@@ -2,6 +2,7 @@
 
 use super::interop;
 use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED};
+use super::published;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -88,6 +89,11 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p trajectory --example follow",
             "run -q -p trajectory --example pictures -- --check",
         ],
+    ),
+    Step::call(
+        "packages",
+        "every crate for users can be packed, and a project that has the packages alone builds and moves a simulated axis",
+        published::run,
     ),
     Step::cargo(
         "docs",

@@ -1,5 +1,7 @@
 //! One homing from its start to its end.
 
+mod arrive;
+mod begin;
 mod ready;
 mod seek;
 mod settle;

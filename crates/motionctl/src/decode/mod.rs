@@ -262,7 +262,7 @@ impl<'a> Listener<'a> {
             let path = folder.clone();
             std::fs::create_dir_all(&folder)
                 .map_err(|source| DecodeError::Page { path, source })?;
-            let page = report::write(&folder, &recording, &outcome, None)
+            let page = report::write(&folder, &recording, &outcome)
                 .map_err(|(path, source)| DecodeError::Page { path, source })?;
             tell(format_args!("report: {}", page.display()));
         }

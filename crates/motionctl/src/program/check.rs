@@ -94,19 +94,65 @@ impl Checked {
             last: [0; 3],
             cursor: RefCell::new(None),
         };
+        checked.play(&mut player, max_step, most_cycles)?;
+        (checked.lines, checked.moves) = (player.line(), player.moves);
+        if machine.most_percent > 100 {
+            checked.play_fastest(max_step, most_cycles)?;
+        }
+        Ok(checked)
+    }
+
+    /// To its end, with the speed that the player has.
+    fn play(
+        &mut self,
+        player: &mut Player,
+        max_step: StepLimit,
+        most_cycles: usize,
+    ) -> Result<(), ProgramFileError> {
         while let Some(row) = player.next()? {
-            if checked.cycles > most_cycles {
+            if self.cycles > most_cycles {
+                let cycle_s = f64::from(self.machine.cycle_us) * 1e-6;
                 return Err(ProgramFileError::Long {
-                    path: checked.file.path.clone(),
+                    path: self.file.path.clone(),
                     line: player.line(),
-                    most_s,
+                    most_s: most_cycles as f64 * cycle_s,
                 });
             }
-            checked.note(row, player.line(), max_step)?;
-            checked.cycles += 1;
+            self.note(row, player.line(), max_step)?;
+            self.cycles += 1;
         }
-        (checked.lines, checked.moves) = (player.line(), player.moves);
-        Ok(checked)
+        Ok(())
+    }
+
+    /// Once more at the highest override, for its peaks alone.
+    fn play_fastest(
+        &mut self,
+        max_step: StepLimit,
+        most_cycles: usize,
+    ) -> Result<(), ProgramFileError> {
+        let (cycles, last) = (self.cycles, self.last);
+        (self.cycles, self.last) = (1, [0; 3]);
+        let mut player = self.fastest()?;
+        self.play(&mut player, max_step, most_cycles)?;
+        (self.cycles, self.last) = (cycles, last);
+        Ok(())
+    }
+
+    fn fastest(&self) -> Result<Player, ProgramFileError> {
+        let mut player = self.player()?;
+        player.set_override(self.machine.most_percent);
+        Ok(player)
+    }
+
+    /// The counts of every cycle at the highest override; they end early where the file cannot be read any more.
+    pub(crate) fn fastest_rows(&self) -> impl Iterator<Item = Vec<i32>> + '_ {
+        let mut player = self.fastest().ok();
+        core::iter::from_fn(move || {
+            let row = player.as_mut()?.next().ok()??;
+            // The travel has been checked.
+            let row = row.map(|counts| i32::try_from(counts).unwrap_or(i32::MAX));
+            Some(row.into_iter().take(self.axes).collect())
+        })
     }
 
     fn note(

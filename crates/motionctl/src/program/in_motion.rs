@@ -7,9 +7,6 @@ use super::error::ProgramFileError;
 use super::player::Player;
 use crate::set_points::{Order, SetPointSource, Speed, Step};
 
-/// Percent of the programmed feeds at most: the limits of the axes are those of the whole program.
-const MOST_PERCENT: u16 = 100;
-
 /// A checked program under way.
 #[derive(Debug)]
 pub(crate) struct ProgramInMotion<'a> {
@@ -31,12 +28,17 @@ impl<'a> ProgramInMotion<'a> {
             row: vec![0; checked.axes()],
             checked,
             cycles: 0,
-            asked_percent: MOST_PERCENT,
+            asked_percent: 100,
             is_paused: false,
             is_stopping: false,
             end: None,
             notices: VecDeque::new(),
         })
+    }
+
+    /// The highest override, in percent of the programmed feeds.
+    fn most_percent(&self) -> u16 {
+        self.checked.machine().most_percent
     }
 
     /// The next row, or how it ended.
@@ -97,12 +99,13 @@ impl SetPointSource for ProgramInMotion<'_> {
             }
             Order::Override(percent) => {
                 self.asked_percent = percent;
-                if percent > MOST_PERCENT {
+                let most = self.most_percent();
+                if percent > most {
                     self.notices.push_back(format!(
-                        "a program runs at up to {MOST_PERCENT} % of its feeds, {percent} % was asked for"
+                        "speed {percent} % is more than --max-override allows: held to {most} %"
                     ));
                 }
-                self.player.set_override(percent.min(MOST_PERCENT));
+                self.player.set_override(percent.min(most));
             }
             Order::Stop => {
                 self.is_stopping = true;
@@ -112,7 +115,7 @@ impl SetPointSource for ProgramInMotion<'_> {
     }
 
     fn speed(&self) -> Speed {
-        let percent = self.asked_percent.min(MOST_PERCENT);
+        let percent = self.asked_percent.min(self.most_percent());
         Speed {
             asked_percent: self.asked_percent,
             actual_percent: if self.is_paused { 0.0 } else { percent.into() },

@@ -37,6 +37,10 @@ pub(crate) struct ProgramOptions {
     /// Of a program: how far a corner may be missed with G64 without P, in millimetres.
     #[arg(long, value_name = "MM", default_value = "0.01", value_parser = positive)]
     tolerance_mm: f64,
+    /// Of a program: highest speed that an override can reach while it runs, in percent of its feeds, 100 to 200. The tool then begins to
+    /// brake earlier, and what the program needs of the motors is compared with their limits at that speed.
+    #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u16).range(100..=200), requires = "program")]
+    max_override: u16,
     /// Of a program: pass over M0, which waits for somebody.
     #[arg(long)]
     skip_pauses: bool,
@@ -150,6 +154,7 @@ impl ProgramOptions {
             },
             cycle_us,
             skips_pauses: self.skip_pauses,
+            most_percent: self.max_override,
         })
     }
 }

@@ -26,6 +26,8 @@ pub(crate) struct Machine {
     pub(crate) settings: Settings,
     pub(crate) cycle_us: u32,
     pub(crate) skips_pauses: bool,
+    /// Highest override, in percent.
+    pub(crate) most_percent: u16,
 }
 
 /// A program under way.
@@ -54,11 +56,12 @@ impl Player {
             machine.limits,
             start,
         );
-        let tool = tool.map_err(|source| ProgramFileError::Path {
+        let mut tool = tool.map_err(|source| ProgramFileError::Path {
             path: lines.path.clone(),
             line: 0,
             source,
         })?;
+        tool.set_most_override(machine.most_percent);
         Ok(Self {
             machine: *machine,
             lines,

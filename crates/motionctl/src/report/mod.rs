@@ -24,7 +24,7 @@ const SCRIPTS: [&str; 7] = [
     include_str!("page/main.js"),
 ];
 
-/// Writes `index.html` into a folder that is there, with the picture of the path of a program (SVG) if there is one.
+/// Writes `index.html` into a folder that is there.
 ///
 /// # Errors
 /// With the path that cannot be written.
@@ -32,32 +32,24 @@ pub(crate) fn write(
     folder: &Path,
     recording: &Recording,
     outcome: &Outcome,
-    path: Option<&str>,
 ) -> Result<PathBuf, (PathBuf, io::Error)> {
     let page = folder.join("index.html");
-    match std::fs::write(&page, text(recording, outcome, path)) {
+    match std::fs::write(&page, text(recording, outcome)) {
         Ok(()) => Ok(page),
         Err(source) => Err((page, source)),
     }
 }
 
 /// The whole page.
-fn text(recording: &Recording, outcome: &Outcome, path: Option<&str>) -> String {
+fn text(recording: &Recording, outcome: &Outcome) -> String {
     let data = data::data(recording, outcome).to_string();
     let parts = [
         ("style", STYLE.to_owned()),
         // The block must not end the element that it stands in.
         ("data", data.replace('<', "\\u003c")),
         ("script", SCRIPTS.join("\n")),
-        ("program", path.map_or_else(String::new, program_figure)),
     ];
     fill(&parts)
-}
-
-fn program_figure(picture: &str) -> String {
-    format!(
-        "<figure id=\"program\"><figcaption>Path of the program, seen from above</figcaption>{picture}</figure>"
-    )
 }
 
 /// Puts each part at its place in the template, once: a part is never searched for places.

@@ -45,7 +45,7 @@ fn recording() -> Recording {
 }
 
 fn page() -> String {
-    text(&recording(), &Outcome::default(), None)
+    text(&recording(), &Outcome::default())
 }
 
 #[test]

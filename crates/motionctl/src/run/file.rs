@@ -21,10 +21,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
         .map_err(RunError::Motion)?;
     let axes = axes(arguments, &motion, &plan)?;
     let drives: Vec<_> = axes.iter().map(|axis| axis.drive).collect();
-    let picture = arguments
-        .motion
-        .path_picture(&plan, arguments.recording.report.is_some())
-        .map_err(RunError::Motion)?;
+    let written = arguments.motion.write_path(&plan);
+    written.map_err(RunError::Motion)?;
     let report = motion
         .report(&plan, &drives, StepLimit::MAX)
         .map_err(RunError::Motion)?;
@@ -49,7 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let results = buses::follow_all(follows, source, &wishes, shows_progress);
     drop(listening);
     live::end(view, &results);
-    let summaries = recording::close(arguments, &buses, results, picture.as_deref());
+    let summaries = recording::close(arguments, &buses, results);
     buses::show(arguments, &summaries, Some(&report), None)
 }
 
@@ -67,10 +65,15 @@ fn axes(
     let abouts = motion.axes_about(&drives).map_err(RunError::Motion)?;
     let axis = |(axis, ((drive, gear), about))| {
         let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
+        let mut needs = Needs::of(&positions, gear, arguments.cycle_us);
+        if let Some(checked) = plan.program() {
+            let positions: Vec<i32> = checked.fastest_rows().map(|row| row[axis]).collect();
+            needs = needs.and(Needs::of(&positions, gear, arguments.cycle_us));
+        }
         Axis {
             drive,
             gear,
-            needs: Needs::of(&positions, gear, arguments.cycle_us),
+            needs,
             first_counts: plan.first_counts(axis),
             about,
         }

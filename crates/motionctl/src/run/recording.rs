@@ -118,17 +118,15 @@ impl RunRecording {
     }
 }
 
-/// Writes the pages of a motion that has ended, with the picture of a path if there is one, and notes in the summaries what became of the
-/// recordings.
+/// Writes the pages of a motion that has ended, and notes in the summaries what became of the recordings.
 pub(super) fn close(
     arguments: &Arguments,
     buses: &[Bus],
     results: Vec<(Summary, Recorded)>,
-    picture: Option<&str>,
 ) -> Vec<Summary> {
     let options = options(arguments, buses).into_iter();
     let close = |((mut summary, recorded), options): ((Summary, Recorded), RecordingOptions)| {
-        let has_page = write_page(options.report.as_deref(), &recorded, &summary, picture);
+        let has_page = write_page(options.report.as_deref(), &recorded, &summary);
         summary.note_recording(recorded.report, has_page);
         summary
     };
@@ -136,12 +134,7 @@ pub(super) fn close(
 }
 
 /// False when a page was wanted and there is none.
-fn write_page(
-    folder: Option<&Path>,
-    recorded: &Recorded,
-    summary: &Summary,
-    picture: Option<&str>,
-) -> bool {
+fn write_page(folder: Option<&Path>, recorded: &Recorded, summary: &Summary) -> bool {
     let Some(folder) = folder else {
         return true;
     };
@@ -149,7 +142,7 @@ fn write_page(
         tell("the page is not written: its numbers are not whole");
         return false;
     };
-    match report::write(folder, recording, &summary.for_page(), picture) {
+    match report::write(folder, recording, &summary.for_page()) {
         Ok(page) => {
             tell(format_args!("report: {}", page.display()));
             true

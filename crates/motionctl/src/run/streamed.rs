@@ -70,6 +70,6 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
     let how = summaries.max_by_key(|summary| summary.severity());
     session.close(how.map_or("", Summary::outcome));
     live::end(view, &results);
-    let summaries = recording::close(arguments, &buses, results, None);
+    let summaries = recording::close(arguments, &buses, results);
     buses::show(arguments, &summaries, None, Some(&source.report()))
 }

@@ -142,24 +142,23 @@ struct Several<'a> {
     buses: Vec<NamedBus<'a>>,
 }
 
-/// Writes the pages, with the picture of a path if there is one, and prints what came of the motion.
+/// Writes the pages, and prints what came of the motion.
 pub(super) fn show(
     arguments: &Arguments,
     motion: &MotionReport,
-    results: Vec<BusResult>,
-    picture: Option<&str>,
+    results: &[BusResult],
 ) -> Result<ExitCode, SimError> {
-    for result in &results {
+    for result in results {
         if let (Some(recording), Some(folder)) = (&result.recorded.recording, &result.folder) {
-            let page = report::write(folder, recording, &outcome(&result.summary), picture);
+            let page = report::write(folder, recording, &outcome(&result.summary));
             let page = page.map_err(|(path, source)| SimError::Write { path, source })?;
             tell(format_args!("report: {}", page.display()));
         }
     }
     if arguments.json {
-        print_json(motion, &results)?;
+        print_json(motion, results)?;
     } else {
-        for BusResult { name, summary, .. } in &results {
+        for BusResult { name, summary, .. } in results {
             if name.is_empty() {
                 output::print(summary).map_err(SimError::Print)?;
             } else {

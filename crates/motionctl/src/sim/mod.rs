@@ -35,10 +35,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     let drives: Vec<_> = drives.collect();
     let axes = motion.axes_about(&drives).map_err(SimError::Motion)?;
     let buses = buses::open(arguments, setups, axes)?;
-    let picture = arguments
-        .motion
-        .path_picture(&plan, arguments.recording.report.is_some())
-        .map_err(SimError::Motion)?;
+    let written = arguments.motion.write_path(&plan);
+    written.map_err(SimError::Motion)?;
     let motion = motion
         .report(&plan, &drives, max_step)
         .map_err(SimError::Motion)?;
@@ -46,5 +44,5 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
         motion.show();
     }
     let results = buses::run(arguments, buses, &plan)?;
-    buses::show(arguments, &motion, results, picture.as_deref())
+    buses::show(arguments, &motion, &results)
 }

@@ -117,6 +117,17 @@ impl Needs {
 }
 
 impl Needs {
+    /// What both need.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            rpm: self.rpm.max(other.rpm),
+            rpm_per_s: self.rpm_per_s.max(other.rpm_per_s),
+            min_turns: self.min_turns.min(other.min_turns),
+            max_turns: self.max_turns.max(other.max_turns),
+            largest_step: self.largest_step.max(other.largest_step),
+        }
+    }
+
     /// The same motion, played so many times as fast at most: its axes may take larger steps.
     pub(crate) fn at_rate(self, rate: f64) -> Self {
         Self {

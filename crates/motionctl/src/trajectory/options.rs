@@ -293,24 +293,16 @@ impl MotionOptions {
         }
     }
 
-    /// The path of a program as SVG, where a file is asked for or `is_needed`; the file is written.
-    pub(crate) fn path_picture(
-        &self,
-        plan: &Plan,
-        is_needed: bool,
-    ) -> Result<Option<String>, MotionError> {
-        let path = self.program.path_svg.as_ref();
-        let Some(checked) = plan.program().filter(|_| is_needed || path.is_some()) else {
-            return Ok(None);
-        };
-        let picture = checked.picture()?;
-        if let Some(path) = path {
-            std::fs::write(path, &picture).map_err(|source| ProgramFileError::Write {
+    /// Writes the path of a program as SVG, where a file is asked for.
+    pub(crate) fn write_path(&self, plan: &Plan) -> Result<(), MotionError> {
+        if let (Some(checked), Some(path)) = (plan.program(), &self.program.path_svg) {
+            let written = std::fs::write(path, checked.picture()?);
+            written.map_err(|source| ProgramFileError::Write {
                 path: path.clone(),
                 source,
             })?;
         }
-        Ok(Some(picture))
+        Ok(())
     }
 
     fn counts_per_turn(&self) -> Vec<f64> {

@@ -13,6 +13,7 @@ mod other_signals;
 mod own_moves;
 mod power;
 mod power_matrix;
+mod programs;
 mod record;
 mod recording;
 mod relay;

@@ -14,14 +14,18 @@ fn limits(limits: [f64; 3]) -> Limits {
     Limits::new(v, a, j).unwrap()
 }
 
-pub(crate) type Tool = Path<Cartesian<3>, 3, 3, 256>;
+/// A long queue is prepared many pieces at a time, a short one within the time of a cycle.
+pub(crate) const LONG: usize = 256;
+pub(crate) const SHORT: usize = 24;
 
-pub(crate) fn tool() -> Tool {
+pub(crate) type Tool<const Q: usize> = Path<Cartesian<3>, 3, 3, Q>;
+
+pub(crate) fn tool() -> Tool<LONG> {
     tool_with([LIMITS; 3])
 }
 
 /// Limits of each axis in units per cycle.
-pub(crate) fn tool_with(axes: [[f64; 3]; 3]) -> Tool {
+pub(crate) fn tool_with<const Q: usize>(axes: [[f64; 3]; 3]) -> Tool<Q> {
     let scale = Scale::from_fixed((COUNTS_PER_UNIT * 4_294_967_296.0) as i64).unwrap();
     let machine = Cartesian { scales: [scale; 3] };
     Path::new(machine, axes.map(limits), [Position::ZERO; 3]).unwrap()
@@ -48,12 +52,12 @@ pub(crate) struct Run {
 }
 
 /// Feeds the pieces as the queue has room, and collects every cycle.
-pub(crate) fn run(
-    tool: &mut Tool,
+pub(crate) fn run<const Q: usize>(
+    tool: &mut Tool<Q>,
     pieces: &[Piece],
     feed: f32,
     join: Join,
-    mut each: impl FnMut(&mut Tool, usize),
+    mut each: impl FnMut(&mut Tool<Q>, usize),
 ) -> Run {
     let mut ideal = Ideal::at(units(tool.end()));
     let mut rest = pieces.iter();
@@ -96,13 +100,25 @@ pub(crate) fn run(
     );
 }
 
+/// With a long queue and with a short one; returns the run with the long one.
 pub(crate) fn check(name: &str, pieces: &[Piece], feed: f32, join: Join, tolerance: f64) -> Run {
-    let mut tool = tool();
+    check_with::<SHORT>(name, pieces, feed, join, tolerance);
+    check_with::<LONG>(name, pieces, feed, join, tolerance)
+}
+
+fn check_with<const Q: usize>(
+    name: &str,
+    pieces: &[Piece],
+    feed: f32,
+    join: Join,
+    tolerance: f64,
+) -> Run {
+    let mut tool = tool_with::<Q>([LIMITS; 3]);
     let run = run(&mut tool, pieces, feed, join, |_, _| {});
     report(name, run, &tool, tolerance)
 }
 
-pub(crate) fn report(name: &str, run: Run, tool: &Tool, tolerance: f64) -> Run {
+pub(crate) fn report<const Q: usize>(name: &str, run: Run, tool: &Tool<Q>, tolerance: f64) -> Run {
     let limits = LIMITS.map(|limit| limit * COUNTS_PER_UNIT);
     let deviation = run.ideal.deviation(&run.places);
     println!(
@@ -123,8 +139,8 @@ pub(crate) fn report(name: &str, run: Run, tool: &Tool, tolerance: f64) -> Run {
 }
 
 /// The same, stopped after so many cycles, until it stands.
-pub(crate) fn run_until(
-    tool: &mut Tool,
+pub(crate) fn run_until<const Q: usize>(
+    tool: &mut Tool<Q>,
     pieces: &[Piece],
     feed: f32,
     join: Join,
@@ -159,7 +175,13 @@ pub(crate) fn run_until(
     run
 }
 
-fn feed_one(tool: &mut Tool, piece: &Piece, feed: f32, join: Join, ideal: &mut Ideal) {
+pub(crate) fn feed_one<const Q: usize>(
+    tool: &mut Tool<Q>,
+    piece: &Piece,
+    feed: f32,
+    join: Join,
+    ideal: &mut Ideal,
+) {
     match piece {
         Piece::Line(end) => {
             tool.line(place(*end), feed, join).unwrap();

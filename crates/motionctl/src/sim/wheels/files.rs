@@ -92,7 +92,7 @@ pub(super) fn write_page(
     outcome: &Outcome,
 ) -> Result<(), SimError> {
     if let (Some(recording), Some(folder)) = (&recorded.recording, &arguments.recording.report) {
-        let page = report::write(folder, recording, outcome, None);
+        let page = report::write(folder, recording, outcome);
         let page = page.map_err(|(path, source)| SimError::Write { path, source })?;
         tell(format_args!("report: {}", page.display()));
     }
