@@ -235,28 +235,21 @@ impl App {
     /// Takes what has come in, and sends until nothing is left or the controller is full; its interrupts call again.
     fn service(&mut self) {
         let now = self.beats.now();
-        loop {
-            self.parts.bus.begin_service();
-            if self.parts.bus.has_news() {
-                self.receive(now);
-            }
-            let progress = self.master.send(now, &mut self.parts.bus);
-            if !self.parts.bus.end_service(progress) {
-                return;
-            }
+        self.parts.bus.begin_service();
+        if self.parts.bus.has_news() {
+            self.receive(now);
         }
+        let progress = self.master.send(now, &mut self.parts.bus);
+        self.parts.bus.end_service(progress);
     }
 
-    /// Takes what has come in. Not inlined: most calls of [`Self::service`] find nothing, and would set up for it all the same.
+    /// Takes everything that has come in. Not inlined: most calls of [`Self::service`] find nothing, and would set up for it all the same.
     #[inline(never)]
     fn receive(&mut self, now: Instant) {
         while let Some(received) = self.parts.bus.receive() {
             match received {
                 Ok(frame) => self.master.on_frame(now, &frame),
-                Err(kind) => {
-                    self.master.on_receive_error(now, kind);
-                    return;
-                }
+                Err(kind) => self.master.on_receive_error(now, kind),
             }
             if !self.parts.bus.has_news() {
                 return;
@@ -306,6 +299,7 @@ impl App {
     }
 
     /// What the facts of the axes show: they are looked at when one of them has changed.
+    #[inline(always)]
     fn look(&mut self) -> Seen {
         let changes = self.master.changes();
         if self.seen.0 != changes {

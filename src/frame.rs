@@ -2,16 +2,25 @@
 
 use dyn_can::DataFrame;
 
-/// Most data bytes of a frame; a data length code of 9 to 15 on the wire also means 8 (ISO 11898-1, section 8.4.2.4).
-const MAX_DATA_BYTES: u8 = 8;
+/// Bytes of a word. A data length code of 9 to 15 on the wire means 8 bytes, too (ISO 11898-1, section 8.4.2.4).
+const WORD_BYTES: u8 = 4;
 
 /// From what the registers of a controller hold: `id` has 11 bits, `length` is the data length code, `words` the data bytes in the order
 /// of the wire, the first one lowest. Behind the data the registers hold anything.
+#[inline(always)]
 pub(crate) fn from_registers(id: u16, length: u8, [low, high]: [u32; 2]) -> DataFrame {
-    let unused_bits = 8 * u32::from(MAX_DATA_BYTES.saturating_sub(length));
-    let all = u64::from(high) << 32 | u64::from(low);
-    let used = all & u64::MAX.checked_shr(unused_bits).unwrap_or(0);
-    DataFrame::from_fields(id, length, used.to_le_bytes())
+    let low = first_bytes(low, length);
+    let high = first_bytes(high, length.saturating_sub(WORD_BYTES));
+    let data = u64::from(high) << u32::BITS | u64::from(low);
+    DataFrame::from_fields(id, length, data.to_le_bytes())
+}
+
+/// So many of the bytes, the lowest first; zero in the place of the others.
+fn first_bytes(word: u32, bytes: u8) -> u32 {
+    if bytes >= WORD_BYTES {
+        return word;
+    }
+    word & !(u32::MAX << (8 * bytes))
 }
 
 /// The data bytes as the registers take them.

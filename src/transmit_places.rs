@@ -5,73 +5,84 @@ use crate::config::CYCLE_US;
 /// Transmit places of either controller: mailboxes or buffers.
 pub(crate) const PLACES: usize = 3;
 
+/// One bit for each.
+pub(crate) const ALL_PLACES: u32 = (1 << PLACES) - 1;
+
 /// A frame that has not gone out by then is stale: 20 ms, when a set-point has only some cycles to be sent in.
 const TRANSMIT_US: u32 = 20_000;
 const TRANSMIT_CYCLES: u32 = TRANSMIT_US / CYCLE_US;
 /// Cycles from throwing frames away to the next attempt to send: a second, because what is wrong takes a person to mend.
 pub(crate) const RETRY_CYCLES: u32 = 1_000_000 / CYCLE_US;
 
-/// A frame in a place.
-#[derive(Clone, Copy)]
-struct Queued<F> {
-    frame: F,
-    /// Frames queued before it, modulo 2^32.
-    number: u32,
-    cycles: u32,
+/// Which places have a frame that waits: one bit each, from the lowest on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Occupied(pub(crate) u32);
+
+impl Occupied {
+    /// No frame waits.
+    pub(crate) const NONE: Self = Self(0);
 }
 
-/// The transmit places; each frame that was put into one is kept here, because the drivers do not show it again.
-pub(crate) struct TransmitPlaces<F> {
-    places: [Option<Queued<F>>; PLACES],
+/// The transmit places. What is in them the controller knows.
+pub(crate) struct TransmitPlaces {
+    places: [Queued; PLACES],
     queued: u32,
 }
 
-impl<F: Copy> TransmitPlaces<F> {
+/// The frame that was put into a place last.
+#[derive(Clone, Copy)]
+struct Queued {
+    /// Frames queued before it, modulo 2^32.
+    number: u32,
+    /// For which it has waited.
+    cycles: u32,
+}
+
+impl TransmitPlaces {
     /// No frame waits.
     pub(crate) const fn new() -> Self {
+        const NEVER: Queued = Queued {
+            number: 0,
+            cycles: 0,
+        };
         Self {
-            places: [None; PLACES],
+            places: [NEVER; PLACES],
             queued: 0,
         }
     }
 
     /// A frame was put into a place.
-    pub(crate) fn note_queued(&mut self, place: usize, frame: F) {
+    #[inline]
+    pub(crate) fn note_queued(&mut self, place: usize) {
+        let number = self.queued;
         if let Some(to) = self.places.get_mut(place) {
-            *to = Some(Queued {
-                frame,
-                number: self.queued,
-                cycles: 0,
-            });
-            self.queued = self.queued.wrapping_add(1);
+            *to = Queued { number, cycles: 0 };
+            self.queued = number.wrapping_add(1);
         }
     }
 
     /// A cycle passes; true when a frame has waited too long.
-    pub(crate) fn pass_cycle(&mut self, occupied: [bool; PLACES]) -> bool {
+    pub(crate) fn pass_cycle(&mut self, occupied: Occupied) -> bool {
         let mut is_late = false;
-        for (place, occupied) in self.places.iter_mut().zip(occupied) {
-            *place = place.filter(|_| occupied);
-            if let Some(queued) = place {
-                queued.cycles += 1;
-                is_late |= queued.cycles > TRANSMIT_CYCLES;
-            }
+        let Occupied(mut rest) = occupied;
+        for queued in &mut self.places {
+            queued.cycles = if rest & 1 != 0 { queued.cycles + 1 } else { 0 };
+            is_late |= queued.cycles > TRANSMIT_CYCLES;
+            rest >>= 1;
         }
         is_late
     }
 
-    /// The place and the frame that go last, unless they are also those that go next: that frame may be on the wire already.
-    pub(crate) fn last_behind_another(&self, occupied: [bool; PLACES]) -> Option<(usize, F)> {
-        let waiting = (0..).zip(&self.places).zip(occupied);
-        let waiting = waiting.filter_map(|((place, queued), occupied)| {
-            queued.filter(|_| occupied).map(|queued| (place, queued))
-        });
-        if waiting.clone().count() < 2 {
+    /// The place of the frame that goes last, unless it is also the one that goes next: that frame may be on the wire already.
+    pub(crate) fn last_behind_another(&self, occupied: Occupied) -> Option<usize> {
+        let Occupied(places) = occupied;
+        if places.count_ones() < 2 {
             return None;
         }
-        let (place, queued) =
-            waiting.min_by_key(|(_, queued)| self.queued.wrapping_sub(queued.number))?;
-        Some((place, queued.frame))
+        let all = self.places.iter().enumerate();
+        let waiting = all.filter(|(place, _)| places >> place & 1 != 0);
+        let last = waiting.min_by_key(|(_, queued)| self.queued.wrapping_sub(queued.number));
+        last.map(|(place, _)| place)
     }
 }
 
@@ -83,10 +94,10 @@ mod tests {
     fn a_frame_is_late_when_it_stays_and_not_when_its_place_is_used_again() {
         let mut places = TransmitPlaces::new();
         for _ in 0..10 * TRANSMIT_CYCLES {
-            places.note_queued(1, 'a');
-            assert!(!places.pass_cycle([false, true, false]));
+            places.note_queued(1);
+            assert!(!places.pass_cycle(Occupied(0b010)));
         }
-        let cycles = (0..).take_while(|_| !places.pass_cycle([false, true, false]));
+        let cycles = (0..).take_while(|_| !places.pass_cycle(Occupied(0b010)));
         assert_eq!(cycles.count() as u32, TRANSMIT_CYCLES - 1);
     }
 
@@ -96,16 +107,13 @@ mod tests {
         for _ in 0..2 {
             // Also when the count has wrapped.
             places.queued = places.queued.wrapping_sub(2);
-            for (place, frame) in [(2, 'a'), (0, 'b'), (1, 'c')] {
-                places.note_queued(place, frame);
+            for place in [2, 0, 1] {
+                places.note_queued(place);
             }
-            assert_eq!(places.last_behind_another([true; 3]), Some((1, 'c')));
-            assert_eq!(
-                places.last_behind_another([true, false, true]),
-                Some((0, 'b'))
-            );
-            assert_eq!(places.last_behind_another([false, false, true]), None);
-            assert_eq!(places.last_behind_another([false; 3]), None);
+            assert_eq!(places.last_behind_another(Occupied(0b111)), Some(1));
+            assert_eq!(places.last_behind_another(Occupied(0b101)), Some(0));
+            assert_eq!(places.last_behind_another(Occupied(0b100)), None);
+            assert_eq!(places.last_behind_another(Occupied::NONE), None);
         }
     }
 }

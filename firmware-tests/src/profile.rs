@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::image::Image;
 use crate::instructions;
+use crate::names::{self, Function, Names};
 
 /// How often each straight run of code was executed.
 #[derive(Debug, Clone, Default)]
@@ -48,6 +49,22 @@ impl Profile {
             }
         }
         counts
+    }
+
+    /// The instructions of each function in each context, an interrupt by its name.
+    #[must_use]
+    pub fn functions(
+        &self,
+        image: &Image,
+        names: &Names,
+    ) -> BTreeMap<Function, BTreeMap<String, u64>> {
+        let mut functions: BTreeMap<Function, BTreeMap<String, u64>> = BTreeMap::new();
+        for ((address, exception), times) in self.instructions(image) {
+            let context = names::exception(image, exception);
+            let contexts = functions.entry(names.function(address)).or_default();
+            *contexts.entry(context).or_default() += times;
+        }
+        functions
     }
 }
 

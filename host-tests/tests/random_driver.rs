@@ -2,10 +2,10 @@
 
 use host_tests::random_driver::{Finding, RUN_CYCLES, Servos, Tally, Thirds, Wheels, run};
 
-fn play(cycles: u64, run: impl Fn(u64) -> Result<Tally, Finding>) -> Tally {
+fn play(cycles: u64, run: impl Fn(u64, usize) -> Result<Tally, Finding>) -> Tally {
     let mut tally = Tally::default();
     for seed in 0..cycles / RUN_CYCLES {
-        match run(seed) {
+        match run(seed, 30) {
             Ok(other) => tally.add(&other),
             Err(finding) => panic!("{finding}"),
         }

@@ -35,7 +35,7 @@ static LATEST_ERROR: AtomicU8 = AtomicU8::new(Lec::NO_ERROR.to_bits());
 pub(crate) struct Bus {
     controller: Controller,
     recovery: Recovery,
-    places: TransmitPlaces<DataFrame>,
+    places: TransmitPlaces,
 }
 
 impl Bus {
@@ -51,13 +51,12 @@ impl Bus {
     /// To be called before the bus is looked after.
     pub(crate) const fn begin_service(&mut self) {}
 
-    /// The bus was looked after; enables the interrupts that ask for the next time. Returns whether it is to be looked after again at once.
-    pub(crate) fn end_service(&mut self, progress: Progress) -> bool {
+    /// The bus was looked after; enables the interrupts that ask for the next time.
+    pub(crate) fn end_service(&mut self, progress: Progress) {
         let mut enables = error_enables();
         (0..RECEIVE_FIFOS).for_each(|fifo| enables.set_fmpie(fifo, true));
         enables.set_tmeie(progress == Progress::Blocked);
         self.controller.registers.ier().write_value(enables);
-        false
     }
 
     /// Whether there may be something to receive.
@@ -111,6 +110,7 @@ impl Sink<DataFrame> for Bus {
     }
 
     /// Queues a frame in a free mailbox, to go out after those already there; none is ever displaced.
+    #[inline(always)]
     fn offer(&mut self, frame: &DataFrame) -> Outcome<DataFrame> {
         if !self.recovery.is_over() || self.controller.is_bus_off() {
             return Outcome::Failed(BusErrorKind::Other);
@@ -119,7 +119,7 @@ impl Sink<DataFrame> for Bus {
             return Outcome::Full;
         };
         self.controller.write(mailbox, frame);
-        self.places.note_queued(mailbox, *frame);
+        self.places.note_queued(mailbox);
         Outcome::Accepted
     }
 
@@ -127,7 +127,8 @@ impl Sink<DataFrame> for Bus {
     /// could not be told. So at most one frame goes out after the last that comes back.
     fn take_back(&mut self) -> Option<DataFrame> {
         let occupied = self.controller.occupied();
-        let (mailbox, frame) = self.places.last_behind_another(occupied)?;
+        let mailbox = self.places.last_behind_another(occupied)?;
+        let frame = self.controller.queued(mailbox);
         let status = self.controller.registers.tsr();
         // Writing 0 to the other bits of this register changes nothing.
         status.write(|tsr| tsr.set_abrq(mailbox, true));

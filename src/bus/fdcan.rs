@@ -19,11 +19,18 @@ use crate::transmit_places::{PLACES, TransmitPlaces};
 pub(crate) use controller::Controller;
 use controller::RECEIVE_FIFOS;
 
+/// RF0N and RF1N: a frame has come in; the bits of the enable register are the same (RM0440, sections 44.4.16 and 44.4.17).
+const RECEIVED: u32 = 1 << 0 | 1 << 3;
+/// RF0L and RF1L: a FIFO was full when a frame came.
+const LOST: u32 = 1 << 2 | 1 << 5;
+/// TC: a frame has gone out.
+const TRANSMITTED: u32 = 1 << 7;
+
 /// The bus with its controller.
 pub(crate) struct Bus {
     controller: Controller,
     recovery: Recovery,
-    places: TransmitPlaces<()>,
+    places: TransmitPlaces,
     latest_error: Option<BusErrorKind>,
     errors: u32,
 }
@@ -42,20 +49,16 @@ impl Bus {
 
     /// To be called before the bus is looked after: a mark that comes after this stays until the next time.
     pub(crate) fn begin_service(&mut self) {
-        let mut marks = regs::Ir(0);
-        (0..RECEIVE_FIFOS).for_each(|fifo| marks.set_rfn(fifo, true));
-        marks.set_tc(true);
+        let marks = regs::Ir(RECEIVED | TRANSMITTED);
         self.controller.registers.ir().write_value(marks);
     }
 
-    /// The bus was looked after; enables the interrupts that ask for the next time. Returns whether it is to be looked after again at once.
-    pub(crate) fn end_service(&mut self, progress: Progress) -> bool {
-        let is_blocked = progress == Progress::Blocked;
-        self.controller.registers.ie().write(|enables| {
-            (0..RECEIVE_FIFOS).for_each(|fifo| enables.set_rfne(fifo, true));
-            enables.set_tce(is_blocked);
-        });
-        self.controller.has_received() || is_blocked && self.has_room()
+    /// The bus was looked after; enables the interrupts that ask for the next time. What has come since [`Self::begin_service`] has left
+    /// its mark, which interrupts at once.
+    pub(crate) fn end_service(&mut self, progress: Progress) {
+        let mut enables = regs::Ie(RECEIVED);
+        enables.set_tce(progress == Progress::Blocked);
+        self.controller.registers.ie().write_value(enables);
     }
 
     /// Whether there may be something to receive.
@@ -63,17 +66,18 @@ impl Bus {
         self.controller.has_received() || self.latest_error.is_some()
     }
 
-    /// The oldest received frame, replies first. Errors come once each and interleaved.
+    /// The oldest received frame, replies first. Errors come once each, before the frames.
     pub(crate) fn receive(&mut self) -> Option<Result<DataFrame, BusErrorKind>> {
         let marks = self.controller.registers.ir();
+        let lost = marks.read().0 & LOST;
+        if lost != 0 {
+            // One of them; writing 0 to the other marks of this register leaves them.
+            marks.write_value(regs::Ir(lost & lost.wrapping_neg()));
+            return Some(Err(BusErrorKind::Overrun));
+        }
         for fifo in 0..RECEIVE_FIFOS {
-            if marks.read().rfl(fifo) {
-                // Writing 0 to the other marks of this register leaves them.
-                marks.write(|marks| marks.set_rfl(fifo, true));
-                return Some(Err(BusErrorKind::Overrun));
-            }
-            if self.controller.registers.rxfs(fifo).read().ffl() > 0 {
-                return Some(Ok(self.controller.read(fifo)));
+            if let Some(frame) = self.controller.read(fifo) {
+                return Some(Ok(frame));
             }
         }
         self.latest_error.take().map(Err)
@@ -115,6 +119,7 @@ impl Sink<DataFrame> for Bus {
     }
 
     /// Queues a frame in a free place, to go out after those already there; none is ever displaced.
+    #[inline(always)]
     fn offer(&mut self, frame: &DataFrame) -> Outcome<DataFrame> {
         if !self.recovery.is_over() || self.controller.is_bus_off() {
             return Outcome::Failed(BusErrorKind::Other);
@@ -125,7 +130,7 @@ impl Sink<DataFrame> for Bus {
             return Outcome::Full;
         }
         self.controller.write(place, frame);
-        self.places.note_queued(place, ());
+        self.places.note_queued(place);
         Outcome::Accepted
     }
 }

@@ -6,9 +6,9 @@ use crate::size::Size;
 use crate::thumb::{Builder, Variant};
 
 /// The feature that doubles the calls.
-const TWICE: &str = "twice";
+pub(crate) const TWICE: &str = "twice";
 /// Calls that the second build has more than the first; `CALLS` of the packages.
-const CALLS: f64 = 1_000.0;
+pub(crate) const CALLS: f64 = 1_000.0;
 
 /// What an image takes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -277,6 +277,14 @@ impl Emulator {
         })
     }
 
+    /// Counts the instructions of an image by function until it sleeps.
+    ///
+    /// # Errors
+    /// When the emulator does not build, fails, or the image does not sleep.
+    pub(crate) fn count_by_function(&self, image: &Path) -> Result<Value, Error> {
+        self.answer("count", |command| command.arg(image).arg("--functions"))
+    }
+
     /// Runs an image until it sleeps, and reads the figures that it has kept.
     ///
     /// # Errors

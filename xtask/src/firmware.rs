@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use crate::error::Error;
 use crate::images::{Board, COMMISSION, CONFIG, PACKAGE, keep_for_board};
+use crate::output::print;
 use crate::size::Size;
+use crate::size_profile::SizeProfile;
 use crate::thumb::{Builder, Variant};
 use crate::toolchain::Preference;
 
@@ -16,6 +18,7 @@ use crate::toolchain::Preference;
     cargo fw --toolchain source   build core from source, as on a machine without rustup's server\n  \
     cargo fw --commission         the image that sets the option bytes of a new chip, in the place of the firmware\n  \
     cargo fw --config press.rs    compile this file in the place of src/config.rs\n  \
+    cargo fw --symbols            also where the flash goes, by crate and by symbol\n  \
     cargo fw -- --locked          hand further arguments to cargo build\n\n\
     Log lines: the variable DEFMT_LOG (error, warn, info, debug, trace) chooses at build time which are in the image.")]
 pub(crate) struct Arguments {
@@ -34,6 +37,10 @@ pub(crate) struct Arguments {
     /// Configuration to compile in the place of src/config.rs; it starts with `//` comments, not with `//!`
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+
+    /// Also print where the flash goes, by crate and by symbol; the lines add up to the size
+    #[arg(long)]
+    symbols: bool,
 
     /// Further arguments for `cargo build`
     #[arg(last = true, value_name = "CARGO ARGUMENTS")]
@@ -68,5 +75,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     )?;
     let size = Size::of_image(&image)?;
     println!("{size}\nimage  {}", image.display());
+    if arguments.symbols {
+        print(format_args!("\n{}", SizeProfile::of_image(&image)?))?;
+    }
     Ok(())
 }

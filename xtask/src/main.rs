@@ -1,5 +1,6 @@
 //! Tasks of the project: `cargo xtask <task>`, with `cargo fw` as the short form of `cargo xtask fw`.
 
+mod axis_profile;
 mod calls;
 mod ci;
 mod cost;
@@ -14,6 +15,7 @@ mod peers;
 mod profile;
 mod proofs;
 mod size;
+mod size_profile;
 mod symbols;
 mod thumb;
 mod toolchain;

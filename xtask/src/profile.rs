@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::axis_profile;
 use crate::emulator::{Emulator, Load};
 use crate::error::Error;
 use crate::images::{Board, Image};
@@ -24,7 +25,8 @@ const PARTS: u64 = 10;
     cargo xtask profile --axes 8 --response-us 500 --moving    where a cycle of eight moving axes goes\n  \
     cargo xtask profile --axes 8 --board stm32g474             the other board, axes that hold their positions\n  \
     cargo xtask profile --axes 2 --rows 1000                   every function on a line of its own\n  \
-    cargo xtask profile --axes 8 --json                        every function, for another program\n\n\
+    cargo xtask profile --axes 8 --json                        every function, for another program\n  \
+    cargo xtask profile --master-alone                         one axis of the master, without firmware and bus\n\n\
     The lines add up to the mean of a millisecond, which is one cycle. An instruction counts for the innermost function of this\n\
     project or of a package that it belongs to, also where the compiler has inlined that function; the standard library\n\
     counts for its caller. Drives take the time of --response-us to answer, each time up to a quarter more or less. Contexts are the\n\
@@ -58,6 +60,11 @@ pub(crate) struct Arguments {
     #[arg(long)]
     json: bool,
 
+    /// One axis in one cycle of the master alone, target in, frame out, in the place of the firmware: what a cycle of eight axes takes
+    /// more than one of one axis, by seven
+    #[arg(long, conflicts_with_all = ["axes", "response_us", "moving", "board", "ms", "json"])]
+    master_alone: bool,
+
     /// Where the target's core library comes from
     #[arg(long, value_enum, default_value = "auto")]
     toolchain: Preference,
@@ -70,6 +77,9 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     let emulator = Emulator::prepare()?;
+    if arguments.master_alone {
+        return print(axis_profile::table(&builder, &emulator, arguments.rows)?);
+    }
     let axes = usize::from(arguments.axes);
     let image = Image::with_axes(arguments.board, axes).build(&builder, emulator.images())?;
     let load = Load {

@@ -50,6 +50,13 @@ struct Section {
     ram: bool,
 }
 
+/// Whether a section takes flash.
+pub(crate) fn in_flash(name: &str) -> bool {
+    SECTIONS
+        .iter()
+        .any(|section| section.flash && section.name == name)
+}
+
 /// Bytes of each of [`SECTIONS`].
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Size([u64; SECTIONS.len()]);

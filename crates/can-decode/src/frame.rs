@@ -90,6 +90,18 @@ impl Frame {
         self.data.get(..len).unwrap_or(&self.data)
     }
 
+    /// Data bytes that it carries, or asks for when it is a remote frame.
+    #[must_use]
+    pub const fn len(&self) -> u8 {
+        self.len
+    }
+
+    /// Whether it neither carries data nor asks for any.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// Length in bits without stuff bits, interframe space included: the least that the frame costs the bus.
     #[must_use]
     pub fn least_bits(&self) -> u32 {

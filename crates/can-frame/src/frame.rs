@@ -7,12 +7,15 @@ use crate::error::FrameError;
 /// A data frame: identifier 0 ..= 0x7FF and 0 ..= 8 data bytes.
 ///
 /// The bytes behind the data are zero, so that equal frames compare equal.
+// Three words, so that a processor copies it in words, and the data begin at one: controllers take them as words.
+#[repr(C, align(4))]
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DataFrame {
-    id: u16,
-    len: u8,
     data: [u8; 8],
+    id: u16,
+    /// As wide as the identifier, so that no byte of the words is without a value.
+    len: u16,
 }
 
 impl DataFrame {
@@ -45,7 +48,7 @@ impl DataFrame {
         }
         let mut frame = Self {
             id: id as u16,
-            len: data.len() as u8,
+            len: data.len() as u16,
             data: [0; 8],
         };
         let Some(destination) = frame.data.get_mut(..data.len()) else {
@@ -63,7 +66,7 @@ impl DataFrame {
     pub const fn from_fields(id: u16, len: u8, data: [u8; 8]) -> Self {
         Self {
             id: id & 0x7FF,
-            len: if len > 8 { 8 } else { len },
+            len: if len > 8 { 8 } else { len as u16 },
             data,
         }
     }
@@ -78,7 +81,7 @@ impl DataFrame {
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a frame is not a collection")]
     pub const fn len(&self) -> u8 {
-        self.len
+        self.len as u8
     }
 
     /// The data bytes.

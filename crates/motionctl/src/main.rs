@@ -27,6 +27,8 @@ mod jog;
 mod lawicel;
 mod limits;
 mod link;
+mod live_view;
+mod man;
 mod monitor;
 mod moves;
 mod origin;
@@ -40,6 +42,9 @@ mod probe;
 mod program;
 mod pty;
 mod read;
+mod record;
+mod recording;
+mod report;
 mod reset;
 mod restore;
 mod revision;
@@ -124,8 +129,12 @@ enum Command {
     Speed(speed::Arguments),
     /// Measure how an axis answers to steps, for up to three sets of gains side by side.
     Tune(Box<tune::Arguments>),
+    /// Write the traffic of a bus into log files, one after the other, until Ctrl-C.
+    Record(record::Arguments),
     /// Show the state of drives again and again.
     Monitor(monitor::Arguments),
+    /// Print the manual page of the tool or of a command, or write all of them.
+    Man(man::Arguments),
     /// Print a script that completes this command line in a shell.
     Completions(completions::Arguments),
 }
@@ -179,6 +188,8 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
         Command::Tune(arguments) => tune::run(arguments).map_err(Failure::coded),
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
+        Command::Record(arguments) => record::run(arguments).map_err(Failure::coded),
+        Command::Man(arguments) => man::run(arguments, Arguments::command()).map_err(Into::into),
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)
         }

@@ -2,10 +2,10 @@
 
 mod tool;
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use tool::Scratch;
+use tool::page::Page;
+use tool::{Folder, Scratch};
 
 fn sim(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_motionctl"));
@@ -164,22 +164,6 @@ fn a_wrong_option_is_refused_and_says_what_is_right() {
     );
 }
 
-/// A folder of its own, removed afterwards.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        Self(std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id())))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // Nothing depends on it: the folder is temporary.
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 #[test]
 fn the_report_has_every_frame_and_the_table_every_cycle() {
     let file = Scratch::new("report.csv", SHORT);
@@ -192,7 +176,7 @@ fn the_report_has_every_frame_and_the_table_every_cycle() {
         "--trajectory",
         file.as_str(),
         "--report",
-        folder.0.to_str().expect("a path of plain text"),
+        folder.as_str(),
         "--csv",
         table.as_str(),
         "--candump",
@@ -204,18 +188,19 @@ fn the_report_has_every_frame_and_the_table_every_cycle() {
         .expect("the log")
         .lines()
         .count();
-    assert!(page.contains(&format!("The whole run, {frames} frames.")));
-    assert_eq!(page.matches("<figcaption>Axis ").count(), 2);
+    let page = Page::of(&page);
+    assert_eq!(page.frames(), frames);
+    assert_eq!(page.axes(), ["a", "b"]);
     let rows: Vec<csv::StringRecord> = csv::Reader::from_path(&table.0)
         .expect("the table")
         .records()
         .collect::<Result<_, _>>()
         .expect("rows");
     let last = rows.last().expect("a row");
-    // Behind time, load and late: target, sent and drive of drive 1, seven columns for each drive.
+    // Behind time, load and late: target, sent and drive of drive 1, eight columns for each drive.
     let column = |number: usize| last[number].parse::<i64>().expect("a number");
     assert_eq!([column(3), column(4), column(5)], [16_384; 3]);
-    assert_eq!([column(10), column(11), column(12)], [-8_192; 3]);
+    assert_eq!([column(11), column(12), column(13)], [-8_192; 3]);
     let end_s: f64 = last[0].parse().expect("a number");
     assert_eq!(rows.len(), (end_s * 1e3).round() as usize);
 }

@@ -108,8 +108,6 @@ fn what_wheels_cannot_follow_is_refused() {
         message.contains("line 2") && message.contains("10 r/min"),
         "{message}"
     );
-    let message = refusal(&["zlac", "--report", "x"]);
-    assert!(message.contains("--report"), "{message}");
     let message = refusal(&["zlac:4,5,6"]);
     assert!(message.contains("2 columns"), "{message}");
 }

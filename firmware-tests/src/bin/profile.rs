@@ -1,13 +1,12 @@
 //! Prints by function how many instructions an image executes, standing or moving, as one line of JSON, for `cargo xtask profile`.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
 use firmware_tests::Image;
 use firmware_tests::motion::{self, Drives, Milliseconds};
-use firmware_tests::names::{self, Function, Names};
+use firmware_tests::names::Names;
 use firmware_tests::profile::Profile;
 use serde_json::{Value, json};
 
@@ -60,13 +59,8 @@ fn profile(arguments: &Arguments) -> Result<Value, String> {
     let counted = Milliseconds::count(&mut rig, arguments.ms);
     let profile = rig.board_mut().soc_mut().profile.take().unwrap_or_default();
     let image = rig.board().image();
-    let mut functions: BTreeMap<Function, BTreeMap<String, u64>> = BTreeMap::new();
-    for ((address, exception), times) in profile.instructions(image) {
-        let context = names::exception(image, exception);
-        let contexts = functions.entry(names.function(address)).or_default();
-        *contexts.entry(context).or_default() += times;
-    }
-    let functions: Vec<Value> = functions
+    let functions: Vec<Value> = profile
+        .functions(image, &names)
         .into_iter()
         .map(|(function, contexts)| {
             json!({"function": function.name, "file": function.file, "instructions": contexts})

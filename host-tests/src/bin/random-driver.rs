@@ -27,6 +27,9 @@ struct Arguments {
     /// Play this seed alone.
     #[arg(long, conflicts_with_all = ["cycles", "from"])]
     seed: Option<u64>,
+    /// How many of the latest frames, calls and events a finding has.
+    #[arg(long, default_value_t = 30)]
+    history: usize,
     /// The family; all of them when it is not given.
     #[arg(long)]
     family: Option<FamilyName>,
@@ -39,7 +42,7 @@ enum FamilyName {
     Thirds,
 }
 
-type Play = fn(u64) -> Result<Tally, Finding>;
+type Play = fn(u64, usize) -> Result<Tally, Finding>;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -57,7 +60,7 @@ fn main() -> ExitCode {
     for (family, play) in families {
         if arguments.family.is_none_or(|wanted| wanted == family) {
             println!("{family:?}: seeds {}..{}", seeds.start, seeds.end);
-            found += play_all(seeds.clone(), play);
+            found += play_all(seeds.clone(), |seed| play(seed, arguments.history));
         }
     }
     println!("{found} findings");
@@ -69,7 +72,10 @@ fn main() -> ExitCode {
 }
 
 /// Plays the seeds on every core, prints what was found and returns how much that is.
-fn play_all(seeds: std::ops::Range<u64>, play: Play) -> usize {
+fn play_all(
+    seeds: std::ops::Range<u64>,
+    play: impl Fn(u64) -> Result<Tally, Finding> + Sync,
+) -> usize {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} seeds, {eta} left");
     let bar = ProgressBar::new(seeds.end - seeds.start);
     let bar = style.map_or(bar.clone(), |style| bar.with_style(style));

@@ -27,6 +27,16 @@ pub(super) struct OwnMove {
     pub(super) stops: u32,
 }
 
+impl OwnMove {
+    /// A set-point from before it came back: it begins elsewhere, and ends elsewhere when its drive was told by how much to move.
+    pub(super) fn begins_elsewhere(&mut self, unsent: i64) {
+        self.start -= unsent;
+        if self.is_relative && self.is_sent {
+            self.end -= unsent;
+        }
+    }
+}
+
 /// The word to switch off, until the drive confirmed it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OffWord {

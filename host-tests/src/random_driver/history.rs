@@ -5,9 +5,6 @@ use std::fmt::{self, Debug};
 
 use dyn_can::DataFrame;
 
-/// Entries that are kept.
-const KEPT: usize = 30;
-
 /// Something that happened.
 #[derive(Debug, Clone)]
 #[expect(dead_code, reason = "read by their debug text")]
@@ -22,26 +19,32 @@ pub(super) enum Entry<E> {
     Event(Option<u8>, E),
 }
 
-/// The latest entries.
+/// The latest entries, at most so many.
 #[derive(Debug)]
-pub(super) struct History<E>(VecDeque<(u64, Entry<E>)>);
+pub(super) struct History<E> {
+    entries: VecDeque<(u64, Entry<E>)>,
+    most: usize,
+}
 
 impl<E> History<E> {
-    pub(super) fn new() -> Self {
-        Self(VecDeque::with_capacity(KEPT))
+    pub(super) fn new(most: usize) -> Self {
+        Self {
+            entries: VecDeque::new(),
+            most,
+        }
     }
 
     pub(super) fn note(&mut self, now_us: u64, entry: Entry<E>) {
-        if self.0.len() == KEPT {
-            self.0.pop_front();
+        if self.entries.len() >= self.most {
+            self.entries.pop_front();
         }
-        self.0.push_back((now_us, entry));
+        self.entries.push_back((now_us, entry));
     }
 }
 
 impl<E: Debug> fmt::Display for History<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (at_us, entry) in &self.0 {
+        for (at_us, entry) in &self.entries {
             writeln!(f, "  {at_us} us {entry:?}")?;
         }
         Ok(())

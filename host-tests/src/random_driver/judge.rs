@@ -250,6 +250,13 @@ impl Judge {
             self.broken(axis, format!("{to} by a fault that no event names"));
             return;
         }
+        if matches!(
+            to,
+            AxisState::Probing | AxisState::AwaitingStandstill | AxisState::Anchoring
+        ) {
+            // It is located anew, perhaps before the end of this cycle.
+            books.offset = None;
+        }
         match (from, to) {
             (_, AxisState::AwaitingStandstill) => books.awaits_us = now_us,
             (_, AxisState::Streaming) if books.permit == Permit::Stream => {

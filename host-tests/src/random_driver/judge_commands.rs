@@ -222,7 +222,12 @@ impl Judge {
     pub(super) fn gives_back(&mut self, axis: usize, command: Command) {
         let books = &mut self.books[axis];
         match command {
-            Command::Step(step) => books.ledger -= i64::from(step),
+            Command::Step(step) => {
+                books.ledger -= i64::from(step);
+                if let Some(own) = &mut books.own {
+                    own.begins_elsewhere(i64::from(step));
+                }
+            }
             Command::Target(_) => books.gives_value_back(),
             Command::Hold | Command::Brake if self.rules.is_speed => books.gives_value_back(),
             Command::Go(_) | Command::GoBy(_) | Command::Load(_) | Command::LoadBy(_) => {

@@ -77,6 +77,9 @@ impl Judge {
         };
         if matches!(command, Command::Go(_)) && own.stops > 0 {
             own.stops -= 1;
+        } else if own.stops > 0 {
+            // The drive never heard of the motion, only of its stop: it is to stay where it was.
+            own.end = own.start;
         } else {
             own.is_sent = false;
         }

@@ -80,13 +80,13 @@ impl Tally {
     }
 }
 
-/// Plays the run of a seed.
+/// Plays the run of a seed; a finding has so many of the latest frames, calls and events.
 ///
 /// # Errors
 /// The first thing that does not hold.
 #[expect(private_bounds, reason = "the families are those of this module")]
-pub fn run<S: Subject>(seed: u64) -> Result<Tally, Finding> {
-    let mut run = Run::<S>::new(seed);
+pub fn run<S: Subject>(seed: u64, history: usize) -> Result<Tally, Finding> {
+    let mut run = Run::<S>::new(seed, history);
     let played = catch_unwind(AssertUnwindSafe(|| {
         while run.tally.cycles < RUN_CYCLES && run.judge.finding.is_none() {
             run.cycle();
@@ -199,7 +199,7 @@ impl<S: Subject> Sink<DataFrame> for Tap<'_, S> {
 }
 
 impl<S: Subject> Run<S> {
-    fn new(seed: u64) -> Self {
+    fn new(seed: u64, history: usize) -> Self {
         let mut random = Rng::with_seed(seed);
         let subject = S::draw(&mut random);
         Self {
@@ -207,7 +207,7 @@ impl<S: Subject> Run<S> {
             judge: Judge::new(subject.rules()),
             controller: Controller::draw(&mut random),
             answers: Vec::new(),
-            history: History::new(),
+            history: History::new(history),
             tally: Tally::default(),
             now_us: random.u64(..1_000_000),
             blocked_until_us: 0,

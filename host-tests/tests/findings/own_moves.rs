@@ -2,9 +2,10 @@
 
 use can_motion::facts::Motion;
 use can_motion::{
-    AxisState, DriveMove, EventKind, Fault, MoveError, MoveRefusal, Procedure, Reason, WaveShape,
+    AxisState, DriveMove, EventKind, Fault, MoveError, MoveRefusal, Outcome, Procedure, Reason,
+    Sink, WaveShape,
 };
-use dyn_can::{FunctionCode, MaxAcceleration, MaxSpeed, ParamGroup2, ServoMode};
+use dyn_can::{DataFrame, FunctionCode, MaxAcceleration, MaxSpeed, ParamGroup2, ServoMode};
 
 use crate::support::servos::{Servo, Servos, Told, servo, servos};
 use crate::support::{Call, id_of};
@@ -63,6 +64,10 @@ impl Servos {
 
     pub(crate) fn state(&self, axis: usize) -> AxisState {
         self.0.state(axis)
+    }
+
+    fn axis_sent(&self, axis: usize) -> i64 {
+        self.0.axis(axis).sent_counts.into()
     }
 
     fn motion(&self, axis: usize) -> Motion {
@@ -223,6 +228,99 @@ fn a_stop_before_the_command_left_lets_nothing_move() {
         (machine.state(0), machine.position(0)),
         (AxisState::Holding, 0)
     );
+}
+
+/// A controller with one mailbox that hands nothing back on request, and displaces what is less urgent.
+struct Mailbox(Option<DataFrame>);
+
+impl Sink<DataFrame> for Mailbox {
+    fn offer(&mut self, frame: &DataFrame) -> Outcome<DataFrame> {
+        match self.0 {
+            Some(held) if held.id() <= frame.id() => Outcome::Full,
+            Some(held) => {
+                self.0 = Some(*frame);
+                Outcome::Displaced(held)
+            }
+            None => {
+                self.0 = Some(*frame);
+                Outcome::Accepted
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stop_that_displaced_its_move_does_not_move_the_drive_itself() {
+    for by in [500, -500] {
+        let mut machine = held(1);
+        let mut mailbox = Mailbox(None);
+        machine.lets_move(0, DriveMove::By(by)).unwrap();
+        let send = |machine: &mut Servos, mailbox: &mut Mailbox| {
+            let now = machine.0.now();
+            machine.0.master.begin_cycle(now);
+            let _ = can_motion::BusUser::send(&mut machine.0.master, now, mailbox);
+            machine.hang(1);
+        };
+        send(&mut machine, &mut mailbox);
+        assert_eq!(mailbox.0.map(|frame| frame.id()), Some(0x023));
+        // The bus is busy with others: as far as the master knows, the drive moves.
+        machine.hang(20);
+        machine.call(Call::Stop).unwrap();
+        send(&mut machine, &mut mailbox);
+        let stop = mailbox.0.take().unwrap();
+        assert_eq!(stop.id(), 0x021);
+        // The drive has never heard of the move, and now of its stop. It is told at once to be where it is.
+        let mark = machine.mark();
+        machine.run(200);
+        let stay = Told::Own(FunctionCode::GoAbsolutePosPtp, 0);
+        assert_eq!(machine.told_own(mark, 0), [stay]);
+        assert_eq!(machine.state(0), AxisState::Holding);
+    }
+}
+
+/// The command of a move displaces the last set-point of the ramp before it: the drive begins elsewhere than the axis thought.
+#[test]
+fn a_move_that_displaced_a_set_point_ends_where_its_axis_says() {
+    for wanted in [DriveMove::By(400), DriveMove::By(-400), DriveMove::To(400)] {
+        let mut machine = holding(&[slow_servo(1).unwatched().ramp_change(40)]);
+        machine.call(Call::Resume).unwrap();
+        machine.0.run_until(AxisState::Streaming);
+        let stranger = machine.add_stranger();
+        let mut mailbox = Mailbox(None);
+        for cycle in 1..100 {
+            let now = machine.0.now();
+            machine.0.master.begin_cycle(now);
+            match cycle {
+                ..=20 => machine.0.master.set_target(0, cycle * 60).unwrap(),
+                21 => machine.call(Call::Stop).unwrap(),
+                _ => {}
+            }
+            if machine.state(0) == AxisState::Holding {
+                break;
+            }
+            if let Some(frame) = mailbox.0.take() {
+                machine.stranger_sends(stranger, frame.id(), frame.data());
+            }
+            let _ = can_motion::BusUser::send(&mut machine.0.master, now, &mut mailbox);
+            machine.hang(1);
+        }
+        // 30 counts.
+        assert_eq!(
+            mailbox.0,
+            DataFrame::new(0x03C, &[0x1E]).ok(),
+            "the last of the ramp"
+        );
+        machine.lets_move(0, wanted).unwrap();
+        let now = machine.0.now();
+        machine.0.master.begin_cycle(now);
+        let _ = can_motion::BusUser::send(&mut machine.0.master, now, &mut mailbox);
+        let frame = mailbox.0.take().unwrap();
+        machine.stranger_sends(stranger, frame.id(), frame.data());
+        machine.hang(1);
+        machine.until(0, AxisState::Holding);
+        machine.run(500);
+        assert_eq!(machine.axis_sent(0), machine.position(0));
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use embassy_stm32::pac::can::{Can, regs};
 use crate::bus::{BitTiming, DRIVE_ERROR, FUNCTION_CODE_MASK};
 use crate::frame;
 use crate::recovery::Cell;
-use crate::transmit_places::PLACES;
+use crate::transmit_places::{ALL_PLACES, Occupied, PLACES};
 
 pub(super) const RECEIVE_FIFOS: usize = 2;
 
@@ -25,16 +25,20 @@ pub(crate) struct Controller {
 
 impl Controller {
     /// Which mailboxes have a frame that waits.
-    pub(super) fn occupied(&self) -> [bool; PLACES] {
-        let status = self.registers.tsr().read();
-        core::array::from_fn(|mailbox| !status.tme(mailbox))
+    pub(super) fn occupied(&self) -> Occupied {
+        Occupied(self.empty() ^ ALL_PLACES)
+    }
+
+    /// Which mailboxes have none: one bit each.
+    fn empty(&self) -> u32 {
+        /// TME0.
+        const FIRST: u32 = 26;
+        self.registers.tsr().read().0 >> FIRST & ALL_PLACES
     }
 
     /// A mailbox without a frame.
     pub(super) fn free_mailbox(&self) -> Option<usize> {
-        /// TME0.
-        const FIRST_EMPTY: u32 = 26;
-        let empty = self.registers.tsr().read().0 >> FIRST_EMPTY & 0b111;
+        let empty = self.empty();
         (empty != 0).then_some(empty.trailing_zeros() as usize)
     }
 
@@ -59,7 +63,19 @@ impl Controller {
         read
     }
 
+    /// The frame that was put into a mailbox last.
+    #[inline(never)]
+    pub(super) fn queued(&self, mailbox: usize) -> DataFrame {
+        let mailbox = self.registers.tx(mailbox);
+        frame::from_registers(
+            mailbox.tir().read().stid(),
+            mailbox.tdtr().read().dlc(),
+            [mailbox.tdlr().read().0, mailbox.tdhr().read().0],
+        )
+    }
+
     /// Requests a frame to be sent, by a free mailbox.
+    #[inline(always)]
     pub(super) fn write(&self, mailbox: usize, frame: &DataFrame) {
         let mailbox = self.registers.tx(mailbox);
         let [low, high] = frame::words(frame);
@@ -147,7 +163,7 @@ impl Cell for Controller {
     }
 
     fn is_empty(&self) -> bool {
-        self.occupied() == [false; PLACES]
+        self.occupied() == Occupied::NONE
     }
 }
 

@@ -6,7 +6,13 @@ use super::place::Place;
 use crate::error::Error;
 
 /// The independent implementations, pinned: a step must not change because one of them was released.
-const PYTHON_PACKAGES: [&str; 3] = ["python-can==4.6.1", "canopen==2.4.1", "pyserial==3.5"];
+const PYTHON_PACKAGES: [&str; 5] = [
+    "python-can==4.6.1",
+    "canopen==2.4.1",
+    "pyserial==3.5",
+    "mcap==1.6.0",
+    "fastjsonschema==2.22.3",
+];
 
 /// A script against one of our programs.
 struct Script {
@@ -34,6 +40,16 @@ pub(super) fn python_can_bench(place: &Place) -> Result<Vec<String>, Error> {
         program: "motionctl",
         path: "crates/motionctl/tests/interop/python_can_bench.py",
         arguments: &["README.md"],
+    }
+    .run(place)
+}
+
+pub(super) fn mcap_recording(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "motionctl",
+        program: "motionctl",
+        path: "crates/motionctl/tests/interop/mcap_recording.py",
+        arguments: &[],
     }
     .run(place)
 }

@@ -4,6 +4,7 @@ mod interop;
 mod need;
 mod packages;
 mod place;
+mod published;
 mod report;
 mod report_page;
 mod runner;

@@ -2,6 +2,7 @@
 
 use super::interop;
 use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED};
+use super::published;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -89,6 +90,11 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p trajectory --example pictures -- --check",
         ],
     ),
+    Step::call(
+        "packages",
+        "every crate for users can be packed, and a project that has the packages alone builds and moves a simulated axis",
+        published::run,
+    ),
     Step::cargo(
         "docs",
         "rustdoc has no warning",
@@ -149,7 +155,7 @@ pub(super) const STEPS: &[Step] = &[
     ),
     Step::call(
         "report-page",
-        "the script of the report runs in a browser without a network",
+        "the pages of sim (servos, wheels, a program), of run and of its log in a browser: wide, narrow, dark; nothing cut off, every chart answers",
         report_page::run,
     )
     .needs(&[&CHROMIUM]),
@@ -168,6 +174,12 @@ pub(super) const STEPS: &[Step] = &[
         "python-can-bench",
         "python-can at the adapter of the bench, the README's script, and a motion of `motionctl run` through it",
         interop::python_can_bench,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "mcap",
+        "MCAP files of sim and run, read by the Python package mcap: every cycle, every frame, each message by its schema",
+        interop::mcap_recording,
     )
     .needs(&[&PYTHON]),
     Step::call(

@@ -148,7 +148,7 @@ impl ImageSize {
 
     fn command(&self) -> String {
         format!(
-            "DEFMT_LOG={} cargo fw --board {}",
+            "DEFMT_LOG={} cargo fw --symbols --board {}",
             self.log,
             self.board.feature()
         )

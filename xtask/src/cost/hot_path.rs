@@ -6,16 +6,18 @@ use crate::emulator::Emulator;
 use crate::error::Error;
 use crate::thumb::Builder;
 
-const PACKAGE: &str = "hot-path";
+/// The package of the images.
+pub(crate) const PACKAGE: &str = "hot-path";
 const COMMAND: &str = "cargo xtask cost --only hot-path";
 /// The images with a loop around nothing but inputs and results, around one call, and of two numbers of axes.
 const NOTHING: &str = "nothing";
+const AXIS_COMMAND: &str = "cargo xtask profile --master-alone";
 const ENCODE: &str = "encode";
 const DECODE_NOTHING: &str = "decode_nothing";
 /// One for each number of data bytes that a position may have.
 const DECODE: [&str; 4] = ["decode_1", "decode_2", "decode_3", "decode_4"];
-const ONE_AXIS: &str = "one_axis";
-const EIGHT_AXES: &str = "eight_axes";
+pub(crate) const ONE_AXIS: &str = "one_axis";
+pub(crate) const EIGHT_AXES: &str = "eight_axes";
 const FLOOR_ONE_AXIS: &str = "floor_one_axis";
 const FLOOR_EIGHT_AXES: &str = "floor_eight_axes";
 const IMAGES: [&str; 11] = [
@@ -31,7 +33,8 @@ const IMAGES: [&str; 11] = [
     FLOOR_ONE_AXIS,
     FLOOR_EIGHT_AXES,
 ];
-const FEWER_AXES: f64 = 7.0;
+/// Axes that the second of these two has more.
+pub(crate) const FEWER_AXES: f64 = 7.0;
 
 /// Targets.
 const ENCODE_INSTRUCTIONS: f64 = 25.0;
@@ -75,9 +78,10 @@ impl HotPath {
     pub(crate) fn targets(&self) -> Vec<Figure> {
         let figure = |name: &str, value| Figure::new(name, value, COMMAND);
         vec![
-            figure(
+            Figure::new(
                 "instructions of one axis in one cycle, master alone: target in, frame out; target: 1.3 times the floor",
                 self.axis,
+                AXIS_COMMAND,
             )
             .at_most((OF_FLOOR * self.floor).round()),
             figure(

@@ -15,6 +15,7 @@ use self::baseline::Baseline;
 use self::figure::Figure;
 use self::flash::Flash;
 use self::hot_path::HotPath;
+pub(crate) use self::hot_path::{EIGHT_AXES, FEWER_AXES, ONE_AXIS, PACKAGE as HOT_PATH};
 use self::motion::Motion;
 use self::path::PathCost;
 use self::trajectory::TrajectoryCost;

@@ -5,7 +5,7 @@ use bus_user::Instant;
 use crate::core::calendar::Due;
 use crate::core::event::{CommonEvent, EventLog};
 use crate::core::facts::{Facts, Knowledge, Motion, Power, Work};
-use crate::core::family::{CommonFault, Context, Drive, Family, View};
+use crate::core::family::{CommonFault, Context, Drive, Family, PowerReport, View};
 use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Reason, Stage};
 use crate::core::step::Input;
@@ -211,6 +211,18 @@ impl<F: Family> Axis<F> {
         {
             log.push(CommonEvent::Fault(F::Fault::from(CommonFault::Group)));
         }
+    }
+
+    /// Whether a report on the power was asked for before the latest switch counts as sent. The controller may hold a command for a
+    /// while, and one that sorts its frames may send a later reading before it.
+    pub(crate) fn is_before_switch(
+        &self,
+        now: Instant,
+        cycle_us: u32,
+        report: PowerReport,
+    ) -> bool {
+        let is_sent = matches!(self.view.facts.power, Power::OnSent | Power::OffSent);
+        is_sent && report.asked_at < self.switched_at.at(now) + cycle_us
     }
 
     /// The drive does not answer any more, or answers again.

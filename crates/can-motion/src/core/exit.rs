@@ -84,6 +84,13 @@ impl Class {
 #[must_use]
 #[inline]
 pub const fn may_leave(class: Class, facts: &Facts) -> bool {
+    // A comparison of one word decides for nearly every set-point.
+    (matches!(class, Class::SetPoint) && facts.streams()) || may_leave_seldom(class, facts)
+}
+
+/// [`may_leave`] of every class. Not inlined: the short way needs what it looks at as one word.
+#[inline(never)]
+const fn may_leave_seldom(class: Class, facts: &Facts) -> bool {
     let is_at_rest = !facts.moves();
     let is_wanted = !matches!(facts.goal, Goal::Off);
     let is_free_of_faults = matches!(facts.latch, Latch::None);

@@ -10,7 +10,7 @@ use crate::core::drive_move::MoveReport;
 use crate::core::event::{CommonEvent, EventLog, Events};
 use crate::core::facts::{Brake, Goal, Latch, Motion, Power, Work};
 use crate::core::family::{
-    CommonFault, Context, Drive, Family, FaultKind, GroupId, Meaning, Reaction,
+    CommonFault, Context, Drive, Family, FaultKind, GroupId, Meaning, PowerReport, Reaction,
 };
 use crate::core::state::AxisState;
 use crate::core::step::{Input, accepts, step};
@@ -35,6 +35,28 @@ pub(crate) const fn lowest<const N: usize>(axes: u64) -> usize {
     } else {
         axes.trailing_zeros() as usize
     }
+}
+
+/// [`Axes::stream_on`] for 32 axes at most, with the length of their frames. Not inlined: the loop needs the registers for itself.
+#[inline(never)]
+fn stream_on<F: Family>(
+    axes: &mut [Axis<F>],
+    now: Instant,
+    stuck_us: u32,
+    matters: bool,
+) -> (u64, u32) {
+    let (mut streaming, mut bits) = (0, 0);
+    let mut bit: u32 = 1;
+    for axis in axes {
+        if axis.streams_on(now, stuck_us) {
+            streaming |= bit;
+            if matters {
+                bits += u32::from(axis.drive.cycle_frame_bits());
+            }
+        }
+        bit <<= 1;
+    }
+    (streaming.into(), bits)
 }
 
 /// Whether the input ends every motion at once.
@@ -91,17 +113,17 @@ impl<const N: usize, F: Family> Axes<N, F> {
     /// Lets a cycle pass for the axes that do nothing but stream; one bit for each of them. Notes about the length of their frames where
     /// that `matters`.
     pub(crate) fn stream_on(&mut self, now: Instant, stuck_us: u32, matters: bool) -> u64 {
-        let (mut streaming, mut bits) = (0, 0);
-        let mut bit: u64 = 1;
-        for axis in &mut self.list {
-            if axis.streams_on(now, stuck_us) {
-                streaming |= mask::<N>(bit);
-                if matters {
-                    bits += u32::from(axis.drive.cycle_frame_bits());
-                }
-            }
-            bit <<= 1;
-        }
+        let (streaming, bits) = if N <= u32::BITS as usize {
+            stream_on(&mut self.list, now, stuck_us, matters)
+        } else {
+            let parts = self.list.chunks_mut(u32::BITS as usize);
+            let each = parts.map(|part| stream_on(part, now, stuck_us, matters));
+            (0..)
+                .zip(each)
+                .fold((0, 0), |(all, sum), (place, (some, bits))| {
+                    (all | some << (u32::BITS * place), sum + bits)
+                })
+        };
         self.due_bits = bits;
         streaming
     }
@@ -125,16 +147,18 @@ impl<const N: usize, F: Family> Axes<N, F> {
         while stale != 0 {
             let lower = stale.trailing_zeros() as usize;
             stale &= stale - 1;
-            for index in [lower, lower + 32] {
-                let Some(axis) = self.list.get_mut(index) else {
-                    break;
-                };
+            let mut index = lower;
+            while let Some(axis) = self.list.get_mut(index) {
+                index += 32;
                 axis.look_ahead(now, cycle);
                 let until = axis.asks.until();
                 if until.has_come(tick) {
                     self.stale |= 1 << lower;
                 } else {
                     self.look_at = self.look_at.earlier(until);
+                }
+                if N <= 32 {
+                    break;
                 }
             }
         }
@@ -389,6 +413,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             self.apply(now, index, Change::of(Input::WorkEnded));
         }
         if let Some(fault) = meaning.fault {
+            self.confirm_off(now, cycle_us, index, meaning.power);
             self.raise(now, index, fault);
         }
         let Some((axis, mut log)) = self.with_log(now, index) else {
@@ -400,9 +425,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
         if let Some(report) = meaning.power {
             axis.set_lost(false);
-            let is_sent = matches!(axis.view.facts.power, Power::OnSent | Power::OffSent);
-            // The controller may hold a command for a while, and one that sorts its frames may send a later reading before it.
-            let is_old = is_sent && report.asked_at < axis.switched_at.at(now) + cycle_us;
+            let is_old = axis.is_before_switch(now, cycle_us, report);
             // A drive needs a moment; the command is repeated by time.
             let is_early = report.is_on && axis.view.facts.power == Power::OffSent;
             // What nearly every report says: it changes no fact.
@@ -431,6 +454,25 @@ impl<const N: usize, F: Family> Axes<N, F> {
                 self.apply(now, index, Change::of(Input::MoveEnded(end)));
             }
             None => {}
+        }
+    }
+
+    /// A report that a drive is off may come together with a fault. The fault takes what is known of the power, and the drive would be
+    /// switched off again although it has confirmed it.
+    fn confirm_off(
+        &mut self,
+        now: Instant,
+        cycle_us: u32,
+        index: usize,
+        report: Option<PowerReport>,
+    ) {
+        let confirms = self.get(index).zip(report).is_some_and(|(axis, report)| {
+            axis.view.facts.power == Power::OffSent
+                && !report.is_on
+                && !axis.is_before_switch(now, cycle_us, report)
+        });
+        if confirms {
+            self.apply(now, index, Change::of(Input::SaysOff));
         }
     }
 

@@ -6,7 +6,7 @@ use crate::core::axis::Change;
 use crate::core::event::CommonEvent;
 use crate::core::exit::{Class, may_leave};
 use crate::core::facts::Work;
-use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Returned};
+use crate::core::family::{CommonFault, CycleConfig, Drive, Family, Meaning, Returned};
 use crate::core::group::{lowest, mask};
 use crate::core::master::Master;
 use crate::core::stamp::Stamp;
@@ -36,6 +36,8 @@ struct Sender<F: Family> {
 enum Attempt {
     /// The controller has taken it.
     Sent,
+    /// It is one of the cycle, as long as an axis owes one that may leave.
+    OfCycle,
     /// There is none.
     Nothing,
     /// The controller has no room.
@@ -67,18 +69,20 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             }
             let is_turn = mask::<N>(self.axes.switching) == 0
                 && !self.schedule.is_reached::<N>(self.axes.due);
-            let attempt = if is_turn {
-                self.send_cycle_frame(now, sink)
+            let mut attempt = if is_turn {
+                Attempt::OfCycle
             } else {
                 self.send_next(now, sink)
             };
+            if matches!(attempt, Attempt::OfCycle) {
+                attempt = self.send_cycle_frame(now, sink);
+            }
             match attempt {
-                Attempt::Sent => {}
+                Attempt::Sent | Attempt::OfCycle => {}
                 Attempt::Full => {
                     self.full_since.get_or_insert(now);
                     return Progress::Blocked;
                 }
-                Attempt::Nothing if is_turn => {}
                 Attempt::Nothing => {
                     self.full_since = None;
                     return Progress::Idle;
@@ -191,7 +195,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             || self.frame_of_bus().is_some()
     }
 
-    /// Makes the most urgent frame and offers it.
+    /// Makes the most urgent frame and offers it, unless it is one of the cycle.
     #[inline(never)]
     fn send_next<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) -> Attempt {
         if self.axes.switching != 0
@@ -205,10 +209,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             {
                 return self.offer(now, sink, &frame, &sender);
             }
-            match self.send_cycle_frame(now, sink) {
-                Attempt::Nothing => {}
-                attempt => return attempt,
-            }
+            return Attempt::OfCycle;
         }
         let last = if let Some(frame) = self.frame_of_bus() {
             let sender = Sender {
@@ -228,14 +229,15 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
     }
 
-    /// [`Attempt::Nothing`] when no axis owes a frame that may leave. Always inlined, because [`BusUser::send`] does nothing else most of
-    /// the time.
+    /// [`Attempt::OfCycle`] when no axis owes a frame that may leave any more. Always inlined, because [`BusUser::send`] does nothing else
+    /// most of the time.
     #[inline(always)]
     fn send_cycle_frame<S: Sink<F::Frame>>(&mut self, now: Instant, sink: &mut S) -> Attempt {
         while mask::<N>(self.axes.due) != 0 {
             let index = lowest::<N>(self.axes.due);
             let Some(axis) = self.axes.get_mut(index) else {
-                return Attempt::Nothing;
+                self.axes.due = 0;
+                break;
             };
             let class = if F::HAS_CYCLE_FRAMES {
                 Class::of_cycle(&axis.view.facts)
@@ -265,7 +267,7 @@ impl<const N: usize, F: Family> Master<N, F> {
             }
             self.axes.due &= !(1 << index);
         }
-        Attempt::Nothing
+        Attempt::OfCycle
     }
 
     fn offer<S: Sink<F::Frame>>(
@@ -416,7 +418,9 @@ impl<const N: usize, F: Family> Master<N, F> {
             self.axes
                 .apply(now, index, Change::of(Input::Accepted(class)));
         }
-        if let Some(meaning) = meaning {
+        if let Some(meaning) = meaning
+            && meaning != Meaning::NONE
+        {
             self.axes.take(now, cycle_us, index, meaning);
         }
         self.schedule.choose(now, self.cycle.cycles, &mut self.axes);

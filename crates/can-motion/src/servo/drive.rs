@@ -98,9 +98,11 @@ impl Servo {
         self.ledger.backlog_counts().unsigned_abs() > self.config.limits.backlog_counts
     }
 
-    fn backlog_fault(&self) -> Option<Fault> {
+    #[cold]
+    #[inline(never)]
+    fn backlog_fault(&self) -> Fault {
         let counts = self.ledger.backlog_counts();
-        self.is_far_behind().then_some(Fault::Backlog { counts })
+        Fault::Backlog { counts }
     }
 }
 
@@ -181,9 +183,10 @@ impl Drive for Servo {
         self.counters.merged = self.counters.merged.wrapping_add(1);
     }
 
+    #[inline(always)]
     fn cycle_frame(&mut self, _: &View) -> Result<DataFrame, Fault> {
-        if let Some(fault) = self.backlog_fault() {
-            return Err(fault);
+        if self.is_far_behind() {
+            return Err(self.backlog_fault());
         }
         let step = self.ledger.offer(&self.config.limits);
         let order = self.dialect.number_order;
@@ -306,8 +309,8 @@ impl Drive for Servo {
         if view.stage == Stage::PowerOn && view.has_lasted(context.log.now, power_on_us) {
             meaning.stage = Some(Stage::Probing);
         }
-        if view.facts.sends_set_points() {
-            meaning.fault = meaning.fault.or_else(|| self.backlog_fault());
+        if view.facts.sends_set_points() && self.is_far_behind() {
+            meaning.fault = meaning.fault.or_else(|| Some(self.backlog_fault()));
         }
         self.tick_own(context, &mut meaning);
         if self.tick_procedure(&mut context.log) {

@@ -4,7 +4,7 @@ use bus_user::Instant;
 use dyn_can::{Address, DataFrame, ReadSelector, ReplyKind, Request, ServoSwitch};
 
 use crate::core::exit::Class;
-use crate::core::facts::{Power, Work};
+use crate::core::facts::{Motion, Power, Work};
 use crate::core::family::{Context, Meaning, Returned, View, Wanted};
 use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
@@ -233,6 +233,10 @@ impl Servo {
             Request::GoRelativePosPd(step) => {
                 self.ledger.returned(step);
                 self.drift.widen(self.ledger.sent_counts());
+                let is_told = context.view.facts.motion != Motion::Rest;
+                if let Some(own) = self.procedures.own_mut() {
+                    own.begins_elsewhere(step, is_told);
+                }
                 if !context.view.facts.sends_set_points() {
                     self.ledger.end_motion();
                 }

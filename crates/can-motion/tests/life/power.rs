@@ -208,6 +208,47 @@ fn a_disable_command_is_repeated_until_it_is_confirmed() {
 }
 
 #[test]
+fn a_report_that_a_drive_is_off_counts_beside_an_alarm_too() {
+    let mut rig = Rig::holding(&[axis(1)]);
+    rig.master.disable(rig.now, G);
+    assert_eq!(rig.cycle(), [Frame::Switch(1, false)]);
+    rig.cycle();
+    rig.cycle();
+    let alarm = |power| Meaning {
+        power,
+        ..Meaning::fault(Fault::Of(Loss::Drive))
+    };
+    let off = rig.power(false).power;
+    rig.says(1, alarm(off));
+    assert_eq!(rig.power_of(0), Power::Off);
+    assert_eq!(rig.cycle(), []);
+    // As long as the alarm lasts it comes back after each `clear`, and nothing is sent again.
+    assert_eq!(rig.master.clear(rig.now, G), Ok(()));
+    rig.says(1, alarm(off));
+    assert_eq!((rig.power_of(0), rig.cycle()), (Power::Off, vec![]));
+}
+
+#[test]
+fn an_alarm_does_not_make_an_early_report_count() {
+    let mut rig = Rig::holding(&[axis(1)]);
+    rig.master.disable(rig.now, G);
+    assert_eq!(rig.cycle(), [Frame::Switch(1, false)]);
+    let early = PowerReport {
+        is_on: false,
+        asked_at: rig.now + 999,
+    };
+    rig.says(
+        1,
+        Meaning {
+            power: Some(early),
+            ..Meaning::fault(Fault::Of(Loss::Drive))
+        },
+    );
+    assert_eq!(rig.power_of(0), Power::OffWanted);
+    assert_eq!(rig.send(), [Frame::Switch(1, false)]);
+}
+
+#[test]
 fn a_switch_on_that_is_not_confirmed_is_a_fault() {
     let mut rig = Rig::ready(&[axis(1)]);
     rig.master.enable(rig.now, G).expect("a ready drive");

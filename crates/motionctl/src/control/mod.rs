@@ -66,6 +66,16 @@ impl Status {
     }
 }
 
+impl Status {
+    /// Percent of the speed of the motion, and whether it is paused.
+    pub(crate) fn speed(&self) -> (u32, bool) {
+        (
+            self.actual_percent.load(Ordering::Relaxed),
+            self.is_paused.load(Ordering::Relaxed),
+        )
+    }
+}
+
 impl core::fmt::Display for Status {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(

@@ -18,6 +18,7 @@ Examples:
   motionctl decode run.log --trouble               alarms, repeated and late frames, what does not decode
   motionctl decode run.log --statistics-only       frames, intervals and response times of each identifier
   motionctl decode run.log --protocol canopen      ZLAC8030L hub motors, PDOs by the mapping that the log has
+  motionctl decode run.log --report out            the motion as a page, out/index.html
   motionctl decode run.log --json | jq 'select(.alarm_code > 0)'
 
 Which side sent a frame, and whether a reading is a position or a torque, follows from the frames
@@ -70,6 +71,10 @@ pub(crate) struct Arguments {
     /// Show no frames, only the statistics.
     #[arg(long)]
     statistics_only: bool,
+    /// Write a page with pictures, DIR/index.html, of the motion that the set-points and the positions in the log tell; with
+    /// several interfaces one for each in DIR/INTERFACE. Frames are shown only with --json or --trouble then.
+    #[arg(long, value_name = "DIR")]
+    pub(super) report: Option<PathBuf>,
     /// Write one JSON object a line: "kind" is "frame", "other" or "error", at the end "statistics" of each interface and
     /// "end".
     #[arg(long)]
@@ -110,13 +115,15 @@ impl Arguments {
                 .drive()
                 .is_some_and(|drive| self.drive.contains(&drive))
         };
+        let is_page = self.report.is_some() && !self.json && !self.trouble;
         !self.statistics_only
+            && !is_page
             && (self.drive.is_empty() || of_drive())
             && (!self.trouble || meaning.is_remarkable())
     }
 
     /// Whether what concerns the whole bus is shown.
     pub(super) fn shows_bus(&self) -> bool {
-        !self.statistics_only && self.drive.is_empty()
+        !self.statistics_only && self.report.is_none() && self.drive.is_empty()
     }
 }

@@ -4,6 +4,8 @@ use can_decode::log::{Entry, Event};
 use can_decode::statistics::Statistics;
 use can_decode::{Decoder, Frame, Meaning};
 
+use super::log_motion::LogMotion;
+
 /// What was heard on one interface.
 #[derive(Debug)]
 pub(super) struct Bus {
@@ -19,6 +21,8 @@ pub(super) struct Bus {
     latest_ns: u64,
     /// Entries before the latest one in time.
     pub(super) times_back: u64,
+    /// The motion in the log, when a page of it is wanted.
+    pub(super) motion: Option<LogMotion>,
 }
 
 /// What an entry of a log says.
@@ -42,6 +46,7 @@ impl Bus {
             decoder,
             latest_ns: 0,
             times_back: 0,
+            motion: None,
         }
     }
 
@@ -59,10 +64,16 @@ impl Bus {
                 self.statistics.count(entry.at_ns, frame, &meaning);
                 self.undecodable += u64::from(meaning.is_undecodable());
                 self.remarkable += u64::from(meaning.is_remarkable());
+                if let (Some(motion), Some(at_ns)) = (&mut self.motion, entry.at_ns) {
+                    motion.frame(at_ns, frame, &meaning);
+                }
                 Said::Frame(frame, meaning)
             }
             Event::ErrorFrame => {
                 self.error_frames += 1;
+                if let (Some(motion), Some(at_ns)) = (&mut self.motion, entry.at_ns) {
+                    motion.error_frame(at_ns);
+                }
                 Said::Other("error frame: a node saw an error on the bus")
             }
             Event::OverloadFrame => Said::Other("overload frame: a node asked for a pause"),

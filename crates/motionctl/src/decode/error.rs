@@ -1,6 +1,7 @@
 //! Why a log cannot be decoded.
 
 use core::fmt;
+use std::path::PathBuf;
 
 use can_decode::log::Format;
 
@@ -34,6 +35,13 @@ pub(crate) enum DecodeError {
     Interrupt(std::io::Error),
     /// The output cannot be written any further.
     Write(std::io::Error),
+    /// The page cannot be written.
+    Page {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// No page is made of this log.
+    NoPage { reason: &'static str },
 }
 
 impl From<std::io::Error> for DecodeError {
@@ -68,6 +76,8 @@ impl fmt::Display for DecodeError {
             Self::Link(source) => write!(f, "the link failed: {source}"),
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
             Self::Write(source) => write!(f, "cannot write the output: {source}"),
+            Self::Page { path, source } => write!(f, "cannot write {}: {source}", path.display()),
+            Self::NoPage { reason } => write!(f, "no page is made of this log: {reason}"),
         }
     }
 }

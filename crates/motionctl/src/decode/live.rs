@@ -15,7 +15,7 @@ use crate::link::{Link, OpenError};
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
 
 /// Frames as they come in, with the time of this computer. It sends nothing.
-pub(super) struct LiveBus {
+pub(crate) struct LiveBus {
     name: String,
     link: Link,
     start: Instant,
@@ -26,7 +26,7 @@ pub(super) struct LiveBus {
 
 impl LiveBus {
     /// Listens to a link until Ctrl-C.
-    pub(super) fn new(name: &str, link: Result<Link, OpenError>) -> Result<Self, DecodeError> {
+    pub(crate) fn new(name: &str, link: Result<Link, OpenError>) -> Result<Self, DecodeError> {
         let link = link.map_err(DecodeError::Open)?;
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
         Ok(Self {

@@ -6,6 +6,7 @@ mod bus;
 mod error;
 mod live;
 mod log_file;
+mod log_motion;
 mod output;
 mod source;
 mod table;
@@ -20,17 +21,26 @@ use can_decode::log::Entry;
 use crate::exit;
 use crate::interrupt;
 use crate::link::{listen_to_interface, listen_to_slcan};
+use crate::output::tell;
+use crate::report;
 pub(crate) use arguments::Arguments;
 use arguments::ProtocolOption;
 use bus::{Bus, Said};
-use error::DecodeError;
-use live::LiveBus;
+pub(crate) use error::DecodeError;
+pub(crate) use live::LiveBus;
 use log_file::LogFile;
+use log_motion::LogMotion;
 use output::Output;
-use source::{Damage, Heard, Source};
+use source::Damage;
+pub(crate) use source::{Heard, Source};
 
 /// Reads a log to its end, or listens to a bus until Ctrl-C.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DecodeError> {
+    if arguments.report.is_some() && arguments.protocol == ProtocolOption::Canopen {
+        return Err(DecodeError::NoPage {
+            reason: "--report knows the motion of DYN drives alone, not of CANopen nodes",
+        });
+    }
     let live = match (&arguments.can, &arguments.slcan) {
         (Some(interface), _) => Some((
             interface,
@@ -185,7 +195,11 @@ impl<'a> Listener<'a> {
                 ProtocolOption::Dyn => Decoder::new(self.settings),
                 ProtocolOption::Canopen => Decoder::canopen(),
             };
-            self.buses.push(Bus::new(entry.interface, decoder));
+            let bit_ns = 1_000_000 / u64::from(self.arguments.bit_rate.max(1));
+            let motion = || LogMotion::new(entry.interface, bit_ns);
+            let mut bus = Bus::new(entry.interface, decoder);
+            bus.motion = self.arguments.report.as_ref().map(|_| motion());
+            self.buses.push(bus);
             self.buses.len() - 1
         });
         let bus = &mut self.buses[place];
@@ -226,6 +240,32 @@ impl<'a> Listener<'a> {
                 .note("no frame and no error of a bus, so there is nothing to show")?;
         }
         self.output.end(self.damaged)?;
+        self.write_pages()
+    }
+
+    /// One page for each interface.
+    fn write_pages(&mut self) -> Result<(), DecodeError> {
+        let Some(folder) = &self.arguments.report else {
+            return Ok(());
+        };
+        let are_several = self.buses.len() > 1;
+        for bus in &mut self.buses {
+            let Some(motion) = bus.motion.take() else {
+                continue;
+            };
+            let folder = if are_several {
+                folder.join(bus.interface.replace(['/', '\\'], "_"))
+            } else {
+                folder.clone()
+            };
+            let (recording, outcome) = motion.finish()?;
+            let path = folder.clone();
+            std::fs::create_dir_all(&folder)
+                .map_err(|source| DecodeError::Page { path, source })?;
+            let page = report::write(&folder, &recording, &outcome)
+                .map_err(|(path, source)| DecodeError::Page { path, source })?;
+            tell(format_args!("report: {}", page.display()));
+        }
         Ok(())
     }
 }

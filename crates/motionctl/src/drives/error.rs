@@ -125,6 +125,15 @@ impl DrivesError {
                 fault,
                 warning: station.link_warning(),
             })?;
+        if let Err(Self::Link(fault) | Self::BringUp(BringUpError::Link(fault))) = &moved
+            && !end.left_on.is_empty()
+        {
+            // There was nothing left to switch off, and nothing could have been done either.
+            return Err(Self::LinkWhileEnabled {
+                fault: *fault,
+                warning: station.link_warning(),
+            });
+        }
         if let Some(text) = left_on(&end.left_on) {
             tell(text);
         }

@@ -174,6 +174,16 @@ impl Frames {
         on_can(when, drive.into(), request, Dialect::V1_6A)
     }
 
+    /// One request to a drive on its serial port; `does` says what it is for.
+    pub(crate) fn on_line(
+        when: When,
+        drive: StoredDriveId,
+        request: &dyn_serial::Request,
+        does: &str,
+    ) -> Option<Step> {
+        on_line(when, drive, request, does)
+    }
+
     /// One request to every drive on CAN: the trigger.
     pub(crate) fn to_all(when: When, request: Request) -> Option<Step> {
         on_can(when, StoredDriveId::NONE, request, Dialect::V1_6A)

@@ -26,6 +26,7 @@ pub(crate) use options::DrivesOptions;
 pub(crate) use parameter::{Parameter, Setting};
 pub(crate) use probe::ProbeEnd;
 pub(crate) use readings::{DriveState, Readings};
+pub(crate) use serial::{LineMove, SerialDrives, Way};
 
 /// A drive that answered.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

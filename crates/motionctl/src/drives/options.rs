@@ -41,11 +41,30 @@ impl DrivesOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open(&self, axes: AxisOptions) -> Result<Box<dyn Drives>, OpenError> {
-        if let Some(port) = &self.connection.serial {
-            let line = Line::open(port, self.speeds.port(), self.chain)?;
-            return Ok(Box::new(SerialDrives::new(line, axes)));
+        if let Some(drives) = self.open_serial(axes)? {
+            return Ok(Box::new(drives));
         }
-        Ok(Box::new(CanDrives::new(self.open_bus(&self.speeds)?, axes)))
+        Ok(Box::new(CanDrives::new(self.open_can()?, axes)))
+    }
+
+    /// Opens the serial port of the drives; `None` when they are on CAN.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing was sent to a drive.
+    pub(crate) fn open_serial(&self, axes: AxisOptions) -> Result<Option<SerialDrives>, OpenError> {
+        let Some(port) = &self.connection.serial else {
+            return Ok(None);
+        };
+        let line = Line::open(port, self.speeds.port(), self.chain)?;
+        Ok(Some(SerialDrives::new(line, axes)))
+    }
+
+    /// Opens the CAN bus of the drives.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing was sent to a drive.
+    pub(crate) fn open_can(&self) -> Result<Link, OpenError> {
+        self.open_bus(&self.speeds)
     }
 
     /// Opens a CAN bus of CANopen nodes, and says its bit rate in kbit/s.

@@ -47,6 +47,11 @@ fn note(signals: &[i32]) -> io::Result<()> {
     Ok(())
 }
 
+/// The user asks to stop by other means than a signal: a key of a view.
+pub(crate) fn request() {
+    REQUESTS.fetch_add(1, Ordering::Relaxed);
+}
+
 /// How often the user has asked to stop.
 pub(crate) fn requests() -> u32 {
     REQUESTS.load(Ordering::Relaxed)

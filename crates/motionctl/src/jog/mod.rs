@@ -35,7 +35,7 @@ that is enabled stays enabled. Ctrl-C slows down and ends the same way. Over --s
 whose speed comes from its own parameters: it is refused where that is more than --rpm.
 
 Exit status: 0 the motor went where it should, 1 it did not, or the drive did not confirm that it is disabled, 2 not
-confirmed, or another gear number, and nothing has moved, 3 the link failed or stood still, 130 stopped by Ctrl-C.";
+confirmed, refused as too fast, or another gear number, and nothing has moved, 3 the link failed or stood still, 130 stopped by Ctrl-C.";
 
 /// Options of `motionctl jog`.
 #[derive(Debug, clap::Args)]

@@ -68,6 +68,8 @@ pub(crate) struct OpenBus {
     pub(crate) link: Link,
     /// As the user named it; empty for the only one.
     pub(crate) name: String,
+    /// The network interface, when it is one.
+    pub(crate) interface: Option<String>,
     /// How many drives it has, where the option says so.
     pub(crate) axes: Option<usize>,
 }
@@ -79,30 +81,42 @@ impl BusesOptions {
         (!self.port.bus.is_empty()).then(|| drives.copied().collect())
     }
 
+    /// The bit rate of every bus in kbit/s.
+    pub(crate) fn bit_rate_kbit(&self) -> u32 {
+        self.speeds.kbit_per_s()
+    }
+
     /// Opens every bus.
     ///
     /// # Errors
     /// [`OpenError`] of the first that cannot be opened; nothing was sent to a drive.
     pub(crate) fn open(&self) -> Result<Vec<OpenBus>, OpenError> {
-        let only = |link| {
-            let (name, axes) = (String::new(), None);
-            Ok(vec![OpenBus { link, name, axes }])
+        let only = |link, interface: Option<&String>| {
+            Ok(vec![OpenBus {
+                link,
+                name: String::new(),
+                interface: interface.cloned(),
+                axes: None,
+            }])
         };
         match (&self.port.slcan, &self.port.can) {
-            (Some(port), _) => only(self.speeds.open_slcan(port)?),
-            (None, Some(interface)) => only(self.speeds.open_interface(interface)?),
+            (Some(port), _) => only(self.speeds.open_slcan(port)?, None),
+            (None, Some(interface)) => {
+                only(self.speeds.open_interface(interface)?, Some(interface))
+            }
             (None, None) => self.port.bus.iter().map(|bus| self.open_one(bus)).collect(),
         }
     }
 
     fn open_one(&self, bus: &BusChoice) -> Result<OpenBus, OpenError> {
-        let (link, name) = match &bus.port {
-            Port::Slcan(port) => (self.speeds.open_slcan(port)?, port),
-            Port::Can(interface) => (self.speeds.open_interface(interface)?, interface),
+        let (link, name, interface) = match &bus.port {
+            Port::Slcan(port) => (self.speeds.open_slcan(port)?, port, None),
+            Port::Can(name) => (self.speeds.open_interface(name)?, name, Some(name)),
         };
         Ok(OpenBus {
             link,
             name: name.clone(),
+            interface: interface.cloned(),
             axes: Some(bus.drives.len()),
         })
     }

@@ -35,9 +35,19 @@ use socket_can::SocketCan;
 pub(crate) struct Link {
     adapter: Adapter,
     bit_rate: BitRate,
+    /// Frames in both directions since they were taken last, when somebody records them.
+    passed: Option<Vec<Passed>>,
     /// The next frame is one at which this program panics.
     #[cfg(test)]
     pub(crate) panics: std::sync::Arc<std::sync::atomic::AtomicBool>,
+}
+
+/// A frame that the link took or received.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passed {
+    pub(crate) at: std::time::Instant,
+    pub(crate) frame: Frame,
+    pub(crate) was_sent: bool,
 }
 
 #[derive(Debug)]
@@ -55,6 +65,7 @@ impl Link {
             adapter,
             // Listeners may use rates that no drive knows, and they plan nothing.
             bit_rate: BitRate::from_kbit_per_s(kbit_per_s).unwrap_or(BitRate::Kbit1000),
+            passed: None,
             #[cfg(test)]
             panics: std::sync::Arc::default(),
         }
@@ -63,6 +74,29 @@ impl Link {
     /// The bit rate of the bus, as the user has told it.
     pub(crate) fn bit_rate(&self) -> BitRate {
         self.bit_rate
+    }
+
+    /// From now on every frame is kept until it is taken.
+    pub(crate) fn keep_frames(&mut self) {
+        self.passed.get_or_insert_default();
+    }
+
+    /// The frames that passed since the last call, in both directions.
+    pub(crate) fn take_frames(&mut self) -> Vec<Passed> {
+        self.passed
+            .as_mut()
+            .map(core::mem::take)
+            .unwrap_or_default()
+    }
+
+    fn note(&mut self, frame: Frame, was_sent: bool) {
+        if let Some(passed) = &mut self.passed {
+            passed.push(Passed {
+                at: std::time::Instant::now(),
+                frame,
+                was_sent,
+            });
+        }
     }
 
     /// Waits until something may have come in, at most so long. Returns at once when the link has failed.
@@ -117,18 +151,22 @@ impl Can for Link {
                 .swap(false, std::sync::atomic::Ordering::Relaxed),
             "a test asked for it"
         );
-        match &mut self.adapter {
+        let displaced = match &mut self.adapter {
             Adapter::Slcan(slcan) => slcan.transmit(frame),
             #[cfg(target_os = "linux")]
             Adapter::SocketCan(socket) => socket.transmit(frame),
-        }
+        }?;
+        self.note(*frame, true);
+        Ok(displaced)
     }
 
     fn receive(&mut self) -> nb::Result<Frame, LinkFault> {
-        match &mut self.adapter {
+        let frame = match &mut self.adapter {
             Adapter::Slcan(slcan) => slcan.receive(),
             #[cfg(target_os = "linux")]
             Adapter::SocketCan(socket) => socket.receive(),
-        }
+        }?;
+        self.note(frame, false);
+        Ok(frame)
     }
 }

@@ -1,5 +1,7 @@
 //! `motionctl monitor`: the state of drives, again and again, until Ctrl-C.
 
+mod serial;
+
 use core::fmt;
 use std::process::ExitCode;
 
@@ -8,9 +10,8 @@ use dyn_can::{DriveId, GearNumber};
 use serde::Serialize;
 
 use crate::drive_ids::drive_ids;
-use crate::drives::{DriveState, DrivesError, state_of};
+use crate::drives::{DriveState, DrivesError, DrivesOptions, state_of};
 use crate::interrupt;
-use crate::link::LinkOptions;
 use crate::output::{Printed, print};
 use crate::station::{AxisOptions, GROUP, Station};
 
@@ -25,6 +26,7 @@ const EXAMPLES: &str = "\
 Examples:
   motionctl monitor --slcan /dev/ttyACM0 --drives 1-3
   motionctl monitor --can can0 --drives 4 --every-ms 50 --count 100 --json > states.jsonl
+  motionctl monitor --serial /dev/ttyUSB0 --drives 3
 
 Nothing is changed and nothing moves. A drive that does not answer is asked again; a value that is too old is
 shown as `?`, with its age.
@@ -36,7 +38,7 @@ Exit status: 0 ended by Ctrl-C or --count, 3 the link failed.";
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    link: LinkOptions,
+    link: DrivesOptions,
     /// Ids of the drives: numbers and ranges, as in 1,2,5-7.
     #[arg(long, value_name = "IDS", value_parser = drive_ids)]
     drives: std::vec::Vec<DriveId>,
@@ -73,6 +75,20 @@ struct Ages {
 }
 
 impl Line {
+    fn print(&self, arguments: &Arguments) -> Result<Printed, DrivesError> {
+        let text = if arguments.json {
+            serde_json::to_string(self).map_err(|error| DrivesError::Print(error.into()))?
+        } else if self.answers {
+            format!(
+                "{:9.3} s  drive {:2}: {}; {}",
+                self.time_s, self.drive, self.state, self.ages
+            )
+        } else {
+            self.silence()
+        };
+        print(text).map_err(DrivesError::Print)
+    }
+
     /// In place of values that say nothing of the present.
     fn silence(&self) -> String {
         let last = self.ages.status_ms.map_or_else(
@@ -114,10 +130,14 @@ impl fmt::Display for Ages {
 
 /// Prints the states until the user asks to stop.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
-    let mut link = arguments.link.open().map_err(DrivesError::Open)?;
-    interrupt::listen().map_err(DrivesError::Interrupt)?;
     let mut drives = arguments.drives.clone();
     drives.sort_unstable();
+    let line = arguments.link.open_serial(AxisOptions::default());
+    if let Some(line) = line.map_err(DrivesError::Open)? {
+        return serial::run(arguments, &drives, line);
+    }
+    let mut link = arguments.link.open_can().map_err(DrivesError::Open)?;
+    interrupt::listen().map_err(DrivesError::Interrupt)?;
     let period_us = Some(arguments.every_ms * 1_000 / POLLS_A_LINE);
     let polls = PollPeriods {
         status_us: period_us,
@@ -161,17 +181,7 @@ fn print_lines(station: &mut Station<'_>, arguments: &Arguments) -> Result<Print
     for axis in axes {
         let line = line_of(&axis, now, max_age_us);
         is_one_lost |= axis.fault == Some(Fault::Lost);
-        let text = if arguments.json {
-            serde_json::to_string(&line).map_err(|error| DrivesError::Print(error.into()))?
-        } else if line.answers {
-            format!(
-                "{:9.3} s  drive {:2}: {}; {}",
-                line.time_s, line.drive, line.state, line.ages
-            )
-        } else {
-            line.silence()
-        };
-        printed = print(text).map_err(DrivesError::Print)?;
+        printed = line.print(arguments)?;
     }
     if is_one_lost {
         // The group has an axis; while the bus is off there is nobody to ask.

@@ -1,5 +1,7 @@
 //! `motionctl move`: drives go to positions by themselves.
 
+mod serial;
+
 use std::process::ExitCode;
 
 use can_motion::{AxisConfig, DriveMove};
@@ -8,11 +10,10 @@ use serde::Serialize;
 
 use crate::confirm::confirm;
 use crate::drive_ids::{about, drive_ids};
-use crate::drives::{DrivesError, Frames, Step, When};
+use crate::drives::{DrivesError, DrivesOptions, Frames, Step, When};
 use crate::dry_run;
 use crate::exit;
 use crate::interrupt;
-use crate::link::LinkOptions;
 use crate::output::{print as print_line, print_json, tell};
 use crate::own_moves::{OwnLimits, axes_of, counts_of, hold, look_at, refused, until_over};
 use crate::station::{AxisOptions, End, Seen, Station};
@@ -26,11 +27,13 @@ Examples:
   motionctl move --can can0 --drives 3 --to -1.5 --max-rpm 200 --max-acceleration 20000 --yes
   motionctl move --can can0 --drives 1-3 --to 0.5,0,-0.5     start together, by one trigger
   motionctl move --can can0 --drives 3 --by 1 --dry-run
+  motionctl move --serial /dev/ttyUSB0 --drives 3 --to 0.5     one drive that is enabled already
 
 The drives make the moves by themselves, with the speed and acceleration of their own parameters: a move that would be faster than
 --max-rpm or accelerate more than --max-acceleration is refused, so lower max-speed and max-acceleration with `motionctl write`
 first. A drive that is disabled is enabled for it and disabled afterwards: a vertical axis without a brake falls then. One that is
-enabled stays enabled. Ctrl-C stops the drives on their way and ends the same way.
+enabled stays enabled. Ctrl-C stops the drives on their way and ends the same way. The serial protocol can neither enable a drive nor
+start several together.
 
 Exit status: 0 every motor arrived, 1 one did not, or a drive did not confirm that it is disabled, 2 refused or not confirmed, and
 nothing has moved, 3 the link failed or stood still, 130 stopped by Ctrl-C.";
@@ -40,7 +43,7 @@ nothing has moved, 3 the link failed or stood still, 130 stopped by Ctrl-C.";
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    link: LinkOptions,
+    link: DrivesOptions,
     #[command(flatten)]
     axes: AxisOptions,
     /// Ids of the drives: numbers and ranges, as in 1,2,5-7.
@@ -103,10 +106,15 @@ struct Moves {
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     let wanted = wanted(arguments)?;
     if arguments.dry_run {
-        dry_run::show(frames(arguments, &wanted), arguments.json).map_err(DrivesError::Print)?;
+        let steps = frames(arguments, &wanted)?;
+        dry_run::show(steps, arguments.json).map_err(DrivesError::Print)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let mut link = arguments.link.open().map_err(DrivesError::Open)?;
+    let line = arguments.link.open_serial(arguments.axes);
+    if let Some(line) = line.map_err(DrivesError::Open)? {
+        return serial::run(arguments, serial::only(&wanted)?, line);
+    }
+    let mut link = arguments.link.open_can().map_err(DrivesError::Open)?;
     let limits = arguments.limits.text();
     let question = about(
         &arguments.drives,
@@ -293,9 +301,13 @@ fn print(arguments: &Arguments, moves: Moves) -> Result<ExitCode, DrivesError> {
 }
 
 /// The frames, at the gear number of a drive as it leaves the factory.
-fn frames(arguments: &Arguments, wanted: &[(DriveId, f64)]) -> Vec<Step> {
+fn frames(arguments: &Arguments, wanted: &[(DriveId, f64)]) -> Result<Vec<Step>, DrivesError> {
     let gear = GearNumber::new(DRY_RUN_GEAR).unwrap_or(GearNumber::MAX);
     let is_relative = !arguments.by.is_empty();
+    if arguments.link.is_serial() {
+        let (drive, turns) = serial::only(wanted)?;
+        return Ok(serial::frames(drive.into(), turns, is_relative));
+    }
     let mut steps = Vec::new();
     for (drive, _) in wanted {
         steps.extend(Frames::on_can(
@@ -327,5 +339,5 @@ fn frames(arguments: &Arguments, wanted: &[(DriveId, f64)]) -> Vec<Step> {
         };
         steps.extend(Frames::to_all(When::Always, Request::SyncTrigger(kind)));
     }
-    steps
+    Ok(steps)
 }

@@ -4,9 +4,13 @@
 //! panics, and clippy keeps `println!` and `eprintln!` out of the tool.
 
 use core::fmt;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
+
+/// Messages that wait until a view gives the terminal back.
+static HELD: Mutex<Option<Vec<String>>> = Mutex::new(None);
 
 /// Whether somebody has read what was printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,9 +21,47 @@ pub(crate) enum Printed {
     NobodyReads,
 }
 
-/// Tells the user something on standard error. Nothing depends on somebody reading it.
+/// Tells the user something on standard error. Nothing depends on somebody reading it. While a view has the terminal, the view
+/// shows it, and it is written when the view ends.
 pub(crate) fn tell(text: impl fmt::Display) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let is_held = {
+        let mut held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+        match held.as_mut() {
+            Some(held) => {
+                held.push(text.to_string());
+                io::stderr().is_terminal()
+            }
+            None => false,
+        }
+    };
+    if !is_held {
+        let _ = writeln!(io::stderr().lock(), "{text}");
+    }
+}
+
+/// From now on a view has the terminal.
+pub(crate) fn hold() {
+    let mut held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+    held.get_or_insert_default();
+}
+
+/// The view has ended: writes what the terminal did not show.
+pub(crate) fn release() {
+    let mut held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+    let texts = held.take().unwrap_or_default();
+    drop(held);
+    if io::stderr().is_terminal() {
+        for text in texts {
+            let _ = writeln!(io::stderr().lock(), "{text}");
+        }
+    }
+}
+
+/// The newest messages since the view began.
+pub(crate) fn held(most: usize) -> Vec<String> {
+    let held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+    let texts = held.as_deref().unwrap_or_default();
+    texts[texts.len().saturating_sub(most)..].to_vec()
 }
 
 /// Prints a result on standard output.

@@ -51,6 +51,10 @@ impl OwnLimits {
         self.max_rpm
     }
 
+    pub(crate) const fn max_acceleration(&self) -> u32 {
+        self.max_acceleration
+    }
+
     pub(crate) const fn max_turns(&self) -> f64 {
         self.max_turns
     }

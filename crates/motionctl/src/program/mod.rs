@@ -18,7 +18,7 @@ mod source;
 pub(crate) use check::Checked;
 pub(crate) use error::ProgramFileError;
 pub(crate) use in_motion::ProgramInMotion;
-pub(crate) use options::{Axes, ProgramOptions};
+pub(crate) use options::{Axes, LETTERS, ProgramOptions};
 use player::Player;
 pub(crate) use report::ProgramReport;
 pub(crate) use source::ProgramFile;

@@ -14,7 +14,7 @@ use dyn_can::StepLimit;
 
 /// Most coordinates of a program.
 const MOST_AXES: usize = 3;
-const LETTERS: [char; MOST_AXES] = ['X', 'Y', 'Z'];
+pub(crate) const LETTERS: [char; MOST_AXES] = ['X', 'Y', 'Z'];
 
 /// What to run, and within which limits.
 #[derive(Debug, Clone, clap::Args)]

@@ -7,22 +7,30 @@ use serde::Serialize;
 
 use super::arguments::Arguments;
 use super::error::RunError;
-use super::follow::Follow;
+use super::follow::{Follow, places};
+use super::live::LiveView;
+use super::recording::RunRecording;
 use super::summary::Summary;
 use super::together::{Leader, Part, Together};
-use super::{Axis, admit, station};
+use super::{Axis, admit, configs, look_at};
 use crate::control::Wishes;
 use crate::link::{Link, OpenBus};
 use crate::output::{print, print_json};
+use crate::recording::Recorded;
 use crate::set_points::SetPointSource;
+use crate::station::{Seen, Station};
 use crate::stream::StreamReport;
 use crate::trajectory::MotionReport;
 
 /// A bus and the axes on it.
 pub(super) struct Bus {
-    link: Link,
-    name: String,
+    pub(super) link: Link,
+    pub(super) name: String,
+    /// The network interface, when it is one.
+    pub(super) interface: Option<String>,
     pub(super) axes: Vec<Axis>,
+    /// Until the bus is ready to follow.
+    pub(super) recording: Option<RunRecording>,
 }
 
 /// Opens the links and gives each its axes, in the order of the columns.
@@ -31,11 +39,14 @@ pub(super) fn open(arguments: &Arguments, axes: Vec<Axis>) -> Result<Vec<Bus>, R
     let mut bus = |OpenBus {
                        link,
                        name,
+                       interface,
                        axes: count,
                    }| Bus {
         link,
         name,
+        interface,
         axes: axes.by_ref().take(count.unwrap_or(usize::MAX)).collect(),
+        recording: None,
     };
     let open = arguments.link.open().map_err(RunError::Open)?;
     Ok(open.into_iter().map(&mut bus).collect())
@@ -49,20 +60,56 @@ pub(super) fn admit_all(arguments: &Arguments, buses: &mut [Bus]) -> Result<(), 
     Ok(())
 }
 
-/// The buses, asked and ready to follow.
+/// The buses, asked and ready to follow, and the view of the only one when it is wanted.
 pub(super) fn ready<'link>(
     arguments: &Arguments,
     buses: &'link mut [Bus],
-) -> Result<Vec<Follow<'link>>, RunError> {
+    wishes: &Wishes,
+) -> Result<(Vec<Follow<'link>>, Option<LiveView>), RunError> {
     let together = (buses.len() > 1).then(|| Arc::new(Together::new(buses.len())));
-    let follow = |bus: &'link mut Bus| {
-        let station = station(arguments, &mut bus.link, &bus.axes)?;
-        let axes = bus.axes.iter();
-        let axes = axes.map(|axis| (axis.drive, arguments.axes.scale(axis.gear)));
+    let seen = look_at_all(arguments, buses)?;
+    let mut view = None;
+    let follow = |(bus, seen): (&'link mut Bus, Vec<Seen>)| {
+        let configs = configs(arguments, &bus.axes, |drive| {
+            let seen = seen.iter().find(|seen| seen.drive == drive);
+            seen.map_or(0, |seen| seen.position_counts)
+        });
+        let mut station =
+            Station::new(&mut bus.link, &configs, arguments.cycle_us).map_err(RunError::Config)?;
+        let drives: Vec<_> = bus.axes.iter().map(|axis| axis.drive).collect();
+        let read_back = bus.axes.iter().map(|axis| arguments.axes.scale(axis.gear));
+        let read_back: Vec<_> = read_back.collect();
+        if let Some(recording) = bus.recording.take() {
+            view = recording.attach(
+                arguments,
+                &mut station,
+                &places(&drives),
+                &read_back,
+                wishes,
+            )?;
+        }
+        let axes = drives.into_iter().zip(read_back).collect();
         let (name, together) = (bus.name.clone(), together.clone());
-        Ok(Follow::new(station, axes.collect(), name, together))
+        Ok(Follow::new(station, axes, name, together))
     };
-    buses.iter_mut().map(follow).collect()
+    let follows: Result<Vec<_>, RunError> = buses.iter_mut().zip(seen).map(follow).collect();
+    Ok((follows?, view))
+}
+
+/// Asks the drives of every bus; when they cannot be used, the recordings end with the frames that say why.
+fn look_at_all(arguments: &Arguments, buses: &mut [Bus]) -> Result<Vec<Vec<Seen>>, RunError> {
+    let seen = buses
+        .iter_mut()
+        .map(|bus| look_at(arguments, &mut bus.link, &bus.axes));
+    let seen: Result<_, _> = seen.collect();
+    if seen.is_err() {
+        for bus in buses {
+            if let Some(recording) = bus.recording.take() {
+                recording.give_up(&mut bus.link);
+            }
+        }
+    }
+    seen
 }
 
 /// Runs the motion on every bus.
@@ -71,7 +118,7 @@ pub(super) fn follow_all(
     source: &mut dyn SetPointSource,
     wishes: &Wishes,
     show_progress: bool,
-) -> Vec<Summary> {
+) -> Vec<(Summary, Recorded)> {
     let rest = follows.split_off(1);
     let Some(first) = follows.pop() else {
         return Vec::new();

@@ -14,6 +14,7 @@ use crate::endpoint::EndpointError;
 use crate::exit::{self, Coded};
 use crate::link::OpenError;
 use crate::origins::OriginsError;
+use crate::recording::RecordingError;
 use crate::station::{LimitError, LookError};
 use crate::trajectory::MotionError;
 
@@ -70,6 +71,12 @@ pub(crate) enum RunError {
     Interrupt(io::Error),
     /// Nobody agreed.
     NotConfirmed(NotConfirmed),
+    /// A recording cannot begin.
+    Recording(RecordingError),
+    /// The live view and the sender of set-points would share one keyboard.
+    SharedKeyboard,
+    /// The live view cannot use the terminal.
+    Terminal(io::Error),
     /// The summary cannot be written.
     Print(io::Error),
 }
@@ -114,12 +121,20 @@ impl fmt::Display for RunError {
             Self::Endpoint(source) => source.fmt(f),
             Self::Range(source) => write!(
                 f,
-                "--max-rpm and --max-acceleration make no limits of a stream in this cycle: {source}"
+                "--max-rpm, --max-acceleration and --max-jerk make no limits of a stream in this cycle: {source}"
             ),
             Self::Interrupt(source) => {
                 write!(f, "cannot listen to signals, keys or senders: {source}")
             }
             Self::NotConfirmed(source) => source.fmt(f),
+            Self::Recording(source) => source.fmt(f),
+            Self::SharedKeyboard => f.write_str(
+                "--live reads keys, and --stream - would read set-points from the same terminal: send them through a pipe, or with --stream tcp:PORT. Nothing was switched and nothing has moved",
+            ),
+            Self::Terminal(source) => write!(
+                f,
+                "the live view needs a terminal ({source}): leave out --live, or use --report"
+            ),
             Self::Print(source) => write!(f, "cannot write the summary: {source}"),
         }
     }

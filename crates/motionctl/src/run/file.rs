@@ -7,7 +7,7 @@ use dyn_can::StepLimit;
 use super::arguments::Arguments;
 use super::buses::{self, Bus, admit_all};
 use super::error::RunError;
-use super::{Axis, ask, listen, open_control};
+use super::{Axis, ask, listen, live, open_control, recording};
 use crate::control::Wishes;
 use crate::program::ProgramInMotion;
 use crate::set_points::{SetPointSource, TimedMotion};
@@ -21,10 +21,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
         .map_err(RunError::Motion)?;
     let axes = axes(arguments, &motion, &plan)?;
     let drives: Vec<_> = axes.iter().map(|axis| axis.drive).collect();
-    arguments
-        .motion
-        .path_picture(&plan, false)
-        .map_err(RunError::Motion)?;
+    let written = arguments.motion.write_path(&plan);
+    written.map_err(RunError::Motion)?;
     let report = motion
         .report(&plan, &drives, StepLimit::MAX)
         .map_err(RunError::Motion)?;
@@ -38,14 +36,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let wishes = Wishes::new();
     let control = open_control(arguments, &wishes)?;
     let mut buses = buses::open(arguments, axes)?;
+    recording::begin(arguments, &mut buses)?;
     let mut source = source(arguments, &mut buses, &plan)?;
     let source = source.as_mut();
     let seconds = plan.cycles() as f64 * f64::from(arguments.cycle_us) * 1e-6;
     ask(arguments, &drives, &format!("for {seconds:.1} s"))?;
-    let follows = buses::ready(arguments, &mut buses)?;
+    let (follows, view) = buses::ready(arguments, &mut buses, &wishes)?;
     let listening = listen(arguments, control, &wishes)?;
-    let summaries = buses::follow_all(follows, source, &wishes, !arguments.json);
+    let shows_progress = !arguments.json && view.is_none();
+    let results = buses::follow_all(follows, source, &wishes, shows_progress);
     drop(listening);
+    live::end(view, &results);
+    let summaries = recording::close(arguments, &buses, results);
     buses::show(arguments, &summaries, Some(&report), None)
 }
 
@@ -60,7 +62,8 @@ fn axes(
     };
     let drives = drives.map_err(RunError::Motion)?;
     let gears = motion.gear_numbers().map_err(RunError::Motion)?;
-    let axis = |(axis, (drive, gear))| {
+    let abouts = motion.axes_about(&drives).map_err(RunError::Motion)?;
+    let axis = |(axis, ((drive, gear), about))| {
         let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
         let mut needs = Needs::of(&positions, gear, arguments.cycle_us);
         if let Some(checked) = plan.program() {
@@ -72,11 +75,13 @@ fn axes(
             gear,
             needs,
             first_counts: plan.first_counts(axis),
+            about,
         }
     };
     Ok(drives
         .into_iter()
         .zip(gears)
+        .zip(abouts)
         .enumerate()
         .map(axis)
         .collect())

@@ -12,6 +12,7 @@ use crate::control::Wishes;
 use crate::interrupt;
 use crate::link::LinkFault;
 use crate::output::tell;
+use crate::recording::Recorded;
 use crate::set_points::{SetPointSource, Step};
 use crate::station::{BringUpError, Station, fault_text, found_on, unconfirmed_warning};
 
@@ -102,10 +103,9 @@ impl<'link> Follow<'link> {
         together: Option<Arc<Together>>,
     ) -> Self {
         let (drives, read_back): (Vec<DriveId>, Vec<ReadBackScale>) = axes.into_iter().unzip();
-        let place = |drive| drives.iter().filter(|&other| other < drive).count();
         Self {
             station,
-            places: drives.iter().map(place).collect(),
+            places: places(&drives),
             anchors: vec![0; drives.len()],
             drives,
             read_back,
@@ -138,7 +138,7 @@ impl<'link> Follow<'link> {
         source: &mut dyn SetPointSource,
         wishes: &Wishes,
         show_progress: bool,
-    ) -> Summary {
+    ) -> (Summary, Recorded) {
         let mut row = vec![0; source.axes()];
         let moved = self.start_up(show_progress).and_then(|()| {
             let end = self.follow(source, wishes, &mut row, show_progress)?;
@@ -159,6 +159,7 @@ impl<'link> Follow<'link> {
             // At once: slowing down and confirming take their time.
             self.tell(text);
         }
+        self.phase("the motion ends");
         let end = self.station.shut_down();
         let link_fault = match (&moved, &end) {
             (_, Err(fault)) => Some(*fault),
@@ -200,16 +201,15 @@ impl<'link> Follow<'link> {
             .collect();
         let pace = self.station.pace();
         let late = self.station.master().cycle_counters().late;
-        let bus = self.bus.clone();
-        Summary::new(
-            bus,
-            outcome,
-            end.unwrap_or_default(),
-            warning,
-            axes,
-            pace,
-            late,
-        )
+        let (bus, end) = (self.bus.clone(), end.unwrap_or_default());
+        let summary = Summary::new(bus, outcome, end, warning, axes, pace, late);
+        (summary, self.station.finish_recording())
+    }
+
+    fn phase(&mut self, text: &str) {
+        if let Some(recorder) = self.station.recorder() {
+            recorder.phase(text);
+        }
     }
 
     fn snapshots(&mut self) -> Vec<can_motion::AxisSnapshot> {
@@ -227,6 +227,9 @@ impl<'link> Follow<'link> {
         self.station.bring_up().map_err(Stop::BringUp)?;
         self.await_others()?;
         self.anchors = self.targets();
+        if let Some(recorder) = self.station.recorder() {
+            recorder.motion_begins();
+        }
         if show_progress {
             if let Some(text) = found_on(self.station.found_on()) {
                 tell(text);
@@ -251,7 +254,8 @@ impl<'link> Follow<'link> {
             let (places, anchors) = (&self.places, &self.anchors);
             let (mut refused, mut step) = (None, Step::Goes);
             self.station.cycle(|master, number| {
-                for _ in before.unwrap_or(number.saturating_sub(1))..number {
+                // In the first cycle the axes stand, as in a simulation.
+                for _ in before.unwrap_or(number)..number {
                     step = source.next(row);
                 }
                 before = Some(number);
@@ -263,6 +267,7 @@ impl<'link> Follow<'link> {
                 }
             })?;
             while let Some(notice) = source.next_notice() {
+                self.phase(&notice);
                 bar.suspend(|| tell(notice));
             }
             if before.is_some_and(|number: u64| number.is_multiple_of(PROGRESS_STEP)) {
@@ -325,6 +330,12 @@ impl<'link> Follow<'link> {
             .and_then(|together| together.failure());
         failure.map_or(Ok(()), |reason| Err(Stop::Together(reason)))
     }
+}
+
+/// Place in the master of each drive: the master wants them in ascending order.
+pub(super) fn places(drives: &[DriveId]) -> Vec<usize> {
+    let place = |drive| drives.iter().filter(|&other| other < drive).count();
+    drives.iter().map(place).collect()
 }
 
 fn progress_bar(cycles: Option<u64>, show: bool) -> ProgressBar {

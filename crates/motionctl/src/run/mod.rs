@@ -5,7 +5,9 @@ mod buses;
 mod error;
 mod file;
 mod follow;
+mod live;
 mod places;
+mod recording;
 mod streamed;
 mod summary;
 mod together;
@@ -22,7 +24,8 @@ use crate::endpoint::Endpoint;
 use crate::interrupt;
 use crate::link::Link;
 use crate::output::tell;
-use crate::station::{Needs, Station, look};
+use crate::recording::AxisAbout;
+use crate::station::{Needs, Seen, Station, look};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
 
@@ -34,6 +37,7 @@ struct Axis {
     needs: Needs,
     /// The first position of the file, in command counts.
     first_counts: f64,
+    about: AxisAbout,
 }
 
 /// Checks everything, asks, runs the motion, prints the summary.
@@ -107,14 +111,15 @@ fn open_control(arguments: &Arguments, wishes: &Wishes) -> Result<Option<Control
     Ok(socket)
 }
 
-/// Takes the keys of the terminal, where set-points do not come from there.
+/// Takes the keys of the terminal, where neither set-points come from there nor a view has it.
 fn listen(
     arguments: &Arguments,
     socket: Option<ControlSocket>,
     wishes: &Wishes,
 ) -> Result<Listening, RunError> {
     let takes_input = arguments.stream.stream == Some(Endpoint::StandardInput);
-    let listening = Listening::new(socket, wishes, !takes_input).map_err(RunError::Interrupt)?;
+    let takes_keys = !takes_input && !arguments.live;
+    let listening = Listening::new(socket, wishes, takes_keys).map_err(RunError::Interrupt)?;
     if !arguments.json
         && let Some(help) = listening.help()
     {
@@ -124,11 +129,7 @@ fn listen(
 }
 
 /// Asks the drives what they are and where they stand, and refuses a scale that is not theirs.
-fn station<'link>(
-    arguments: &Arguments,
-    link: &'link mut Link,
-    axes: &[Axis],
-) -> Result<Station<'link>, RunError> {
+fn look_at(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<Vec<Seen>, RunError> {
     let mut ascending: Vec<DriveId> = axes.iter().map(|axis| axis.drive).collect();
     ascending.sort_unstable();
     let seen = look(link, arguments.axes, &ascending).map_err(RunError::Look)?;
@@ -149,8 +150,5 @@ fn station<'link>(
     if let Some(path) = &arguments.origins {
         places::check(arguments, link, axes, path)?;
     }
-    let configs = configs(arguments, axes, |drive| {
-        of(drive).map_or(0, |seen| seen.position_counts)
-    });
-    Station::new(link, &configs, arguments.cycle_us).map_err(RunError::Config)
+    Ok(seen)
 }

@@ -1,5 +1,6 @@
 //! A motion from set-points that arrive while it runs.
 
+use std::io::{self, IsTerminal as _};
 use std::process::ExitCode;
 
 use board_link::AxisLimits;
@@ -7,13 +8,18 @@ use board_link::AxisLimits;
 use super::arguments::Arguments;
 use super::error::RunError;
 use super::summary::Summary;
-use super::{Axis, ask, buses, listen, open_control};
+use super::{Axis, ask, buses, listen, live, open_control, recording};
 use crate::control::Wishes;
 use crate::endpoint::Endpoint;
 use crate::output::tell;
+use crate::recording::AxisAbout;
 use crate::stream::Open;
 
 pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode, RunError> {
+    let reads_input = *endpoint == Endpoint::StandardInput;
+    if arguments.live && reads_input && io::stdin().is_terminal() {
+        return Err(RunError::SharedKeyboard);
+    }
     let drives = match arguments.link.drives() {
         Some(drives) => drives,
         None => arguments
@@ -31,9 +37,14 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
         needs: arguments.limits.as_needs(gear, arguments.cycle_us),
         // A stream begins where the axes stand.
         first_counts: 0.0,
+        about: AxisAbout::of_drive(drive),
     };
     let axes: Vec<Axis> = drives.iter().copied().zip(gears).map(axis).collect();
-    let limits = |axis: &Axis| arguments.limits.of_stream(axis.gear, arguments.cycle_us);
+    let jerk = arguments.stream.max_jerk;
+    let limits = |axis: &Axis| {
+        let limits = &arguments.limits;
+        limits.of_stream(axis.gear, arguments.cycle_us, jerk)
+    };
     let limits: Result<Vec<AxisLimits>, _> = axes.iter().map(limits).collect();
     let limits = limits.map_err(RunError::Range)?;
     let wishes = Wishes::new();
@@ -41,9 +52,10 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
     let open = Open::new(endpoint, arguments.control.allow_remote).map_err(RunError::Endpoint)?;
     let place = open.place();
     let mut buses = buses::open(arguments, axes)?;
+    recording::begin(arguments, &mut buses)?;
     buses::admit_all(arguments, &mut buses)?;
     ask(arguments, &drives, &format!("as {place} says"))?;
-    let follows = buses::ready(arguments, &mut buses)?;
+    let (follows, view) = buses::ready(arguments, &mut buses, &wishes)?;
     // Whoever waits for it may come now; nothing moves before the drives are enabled.
     tell(format_args!("set-points are taken from {place}"));
     let config = arguments.stream.config(arguments.cycle_us);
@@ -51,9 +63,13 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
         .start(&arguments.motion, &limits, config, arguments.cycle_us)
         .map_err(RunError::Interrupt)?;
     let listening = listen(arguments, control, &wishes)?;
-    let summaries = buses::follow_all(follows, &mut source, &wishes, !arguments.json);
+    let shows_progress = !arguments.json && view.is_none();
+    let results = buses::follow_all(follows, &mut source, &wishes, shows_progress);
     drop(listening);
-    let how = summaries.iter().max_by_key(|summary| summary.severity());
+    let summaries = results.iter().map(|(summary, _)| summary);
+    let how = summaries.max_by_key(|summary| summary.severity());
     session.close(how.map_or("", Summary::outcome));
+    live::end(view, &results);
+    let summaries = recording::close(arguments, &buses, results);
     buses::show(arguments, &summaries, None, Some(&source.report()))
 }

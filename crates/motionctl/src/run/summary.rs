@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::counted::counted;
 use crate::exit;
 use crate::link::LinkFault;
+use crate::recording::{AxisOutcome, Outcome as PageOutcome, RecordingReport};
 use crate::station::{End, PaceCounts, left_on};
 use crate::table::align_numbers;
 
@@ -147,6 +148,7 @@ pub(super) struct Summary {
     /// The drives that were left on, for those who have read the other warnings already.
     #[serde(skip)]
     left_on: Option<String>,
+    recording: RecordingReport,
     #[serde(skip)]
     exit_code: u8,
 }
@@ -188,8 +190,49 @@ impl Summary {
             left_enabled: ids(&end.left_on),
             warnings: warnings.into_iter().flatten().collect(),
             left_on,
+            recording: RecordingReport::default(),
             exit_code,
         }
+    }
+
+    /// The result as its page has it.
+    pub(super) fn for_page(&self) -> PageOutcome {
+        let pace = format!("{}.", self.pace_text());
+        let facts = [Some(pace), self.reason.clone()].into_iter().flatten();
+        let warnings = self.warnings.iter().cloned();
+        let axes = self.axes.iter().map(|axis| AxisOutcome {
+            set_points: Some(axis.set_points.into()),
+            received_counts: None,
+            reply_timeouts: Some(axis.reply_timeouts),
+            state: axis.fault.as_ref().unwrap_or(&axis.state).clone(),
+        });
+        PageOutcome {
+            verdict: self.verdict(),
+            is_good: self.completed,
+            facts: facts.chain(warnings).collect(),
+            axes: axes.collect(),
+        }
+    }
+
+    /// The result in one sentence.
+    pub(super) fn verdict(&self) -> String {
+        format!("The motion: {}.", self.outcome)
+    }
+
+    pub(super) fn is_completed(&self) -> bool {
+        self.completed
+    }
+
+    fn pace_text(&self) -> String {
+        let pace = &self.pace;
+        format!(
+            "{} begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
+            counted(pace.cycles, "cycle", "cycles"),
+            pace.late,
+            pace.worst_us as f64 / 1_000.0,
+            pace.merged,
+            self.late_hand_overs
+        )
     }
 
     /// How the motion ended, in words.
@@ -205,6 +248,14 @@ impl Summary {
             exit::INTERRUPTED => 1,
             _ => 2,
         }
+    }
+
+    /// Notes what became of the recording, and whether the page that was wanted is there.
+    pub(super) fn note_recording(&mut self, report: RecordingReport, has_page: bool) {
+        if self.exit_code == 0 && !(report.is_complete() && has_page) {
+            self.exit_code = exit::BROKEN_PROMISE;
+        }
+        self.recording = report;
     }
 
     pub(super) fn exit_code(&self) -> ExitCode {
@@ -246,19 +297,10 @@ impl fmt::Display for Summary {
             writeln!(f, "bus {}", self.bus)?;
         }
         writeln!(f, "{}", self.table())?;
-        let pace = &self.pace;
-        writeln!(
-            f,
-            "{} begun, {} of them more than half a cycle late (the worst {:.1} ms), {} missed and merged; {} handed over late",
-            counted(pace.cycles, "cycle", "cycles"),
-            pace.late,
-            pace.worst_us as f64 / 1_000.0,
-            pace.merged,
-            self.late_hand_overs
-        )?;
+        writeln!(f, "{}", self.pace_text())?;
         if let Some(text) = &self.left_on {
             writeln!(f, "{text}")?;
         }
-        write!(f, "The motion: {}.", self.outcome)
+        f.write_str(&self.verdict())
     }
 }

@@ -1,5 +1,6 @@
 //! Options of `motionctl sim`.
 
+use core::str::FromStr;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -12,6 +13,8 @@ use dyn_can::{DriveId, StepLimit};
 use super::error::SimError;
 use super::faults::Script;
 use super::setup::{MOST_AXES, Setup};
+use crate::drive_ids::drive_ids;
+use crate::recording::RecordingOptions;
 use crate::trajectory::{MotionFile, MotionOptions};
 use crate::twist::TwistOptions;
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
@@ -27,11 +30,13 @@ Examples:
   cargo sim -- --live                           watch it in the terminal and interfere
   cargo sim -- --faults examples/faults.toml    see what the master does when things go wrong
   cargo sim -- --candump run.log                and the bus traffic as a candump log
+  cargo sim -- --mcap run.mcap                  and everything for Foxglove or PlotJuggler
+  cargo sim -- --trajectory plan.csv --bus a=1,2 --bus b=1,2     four columns on two buses
   cargo sim -- --drives zlac                    two hub motors of a differential drive on CANopen
   cargo sim -- --drives zlac --twist examples/square-twist.csv --track 0.4 --wheel-radius 0.085
 
 Exit status: 0 every promise kept, 1 a promise broken (a sum differs, a cycle was late, an axis
-faulted), 2 the input cannot be used and nothing was run.";
+faulted) or a recording that is not complete, 2 the input cannot be used and nothing was run.";
 
 /// Options of `motionctl sim`.
 #[derive(Debug, clap::Args)]
@@ -67,16 +72,12 @@ pub(crate) struct Arguments {
     /// Order in which the master's controller sends its mailboxes.
     #[arg(long, value_enum, default_value_t)]
     tx_order: TxOrderOption,
-    /// Write the bus traffic as a candump log; the time is the end of each frame.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) candump: Option<PathBuf>,
-    /// Write a page with pictures, DIR/index.html: positions, errors, backlog, poll ages, jitter, load, events and
-    /// every frame. It needs no network.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) report: Option<PathBuf>,
-    /// Write a table with one row a cycle: positions, errors, backlog and poll ages of every axis.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) csv: Option<PathBuf>,
+    /// A bus with its drives, once for each: NAME=IDS, as in a=1,2. The first columns are for the drives of the first bus. All start together,
+    /// what stops one stops all, and recordings are named after the bus.
+    #[arg(long, value_name = "NAME=IDS", conflicts_with_all = ["drives", "faults", "live"])]
+    pub(super) bus: Vec<SimulatedBus>,
+    #[command(flatten)]
+    pub(crate) recording: RecordingOptions,
     /// Play the faults of a script, see docs/fault-scripts.md.
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
@@ -89,6 +90,34 @@ pub(crate) struct Arguments {
     pub(crate) json: bool,
 }
 
+/// A bus and its drives, in the order of the columns.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct SimulatedBus {
+    name: String,
+    drives: Vec<DriveId>,
+}
+
+impl FromStr for SimulatedBus {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "expected NAME=IDS with a name of letters, digits, - and _, as in a=1,2, got {text}"
+            )
+        };
+        let (name, ids) = text.split_once('=').ok_or_else(expected)?;
+        let is_name = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        if name.is_empty() || !name.chars().all(is_name) {
+            return Err(expected());
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            drives: drive_ids(ids)?,
+        })
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum TxOrderOption {
     /// In the order of the requests, as bxCAN with TXFP or FDCAN in FIFO mode.
@@ -99,35 +128,66 @@ enum TxOrderOption {
 }
 
 impl Arguments {
-    pub(crate) fn setup(&self, motion: &MotionFile<'_>) -> Result<Setup, SimError> {
+    /// What to simulate on each bus, in the order of the columns.
+    pub(crate) fn setups(&self, motion: &MotionFile<'_>) -> Result<Vec<Setup>, SimError> {
+        if self.bus.is_empty() {
+            let drives = motion.drives().map_err(SimError::Motion)?;
+            return Ok(vec![self.setup_of(String::new(), drives, 0)?]);
+        }
+        let mut names: Vec<&str> = self.bus.iter().map(|bus| bus.name.as_str()).collect();
+        names.sort_unstable();
+        if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+            let name = pair[0].to_owned();
+            return Err(SimError::SameBus { name });
+        }
+        let all = self.bus.iter().flat_map(|bus| &bus.drives).copied();
+        motion
+            .takes_drives(all.collect())
+            .map_err(SimError::Motion)?;
+        let buses = self.bus.iter().zip(0..);
+        let setup = |(bus, number): (&SimulatedBus, u8)| {
+            self.setup_of(bus.name.clone(), bus.drives.clone(), number)
+        };
+        buses.map(setup).collect()
+    }
+
+    /// Drives on the bus of this number, which makes their response delays their own.
+    fn setup_of(&self, bus: String, drives: Vec<DriveId>, number: u8) -> Result<Setup, SimError> {
         let period_us = |hz: u32| 1_000_000_u32.checked_div(hz);
-        let axes = motion.axes().map_err(SimError::Motion)?;
-        if axes > MOST_AXES {
+        if drives.len() > MOST_AXES {
             return Err(SimError::AxisCount {
                 most: MOST_AXES,
-                actual: axes,
+                actual: drives.len(),
             });
         }
-        let drives = motion.drives().map_err(SimError::Motion)?;
         Ok(Setup {
+            bus,
             faults: self.script(&drives)?,
             drives,
-            cycle_us: self.cycle_us.unwrap_or(1_000),
+            cycle_us: self.servo_cycle_us(),
             bit_rate: self.bit_rate.unwrap_or(BitRate::Kbit1000),
-            max_step: StepLimit::new(self.max_step).map_err(|source| SimError::Option {
-                name: "--max-step",
-                source,
-            })?,
+            max_step: self.most_step()?,
             polls: PollPeriods {
                 status_us: period_us(self.status_hz),
                 position_us: period_us(self.position_hz),
                 ..PollPeriods::OFF
             },
-            drive_options: self.drive_options,
+            drive_options: self.drive_options.nth(number),
             tx_order: match self.tx_order {
                 TxOrderOption::Fifo => TxOrder::Fifo,
                 TxOrderOption::Identifier => TxOrder::ByIdentifier,
             },
+        })
+    }
+
+    pub(super) fn servo_cycle_us(&self) -> u32 {
+        self.cycle_us.unwrap_or(1_000)
+    }
+
+    pub(super) fn most_step(&self) -> Result<StepLimit, SimError> {
+        StepLimit::new(self.max_step).map_err(|source| SimError::Option {
+            name: "--max-step",
+            source,
         })
     }
 
@@ -139,18 +199,9 @@ impl Arguments {
         self.bit_rate.unwrap_or(BitRate::Kbit500)
     }
 
-    /// An option that was given and that a simulation of wheels does not have.
-    pub(super) fn not_for_wheels(&self) -> Option<&'static str> {
-        let given = [(self.report.is_some(), "--report"), (self.live, "--live")];
-        given
-            .into_iter()
-            .find(|(is_given, _)| *is_given)
-            .map(|(_, name)| name)
-    }
-
-    /// Whether something will look at the record of the run.
-    pub(crate) fn records(&self) -> bool {
-        self.report.is_some() || self.csv.is_some() || self.live
+    /// Whether a bar shows how far the motion is.
+    pub(super) fn shows_progress(&self) -> bool {
+        !self.json && !self.live
     }
 
     fn script(&self, drives: &[DriveId]) -> Result<Script, SimError> {

@@ -8,6 +8,7 @@ use can_motion::wheel::WheelConfigError;
 use dyn_can::RangeError;
 
 use super::faults::ScriptError;
+use crate::recording::RecordingError;
 use crate::trajectory::MotionError;
 use crate::twist::TwistError;
 use diff_drive::ValueError;
@@ -24,10 +25,12 @@ pub(crate) enum SimError {
     },
     /// The fault script is not usable.
     Script { path: PathBuf, source: ScriptError },
+    /// Two buses have one name.
+    SameBus { name: String },
+    /// A recording cannot begin.
+    Recording(RecordingError),
     /// The fault script for hub motors is not usable.
     WheelScript { path: PathBuf, what: String },
-    /// A picture cannot be drawn.
-    Picture(String),
     /// The live view cannot use the terminal.
     Terminal(std::io::Error),
     /// A file cannot be written.
@@ -35,7 +38,7 @@ pub(crate) enum SimError {
         path: PathBuf,
         source: std::io::Error,
     },
-    /// The candump log or the table cannot be written any further.
+    /// The candump log of wheels cannot be written any further.
     Log(std::io::Error),
     /// The summary cannot be written.
     Print(std::io::Error),
@@ -62,8 +65,6 @@ pub(crate) enum SimError {
     Twist { path: PathBuf, source: TwistError },
     /// A measure of the vehicle is out of range.
     Vehicle(ValueError),
-    /// An option that a simulation of wheels does not have.
-    NotForWheels { option: &'static str },
     /// An option that a simulation of servos does not have.
     NotForServos { option: &'static str },
 }
@@ -74,14 +75,18 @@ impl fmt::Display for SimError {
             Self::Motion(source) => source.fmt(f),
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Script { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::SameBus { name } => write!(
+                f,
+                "--bus {name}=... is given twice: each bus has a name of its own, and its drives behind one ="
+            ),
+            Self::Recording(source) => source.fmt(f),
             Self::WheelScript { path, what } => write!(f, "{}: {what}", path.display()),
-            Self::Picture(reason) => write!(f, "cannot draw the report: {reason}"),
             Self::Terminal(source) => write!(
                 f,
                 "the live view needs a terminal ({source}): leave out --live, or use --report"
             ),
             Self::Write { path, source } => write!(f, "cannot write {}: {source}", path.display()),
-            Self::Log(source) => write!(f, "cannot write the log or the table: {source}"),
+            Self::Log(source) => write!(f, "cannot write the log: {source}"),
             Self::Print(source) => write!(f, "cannot write the summary: {source}"),
             Self::Option { name, source } => write!(f, "{name}: {source}"),
             Self::AxisCount { most, actual } => {
@@ -112,10 +117,6 @@ impl fmt::Display for SimError {
             Self::NotForServos { option } => write!(
                 f,
                 "{option} is for hub motors: add --drives zlac, or zlac:LEFT,RIGHT"
-            ),
-            Self::NotForWheels { option } => write!(
-                f,
-                "{option} is for servo drives: with --drives zlac use --json, --csv or --candump"
             ),
         }
     }

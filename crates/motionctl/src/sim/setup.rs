@@ -13,6 +13,8 @@ pub(crate) const MOST_AXES: usize = 63;
 /// What to simulate.
 #[derive(Debug)]
 pub(crate) struct Setup {
+    /// Name of the bus, where there are several.
+    pub(crate) bus: String,
     /// Drive of each axis, in the order of the columns.
     pub(crate) drives: Vec<DriveId>,
     pub(crate) cycle_us: u32,

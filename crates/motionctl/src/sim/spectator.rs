@@ -1,13 +1,8 @@
 //! Who looks at a simulation while it runs, and may interfere.
 
-use can_motion::ServoMaster;
-
 use super::error::SimError;
-use super::faults::Fault;
-use super::recording::Recording;
-use super::setup::MOST_AXES;
-use super::summary::Summary;
 use crate::control::Wish;
+use crate::recording::Recording;
 use crate::set_points::Speed;
 
 /// What a spectator wants.
@@ -17,27 +12,24 @@ pub(crate) enum Order {
     Stop,
     /// Pause, speed and stop of the motion, on its path.
     Motion(Wish),
-    /// Let something go wrong.
-    Fault(Fault),
+    /// Let the drive of an axis report an alarm.
+    Alarm(usize),
+    /// Pull the drive of an axis off the bus.
+    Unplug(usize),
+    /// Plug it in again.
+    PlugIn(usize),
 }
 
 /// Someone who is shown every cycle of a run that is recorded.
 pub(crate) trait Spectator {
     /// Called after each cycle; may wait, so that virtual time passes like real time.
-    ///
-    /// `places` has the place in the master of each axis.
-    fn after_cycle(
-        &mut self,
-        recording: &Recording,
-        master: &ServoMaster<MOST_AXES>,
-        places: &[usize],
-    ) -> Result<Vec<Order>, SimError>;
+    fn after_cycle(&mut self, recording: &Recording) -> Result<Vec<Order>, SimError>;
 
     /// How fast the motion goes, before each picture.
     fn speed(&mut self, speed: Speed);
 
     /// Called once, when nothing will change any more.
-    fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError>;
+    fn end(&mut self, recording: &Recording, verdict: &str, is_good: bool) -> Result<(), SimError>;
 
     /// Whether messages would disturb what it shows.
     fn owns_terminal(&self) -> bool;
@@ -47,18 +39,13 @@ pub(crate) trait Spectator {
 pub(crate) struct Nobody;
 
 impl Spectator for Nobody {
-    fn after_cycle(
-        &mut self,
-        _recording: &Recording,
-        _master: &ServoMaster<MOST_AXES>,
-        _places: &[usize],
-    ) -> Result<Vec<Order>, SimError> {
+    fn after_cycle(&mut self, _recording: &Recording) -> Result<Vec<Order>, SimError> {
         Ok(Vec::new())
     }
 
     fn speed(&mut self, _speed: Speed) {}
 
-    fn end(&mut self, _recording: &Recording, _summary: &Summary) -> Result<(), SimError> {
+    fn end(&mut self, _: &Recording, _: &str, _: bool) -> Result<(), SimError> {
         Ok(())
     }
 

@@ -13,6 +13,7 @@ mod look;
 mod motion_limits;
 mod pace;
 mod pc_master;
+mod recording;
 mod shut_down;
 mod stall;
 #[cfg(test)]
@@ -26,5 +27,6 @@ pub(crate) use look::{LookError, Seen, look};
 pub(crate) use motion_limits::{LimitError, MotionLimits, Needs};
 pub(crate) use pace::{Pace, PaceCounts};
 pub(crate) use pc_master::{GROUP, Station};
+pub(crate) use recording::StationRecorder;
 pub(crate) use shut_down::{End, found_on, left_on, unconfirmed_warning};
 pub(crate) use stall::StallWatch;

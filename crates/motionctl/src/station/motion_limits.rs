@@ -165,7 +165,7 @@ impl MotionLimits {
         }
     }
 
-    /// The limits of an axis that is streamed to, around where it stands.
+    /// The limits of an axis that is streamed to, around where it stands; `max_jerk` is in r/min per second².
     ///
     /// # Errors
     /// When they are outside of what a trajectory can have.
@@ -173,14 +173,24 @@ impl MotionLimits {
         &self,
         gear: GearNumber,
         cycle_us: u32,
+        max_jerk: Option<f64>,
     ) -> Result<AxisLimits, RangeError> {
         let (velocity, acceleration) =
             per_cycle(self.max_rpm, self.max_acceleration, gear, cycle_us);
+        let (velocity, acceleration) = (velocity as f32, acceleration as f32);
         let turn = f64::from(units::command_counts_per_turn(gear));
+        let cycle_s = f64::from(cycle_us) * 1e-6;
+        let motion = match max_jerk {
+            Some(jerk) => {
+                let jerk = jerk / 60.0 * turn * cycle_s.powi(3);
+                trajectory::Limits::new(velocity, acceleration, jerk as f32)
+            }
+            None => trajectory::Limits::without_jerk(velocity, acceleration),
+        };
         // Behind the largest there is nothing to keep from.
         let end = Position::from_counts((self.max_turns * turn) as i32);
         Ok(AxisLimits {
-            motion: trajectory::Limits::without_jerk(velocity as f32, acceleration as f32)?,
+            motion: motion?,
             lowest: Position::ZERO.distance_from(end),
             highest: end,
         })

@@ -9,9 +9,11 @@ use dyn_can::DriveId;
 
 use super::clock::{Clock, serve_until};
 use super::pace::{Pace, PaceCounts};
+use super::recording::StationRecorder;
 use crate::counted::counted;
 use crate::link::{ANSWER_LIMIT, Link, LinkFault};
 use crate::output::tell;
+use crate::recording::Recorded;
 
 /// The master of this tool: room for every drive that a bus can carry.
 pub(crate) type PcMaster = ServoMaster<63>;
@@ -36,7 +38,6 @@ const TIMEOUTS: Timeouts = Timeouts {
 };
 
 /// A master with its link.
-#[derive(Debug)]
 pub(crate) struct Station<'link> {
     pub(super) master: PcMaster,
     pub(super) link: &'link mut Link,
@@ -50,6 +51,8 @@ pub(crate) struct Station<'link> {
     pub(super) found_on: Vec<DriveId>,
     /// Whoever used the station has the warning that the link has failed.
     pub(super) link_warning_is_given: bool,
+    /// Whoever records what happens.
+    recorder: Option<StationRecorder>,
 }
 
 impl<'link> Station<'link> {
@@ -81,6 +84,7 @@ impl<'link> Station<'link> {
             switched_on: Vec::new(),
             found_on: Vec::new(),
             link_warning_is_given: false,
+            recorder: None,
         })
     }
 
@@ -144,6 +148,9 @@ impl<'link> Station<'link> {
         prepare(&mut self.master, number);
         self.master.begin_cycle(now);
         let progress = can_motion::service(&mut self.master, self.link, now);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.cycle(now, number, &self.master, self.link, self.pace.counts());
+        }
         match (progress, self.link.fault()) {
             (_, Some(fault)) => Err(fault),
             (Progress::Idle | Progress::Blocked, None) => Ok(()),
@@ -172,6 +179,27 @@ impl<'link> Station<'link> {
 
     /// The oldest event that was not read yet.
     pub(crate) fn next_event(&mut self) -> Option<Event<EventKind>> {
-        self.master.next_event()
+        let event = self.master.next_event()?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(&event);
+        }
+        Some(event)
+    }
+
+    /// Lets somebody record every cycle, frame and event from now on. Frames that the link has kept until now are among them.
+    pub(crate) fn record(&mut self, mut recorder: StationRecorder) {
+        recorder.agree_on_time(self.clock.now());
+        self.recorder = Some(recorder);
+    }
+
+    /// The recorder, to note what the station does not know.
+    pub(crate) fn recorder(&mut self) -> Option<&mut StationRecorder> {
+        self.recorder.as_mut()
+    }
+
+    /// Ends the recording: after [`Self::shut_down`], because it waits for files.
+    pub(crate) fn finish_recording(&mut self) -> Recorded {
+        let recorder = self.recorder.take();
+        recorder.map_or_else(Recorded::default, |recorder| recorder.finish(self.link))
     }
 }

@@ -13,6 +13,10 @@ pub(crate) struct StreamOptions {
     /// first line names the columns as in files; positions count from where the axes stand. See docs/stream.md.
     #[arg(long, value_name = "ENDPOINT", conflicts_with = "trajectory")]
     pub(crate) stream: Option<Endpoint>,
+    /// Stream: largest jerk of a motor in r/min per second², half of it for the set-points; a set-point that needs more is refused. Without
+    /// it jerk has no limit.
+    #[arg(long, value_name = "RPM_PER_S2", value_parser = positive, requires = "stream")]
+    pub(crate) max_jerk: Option<f64>,
     /// Stream: milliseconds of complete path that are buffered before the motion starts.
     #[arg(long, value_name = "MS", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     lead_ms: u32,
@@ -53,5 +57,12 @@ impl StreamOptions {
                 WhenDryOption::Wait => WhenDry::Wait,
             },
         }
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        _ => Err(format!("must be a number above 0, got {text}")),
     }
 }

@@ -5,6 +5,7 @@
 //! an axis cannot follow, [`motion_report`] says what it found. Nothing runs before all of it has passed. [`options`] is all of
 //! it as options of a command line.
 
+mod axes_about;
 mod cells;
 mod columns;
 mod curve;

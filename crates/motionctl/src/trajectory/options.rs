@@ -2,13 +2,15 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dyn_can::{DriveId, GearNumber, StepLimit};
 use zlac8030l::NodeId;
 
 use crate::drive_ids::{DriveSet, drive_set};
+use crate::recording::AxisAbout;
 
+use super::axes_about;
 use super::columns::{Column, Columns};
 use super::layout::{Layout, check_axes};
 use super::motion_error::MotionError;
@@ -128,6 +130,12 @@ impl MotionOptions {
             Some(DriveSet::Zlac(nodes)) => Some(nodes),
             Some(DriveSet::Dyn(_)) | None => None,
         }
+    }
+
+    /// The motion file or the program, when one is given.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        let program = self.program.program.as_deref();
+        program.or(self.trajectory.as_deref())
     }
 
     /// The built-in example and its name.
@@ -285,24 +293,16 @@ impl MotionOptions {
         }
     }
 
-    /// The path of a program as SVG, where a file is asked for or `is_needed`; the file is written.
-    pub(crate) fn path_picture(
-        &self,
-        plan: &Plan,
-        is_needed: bool,
-    ) -> Result<Option<String>, MotionError> {
-        let path = self.program.path_svg.as_ref();
-        let Some(checked) = plan.program().filter(|_| is_needed || path.is_some()) else {
-            return Ok(None);
-        };
-        let picture = checked.picture()?;
-        if let Some(path) = path {
-            std::fs::write(path, &picture).map_err(|source| ProgramFileError::Write {
+    /// Writes the path of a program as SVG, where a file is asked for.
+    pub(crate) fn write_path(&self, plan: &Plan) -> Result<(), MotionError> {
+        if let (Some(checked), Some(path)) = (plan.program(), &self.program.path_svg) {
+            let written = std::fs::write(path, checked.picture()?);
+            written.map_err(|source| ProgramFileError::Write {
                 path: path.clone(),
                 source,
             })?;
         }
-        Ok(Some(picture))
+        Ok(())
     }
 
     fn counts_per_turn(&self) -> Vec<f64> {
@@ -365,6 +365,18 @@ impl MotionFile<'_> {
             None => DriveId::all().take(axes).collect(),
         };
         self.takes_drives(drives)
+    }
+
+    /// Name, unit and scale of each axis, for a recording.
+    pub(crate) fn axes_about(&self, drives: &[DriveId]) -> Result<Vec<AxisAbout>, MotionError> {
+        Ok(match &self.content {
+            Content::File(file) => axes_about::of_columns(&file.table, &file.scales, drives),
+            Content::Program(_) => {
+                let turns = self.options.counts_per_turn();
+                let axes = self.options.axes_of_program(&turns);
+                axes_about::of_program(&self.options.program.counts_per_mm(&axes)?, drives)
+            }
+        })
     }
 
     /// The gear number of the drive of each axis: a quarter of the counts of a turn.
@@ -452,6 +464,11 @@ impl MotionFile<'_> {
             &vec![StepLimit::MAX; axes],
         )
         .map_err(|source| self.options.in_file(source))
+    }
+
+    /// The names of wheels, for a recording.
+    pub(crate) fn wheels_about(&self, nodes: &[NodeId]) -> Result<Vec<AxisAbout>, MotionError> {
+        Ok(axes_about::of_wheels(&self.file()?.table, nodes))
     }
 
     /// What wheels are about to do.

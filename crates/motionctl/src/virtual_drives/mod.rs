@@ -24,6 +24,11 @@ pub(crate) struct VirtualDriveOptions {
 }
 
 impl VirtualDriveOptions {
+    /// Seed of the response delays.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// A simulated drive.
     pub(crate) fn drive(&self, drive: DriveId) -> DynDrive {
         DynDrive::new(self.config(drive))
@@ -44,7 +49,8 @@ impl VirtualDriveOptions {
         self.nth(1).config(drive)
     }
 
-    fn nth(self, number: u8) -> Self {
+    /// The same with response delays of its own, for one of several.
+    pub(crate) fn nth(self, number: u8) -> Self {
         // No two of the 64 ids and 256 numbers make the same seed.
         let seed = self.seed.wrapping_add(64 * u64::from(number));
         Self { seed, ..self }
@@ -53,11 +59,6 @@ impl VirtualDriveOptions {
     /// The gear number of a simulated drive.
     pub(crate) fn gear(&self, drive: DriveId) -> GearNumber {
         DynDriveConfig::new(drive).group3.gear_number
-    }
-
-    /// Seed of the response delays.
-    pub(crate) fn seed(&self) -> u64 {
-        self.seed
     }
 
     fn config_of(&self, config: DynDriveConfig) -> DynDriveConfig {

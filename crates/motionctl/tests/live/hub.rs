@@ -673,6 +673,82 @@ fn a_stream_of_twists_that_falls_silent_stops_the_wheels() {
     });
 }
 
+/// An event of a Linux joystick: 0x01 is a button, 0x02 a stick.
+fn stick(kind: u8, number: u8, value: i16) -> [u8; 8] {
+    let [low, high] = value.to_le_bytes();
+    [0, 0, 0, 0, low, high, kind, number]
+}
+
+#[test]
+fn a_joystick_drives_two_hub_motors_and_its_button_ends_it() {
+    use std::io::{Read as _, Write as _};
+    use std::process::{Command, Stdio};
+    undisturbed(|| {
+        let folder = crate::tool::Folder::new("joystick");
+        std::fs::create_dir_all(&folder.0).expect("a folder");
+        let device = folder.file("js0");
+        let made = Command::new("mkfifo").arg(&device).status();
+        assert!(made.is_ok_and(|status| status.success()), "mkfifo");
+        let example = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../examples/twist_stream.py"
+        );
+        let mut program = Command::new("python3")
+            .args([example, "--joystick", &device, "--speed", "0.2"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("Python is there");
+        let options = ["--speed-resolution", "10"];
+        let bench = BenchProcess::start_with("hub-joystick", "zlac:4,5", &options);
+        let mut command = motionctl(&[
+            "run",
+            "--slcan",
+            bench.path(),
+            "--drives",
+            "zlac:4,5",
+            "--twist",
+            "-",
+            "--track",
+            "0.4",
+            "--wheel-radius",
+            "0.085",
+            "--reversed",
+            "right",
+            "--yes",
+        ]);
+        command.stdin(program.stdout.take().expect("it is piped"));
+        // It opens when Python does.
+        let mut joystick = std::fs::OpenOptions::new()
+            .write(true)
+            .open(&device)
+            .expect("a pipe");
+        let mut move_stick = |event: [u8; 8]| joystick.write_all(&event).expect("it reads");
+        // Where the stick stands, and nearly in the middle.
+        move_stick(stick(0x82, 1, 400));
+        let mut child = start_and_wait_for(command, "Ctrl-C slows them down");
+        move_stick(stick(0x02, 1, -32_767));
+        std::thread::sleep(std::time::Duration::from_secs(1));
+        move_stick(stick(0x01, 0, 1));
+        assert!(program.wait().is_ok_and(|status| status.success()));
+        let mut errors = String::new();
+        let heard = child.stderr.take().expect("it is piped");
+        std::io::BufReader::new(heard)
+            .read_to_string(&mut errors)
+            .expect("its error output");
+        let status = child.wait().expect("it ends").code();
+        assert_eq!(status, Some(0), "{errors}");
+        assert!(!errors.contains("no twist came in time"), "{errors}");
+        let report = bench.stop();
+        let [left, right] = [0, 1].map(|place| drive(&report, place)["travel_counts"].as_i64());
+        // Forwards: one of two wheels that are mounted alike counts down.
+        assert!(left > Some(100) && right < Some(-100), "{report}");
+        for place in [0, 1] {
+            assert_eq!(drive(&report, place)["enabled"], false);
+            assert_eq!(drive(&report, place)["speed_rpm"], 0.0);
+        }
+    });
+}
+
 #[test]
 fn speeds_of_a_file_run_on_the_bench_and_wrong_ones_are_refused() {
     undisturbed(|| {

@@ -14,6 +14,8 @@ mod own_moves;
 mod power;
 mod power_matrix;
 mod programs;
+mod record;
+mod recording;
 mod relay;
 mod run;
 mod serial;
@@ -22,5 +24,7 @@ mod settings;
 mod settings_refusals;
 mod stream;
 mod terminal;
+#[path = "../tool/mod.rs"]
+mod tool;
 mod tune;
 mod undisturbed;

@@ -140,7 +140,7 @@ fn jog_moves_only_when_the_parameters_of_the_drive_are_slow_enough() {
         let bench = BenchProcess::start_with_serial("serial-jog", "1", &[]);
         let jog = ["jog", "--drive", "1", "--turns", "-0.25", "--yes", "--json"];
         let (status, _, errors) = serial(&bench, &jog);
-        assert_eq!(status, Some(1));
+        assert_eq!(status, Some(2));
         assert!(errors.contains("more than --rpm 60"), "{errors}");
         assert!(errors.contains("max-speed=5"), "{errors}");
         let slower = ["write", "--drive", "1", "max-speed=5", "--yes", "--json"];
@@ -159,6 +159,90 @@ fn jog_moves_only_when_the_parameters_of_the_drive_are_slow_enough() {
         assert!(errors.contains("reports -1024"), "{errors}");
         let report = bench.stop();
         assert_eq!(report["drives"][0]["position_counts"], -8_192);
+    });
+}
+
+#[test]
+fn a_move_goes_to_a_place_within_the_limits_that_were_given() {
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-move", "1,2", &[]);
+        let to = |turns, more: &[&'static str]| {
+            let start = ["move", "--drives", "1", "--to", turns, "--yes", "--json"];
+            serial(&bench, &[&start[..], more].concat())
+        };
+        let refused = |more: &[&'static str], reason: &str| {
+            let (status, text, errors) = to("0.5", more);
+            assert_eq!((status, text.as_str()), (Some(2), ""), "{errors}");
+            assert!(errors.contains(reason), "{errors}");
+        };
+        refused(&[], "more than --max-rpm 60");
+        let slower = ["write", "--drive", "1", "max-speed=5", "--yes", "--json"];
+        json_of(serial(&bench, &slower));
+        refused(&["--max-turns", "0.4"], "0.500 turns away");
+        refused(&[], "--max-acceleration allows 1000");
+        let fast = ["--max-acceleration", "100000"];
+        let end = |start: i64, end: i64| {
+            json!({
+                "moves": [{
+                    "drive": 1, "start_counts": start, "end_counts": end, "arrived": true,
+                    "read_counts": end, "enabled": true,
+                }],
+                "interrupted": false,
+            })
+        };
+        assert_eq!(json_of(to("0.5", &fast)), end(0, 8_192));
+        assert_eq!(json_of(to("-0.25", &fast)), end(8_192, -4_096));
+        // It is there already.
+        assert_eq!(json_of(to("-0.25", &fast)), end(-4_096, -4_096));
+        let by = ["move", "--drives", "1", "--by", "0.125", "--yes", "--json"];
+        let by = [&by[..], &fast].concat();
+        assert_eq!(json_of(serial(&bench, &by)), end(-4_096, -2_048));
+        let both = ["move", "--drives", "1,2", "--to", "0", "--yes"];
+        let (status, _, errors) = serial(&bench, &both);
+        assert_eq!(status, Some(2));
+        assert!(errors.contains("one drive moves at a time"), "{errors}");
+        bench.disable("1");
+        let (status, _, errors) = to("0", &fast);
+        assert_eq!(status, Some(1));
+        assert!(errors.contains("the servo is off"), "{errors}");
+        let report = bench.stop();
+        assert_eq!(report["drives"][0]["position_counts"], -2_048);
+        assert_eq!(report["drives"][1]["position_counts"], 0);
+    });
+}
+
+#[test]
+fn monitor_shows_the_drives_of_the_line_and_who_is_silent() {
+    undisturbed(|| {
+        let bench = BenchProcess::start_with_serial("serial-monitor", "1,2", &["--alarm", "2"]);
+        let monitor = [
+            "monitor",
+            "--drives",
+            "1-3",
+            "--every-ms",
+            "50",
+            "--count",
+            "2",
+        ];
+        let (status, text, errors) = serial(&bench, &[&monitor[..], &["--json"]].concat());
+        assert_eq!(status, Some(0), "{errors}");
+        let lines: Vec<Value> = text
+            .lines()
+            .map(|line| serde_json::from_str(line).expect("JSON"))
+            .collect();
+        let drives: Vec<_> = lines.iter().map(|line| line["drive"].as_u64()).collect();
+        assert_eq!(drives, [1, 2, 3, 1, 2, 3].map(Some));
+        assert_eq!(lines[3]["answers"], true);
+        assert_eq!(lines[3]["position_counts"], 0);
+        assert_eq!(lines[3]["alarm"], Value::Null);
+        assert!(lines[4]["alarm"].is_string(), "{text}");
+        assert_eq!(lines[5]["answers"], false);
+        assert_eq!(lines[5]["position_counts"], Value::Null);
+        let (_, text, _) = serial(&bench, &monitor);
+        assert!(
+            text.contains("drive  3: does not answer, it never did"),
+            "{text}"
+        );
     });
 }
 

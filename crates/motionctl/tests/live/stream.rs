@@ -457,6 +457,35 @@ fn a_bus_that_vanishes_stops_the_other_one() {
     });
 }
 
+#[test]
+fn a_set_point_that_needs_more_jerk_than_allowed_is_refused() {
+    undisturbed(|| {
+        let bench = BenchProcess::start("jerk", "1,2");
+        // On its way, because a start from rest takes more time instead: 10 degrees a second, then 65.
+        let jerky = [
+            "0,0,0", "0.2,0,0", "0.4,1,0", "0.6,3,0", "0.8,5,0", "1.0,7,0", "1.2,20,0", "1.4,33,0",
+        ];
+        let run = Streamed::start(&bench, &["--max-jerk", "200"]);
+        let mut sender = run.connect();
+        assert_eq!(sender.ask("time_s,x_deg,y_deg"), "ready 2 8");
+        for line in jerky {
+            sender.say(line);
+        }
+        let answer = sender.answer();
+        let words: Vec<&str> = answer.split(' ').collect();
+        assert_eq!((words[0], words[2]), ("error", "210"), "{answer}");
+        assert!(
+            answer.contains("too much jerk: expected at most"),
+            "{answer}"
+        );
+        sender.say("stop");
+        let (summary, errors, _) = run.end();
+        let refused = &summary["stream"]["refused_by_number"];
+        assert_eq!(refused[0][0], 210, "{summary} {errors}");
+        bench.stop();
+    });
+}
+
 /// Gives a program a terminal of its own and presses keys; prints its exit status, and whether the terminal gives lines before, while and
 /// after it runs.
 const KEYS: &str = r#"

@@ -3,6 +3,9 @@
 // Each test program uses a part of this.
 #![allow(dead_code)]
 
+pub(crate) mod page;
+pub(crate) mod screen;
+
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
@@ -39,4 +42,29 @@ pub(crate) fn motionctl(words: &[&str]) -> Output {
 /// What it wrote, as text.
 pub(crate) fn text(bytes: &[u8]) -> &str {
     core::str::from_utf8(bytes).expect("plain text")
+}
+
+/// A folder of its own, which is not there yet, removed afterwards.
+pub(crate) struct Folder(pub(crate) PathBuf);
+
+impl Folder {
+    pub(crate) fn new(name: &str) -> Self {
+        Self(std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id())))
+    }
+
+    pub(crate) fn as_str(&self) -> &str {
+        self.0.to_str().expect("a path of plain text")
+    }
+
+    /// A file in it.
+    pub(crate) fn file(&self, name: &str) -> String {
+        self.0.join(name).to_str().expect("plain text").to_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // Nothing depends on it: the folder is temporary.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }

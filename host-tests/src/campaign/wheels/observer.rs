@@ -25,6 +25,8 @@ struct Watched {
     is_ramping: bool,
     /// Commands behind a fault that still moved the wheel.
     behind_fault: u32,
+    /// It was halted since its last command.
+    is_halted: bool,
     /// It streams since the bus failed, and must have stopped by then.
     stops_by_us: Option<u64>,
 }
@@ -75,6 +77,18 @@ impl Observer {
         self.wheels[wheel].stops_by_us = Some(now_us + OUTAGE_SHOWS_US);
     }
 
+    /// The application ended every set-point at once.
+    pub(super) fn halts(&mut self, wheel: usize) {
+        self.wheels[wheel].is_halted = true;
+    }
+
+    /// The application began no cycle: what a master must notice shows when it is called again.
+    pub(super) fn misses_cycle(&mut self, cycle_us: u64) {
+        for wheel in &mut self.wheels {
+            wheel.stops_by_us = wheel.stops_by_us.map(|at_us| at_us + cycle_us);
+        }
+    }
+
     /// A cycle has ended with the wheel in a state.
     pub(super) fn state(
         &mut self,
@@ -120,6 +134,7 @@ impl Observer {
         if word & 0x8F != ENABLE_OPERATION {
             // The wheel stops: its speed is 0, and a position is anchored anew.
             watched.value = is_velocity.then_some(0);
+            watched.is_halted = false;
             return Ok(());
         }
         if !watched.may_be_on {
@@ -130,7 +145,12 @@ impl Observer {
             );
         }
         let before = watched.value.replace(value);
-        let change = before.map_or(0, |before| value.abs_diff(before));
+        // Halted and resumed between two frames: the speed begins anew at 0, behind what the controller held.
+        let is_anew =
+            watched.is_halted && is_velocity && value.unsigned_abs() <= step.unsigned_abs();
+        watched.is_halted &= !is_anew;
+        let from = if is_anew { Some(0) } else { before };
+        let change = from.map_or(0, |from| value.abs_diff(from));
         let moves = if is_velocity { value != 0 } else { change != 0 };
         self.moved |= moves;
         if watched.is_faulted && moves && !watched.is_ramping {

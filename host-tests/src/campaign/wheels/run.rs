@@ -136,6 +136,7 @@ impl<'a> Run<'a> {
         self.set_targets();
         if self.skip > 0 {
             self.skip -= 1;
+            self.observer.misses_cycle(CYCLE_US);
             self.rig.skip_cycle();
         } else {
             self.rig.cycle();
@@ -220,10 +221,17 @@ impl<'a> Run<'a> {
                 WheelTrouble::LeaveBus { wheel, .. } | WheelTrouble::FallSilent { wheel, .. } => {
                     self.rig.drive_mut(wheel).faults_mut().wake()
                 }
-                WheelTrouble::Unplug { .. } => self.plug(true),
+                WheelTrouble::Unplug { .. } => self.plug(!self.is_unplugged()),
                 _ => {}
             }
         }
+    }
+
+    /// Whether one that was pulled meanwhile lasts longer.
+    fn is_unplugged(&self) -> bool {
+        self.ends
+            .iter()
+            .any(|(_, trouble)| matches!(trouble, WheelTrouble::Unplug { .. }))
     }
 
     fn plug(&mut self, is_in: bool) {
@@ -268,7 +276,10 @@ impl<'a> Run<'a> {
         {
             match command {
                 Command::Stop => self.rig.master.stop(now, group),
-                Command::Halt => self.rig.master.halt(now, group),
+                Command::Halt => {
+                    self.rig.master.halt(now, group);
+                    wheels.iter().for_each(|wheel| self.observer.halts(*wheel));
+                }
                 Command::Disable => self.rig.master.disable(now, group),
             }
         }

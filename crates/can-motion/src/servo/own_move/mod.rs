@@ -17,7 +17,7 @@ mod judge;
 mod tell;
 
 use dyn_can::{
-    Amplitude, Counts28, DataFrame, DynFrame, FrequencyHz, FunctionCode, Request, SpeedRpm,
+    Amplitude, Counts28, DataFrame, DynFrame, FrequencyHz, FunctionCode, PdStep, Request, SpeedRpm,
     SyncKind,
 };
 
@@ -130,6 +130,16 @@ impl OwnMove {
         counts(self.end_counts.wrapping_sub(self.start_counts))
     }
 
+    /// A set-point from before it came back unsent: it begins elsewhere. It ends where it was to end, unless the drive has been told by
+    /// how much to move.
+    pub(super) fn begins_elsewhere(&mut self, unsent: PdStep, is_told: bool) {
+        let counts = i32::from(unsent.get());
+        self.start_counts = self.start_counts.wrapping_sub(counts);
+        if is_told && !self.is_stopping && matches!(self.kind, Kind::By) {
+            self.end_counts = self.end_counts.wrapping_sub(counts);
+        }
+    }
+
     /// What the application asked for.
     fn wanted(&self) -> DriveMove {
         let wave = |shape, amplitude: Amplitude, frequency: FrequencyHz| DriveMove::Wave {
@@ -178,4 +188,33 @@ pub(super) const fn concerns_own_move(request: &Request) -> bool {
 /// Whether a frame is the trigger for every drive.
 pub(super) fn is_trigger(frame: &DataFrame) -> bool {
     frame.address() == dyn_can::Address::Broadcast && frame.function() == FunctionCode::SyncTrigger
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_point_that_comes_back_moves_the_start_and_what_is_told_as_a_distance() {
+        let after = |kind, is_stopping, is_told| {
+            let mut own = OwnMove {
+                start_counts: 100,
+                end_counts: 500,
+                limit_ms: 0,
+                told_ms: 0,
+                kind,
+                told: 0,
+                is_stopping,
+                is_idle: false,
+                is_seen: false,
+            };
+            own.begins_elsewhere(PdStep::new(-7).unwrap(), is_told);
+            (own.start_counts, own.end_counts)
+        };
+        assert_eq!(after(Kind::By, false, false), (107, 500));
+        assert_eq!(after(Kind::By, false, true), (107, 507));
+        // Where it stops is a place, not a distance.
+        assert_eq!(after(Kind::By, true, true), (107, 500));
+        assert_eq!(after(Kind::To, false, true), (107, 500));
+    }
 }

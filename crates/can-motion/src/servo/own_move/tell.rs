@@ -154,7 +154,10 @@ impl Servo {
                 own.told = 0;
                 return Returned::Switch(Class::DriveStop);
             }
-            // What began it never left, but what stops it did: where the drive ends is read.
+            // What began it never left, but what stops it did, and would itself move the drive: the place to stop is where it stands.
+            if own.has_end() {
+                (own.end_counts, own.told) = (own.start_counts, 0);
+            }
             return Returned::Request;
         }
         if let Request::GoAbsolutePosSync(_) | Request::GoRelativePosSync(_) = request {

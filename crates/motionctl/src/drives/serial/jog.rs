@@ -1,4 +1,4 @@
-//! A move by hand over the serial port: one built-in relative move.
+//! A move over the serial port: one built-in move, to a position or by a distance.
 //!
 //! The protocol cannot stream set-points and cannot enable a servo, and a drive that turns at constant speed would go on when
 //! this program ends. A built-in move ends by itself whatever happens; its speed comes from the drive's own parameters, so it
@@ -28,18 +28,54 @@ const GRACE: Duration = Duration::from_secs(3);
 const STOP_READS: u32 = 100;
 const STOP_PAUSE: Duration = Duration::from_millis(30);
 
-/// Checks, moves, waits for the end.
-pub(super) fn jog(
+/// Where a built-in move leads, in motor turns, positive clockwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Way {
+    /// From where the motor stands.
+    By(f64),
+    /// From the origin of the drive.
+    To(f64),
+}
+
+/// A built-in move, and how fast and far it may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LineMove {
+    pub(crate) way: Way,
+    pub(crate) max_rpm: f64,
+    /// The option that says so.
+    pub(crate) rpm_option: &'static str,
+    /// Nothing where the acceleration is left to the parameters of the drive.
+    pub(crate) max_rpm_per_s: Option<f64>,
+    pub(crate) max_turns: f64,
+}
+
+impl LineMove {
+    pub(super) fn of_jog(jog: Jog) -> Self {
+        Self {
+            way: Way::By(jog.turns),
+            max_rpm: jog.rpm,
+            rpm_option: "--rpm",
+            max_rpm_per_s: None,
+            max_turns: jog.turns.abs(),
+        }
+    }
+}
+
+/// Checks, moves, waits for the end. Returns where the move began, in command counts from the origin of the drive, and where it led.
+pub(super) fn go(
     line: &mut Line,
     axes: AxisOptions,
     drive: StoredDriveId,
-    jog: Jog,
-) -> Result<JogEnd, DrivesError> {
+    wanted: LineMove,
+) -> Result<(i32, JogEnd), DrivesError> {
     require_ready(line, drive)?;
-    let (asked_counts, curve) = planned(line, drive, jog)?;
     let before = line.position(drive)?;
-    let distance = Counts28::new(asked_counts).map_err(|error| refused(drive, error))?;
-    line.command(drive, &Request::GoRelativePos(distance))
+    let scale = axes.scale(gear(line, drive)?);
+    let start_counts = scale
+        .to_command_counts(before)
+        .ok_or_else(|| refused(drive, "it reports a position beyond 32 bit"))?;
+    let (asked_counts, request, curve) = planned(line, drive, start_counts, wanted)?;
+    line.command(drive, &request)
         .map_err(|error| while_enabled(drive, error))?;
     tell(format_args!("drive {drive} moves; Ctrl-C stops it"));
     let limit = Duration::from_secs_f64(2.0 * curve.total_time_s) + GRACE;
@@ -55,14 +91,14 @@ pub(super) fn jog(
     let end = JogEnd {
         asked_counts,
         sent_counts: asked_counts,
-        read_counts: axes.scale(gear(line, drive)?).to_command_counts(moved),
+        read_counts: scale.to_command_counts(moved),
         interrupted: !arrived,
         enabled: true,
     };
     if arrived {
         require_arrival(line, drive, &end)?;
     }
-    Ok(end)
+    Ok((start_counts, end))
 }
 
 /// A command is not acknowledged: only the position tells that it was obeyed.
@@ -121,12 +157,13 @@ fn require_ready(line: &mut Line, drive: StoredDriveId) -> Result<(), DrivesErro
     Ok(())
 }
 
-/// The distance in command counts, and the move that the drive's parameters make of it.
+/// The distance in command counts, its command, and the move that the drive's parameters make of it.
 fn planned(
     line: &mut Line,
     drive: StoredDriveId,
-    jog: Jog,
-) -> Result<(i32, units::SCurve), DrivesError> {
+    start_counts: i32,
+    wanted: LineMove,
+) -> Result<(i32, Request, units::SCurve), DrivesError> {
     let mut parameter = |parameter| read(line, drive, parameter);
     let (speed, acceleration, gear) = (
         parameter(Parameter::MaxSpeed)?,
@@ -137,26 +174,67 @@ fn planned(
     let speed = MaxSpeed::new(speed).map_err(number)?;
     let acceleration = MaxAcceleration::new(acceleration).map_err(number)?;
     let gear = GearNumber::new(gear).map_err(number)?;
-    let counts = jog.turns * f64::from(units::command_counts_per_turn(gear));
-    let counts = counts.round() as i32;
-    let curve = units::SCurve::new(counts, speed, acceleration, gear);
-    if curve.peak_speed_rpm > jog.rpm {
-        return Err(DrivesError::Fault {
+    let turn = f64::from(units::command_counts_per_turn(gear));
+    // What is beyond 32 bit is beyond the range of the protocol too, and refused.
+    let in_28_bit = |turns: f64| Counts28::new((turns * turn).round() as i32).map_err(number);
+    let (counts, request) = match wanted.way {
+        Way::By(turns) => {
+            let distance = in_28_bit(turns)?;
+            (distance.get(), Request::GoRelativePos(distance))
+        }
+        Way::To(turns) => {
+            let end = in_28_bit(turns)?;
+            let distance = end.get().wrapping_sub(start_counts);
+            (distance, Request::GoAbsolutePos(end))
+        }
+    };
+    let way = f64::from(counts).abs() / turn;
+    if counts.unsigned_abs() > (wanted.max_turns * turn).ceil() as u32 {
+        return Err(not_allowed(
             drive,
-            reason: too_fast(jog.rpm, curve.peak_speed_rpm, gear),
-        });
+            format!(
+                "the move leads {way:.3} turns away, --max-turns allows {}",
+                wanted.max_turns
+            ),
+        ));
     }
-    Ok((counts, curve))
+    let curve = units::SCurve::new(counts, speed, acceleration, gear);
+    if curve.peak_speed_rpm > wanted.max_rpm {
+        return Err(not_allowed(
+            drive,
+            too_fast(&wanted, curve.peak_speed_rpm, gear),
+        ));
+    }
+    match wanted.max_rpm_per_s {
+        Some(most) if curve.acceleration_rpm_s > most => Err(not_allowed(
+            drive,
+            format!(
+                "its own parameters change the speed by {:.0} r/min per second, --max-acceleration allows {most}: lower max-acceleration with `motionctl write`",
+                curve.acceleration_rpm_s
+            ),
+        )),
+        _ => Ok((counts, request, curve)),
+    }
 }
 
-fn too_fast(allowed_rpm: f64, peak_rpm: f64, gear: GearNumber) -> String {
+fn too_fast(wanted: &LineMove, peak_rpm: f64, gear: GearNumber) -> String {
+    let allowed_rpm = wanted.max_rpm;
     let slower = units::max_speed_parameter(allowed_rpm, gear).map_or_else(
         || "no value of max-speed is that slow".to_owned(),
         |parameter| format!("`motionctl write` max-speed={parameter} makes it slow enough"),
     );
     format!(
-        "its own parameters make this move {peak_rpm:.0} rpm fast, more than --rpm {allowed_rpm}: {slower}"
+        "its own parameters make this move {peak_rpm:.0} rpm fast, more than {} {allowed_rpm}: {slower}",
+        wanted.rpm_option
     )
+}
+
+/// Refused before anything was sent that moves.
+fn not_allowed(drive: StoredDriveId, reason: String) -> DrivesError {
+    match drive.drive_id() {
+        Some(drive) => DrivesError::MoveRefused { drive, reason },
+        None => refused(drive, reason),
+    }
 }
 
 fn refused(drive: StoredDriveId, error: impl core::fmt::Display) -> DrivesError {

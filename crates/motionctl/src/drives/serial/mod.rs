@@ -14,6 +14,7 @@ use super::{
 };
 use crate::interrupt;
 use crate::station::AxisOptions;
+pub(crate) use jog::{LineMove, Way};
 pub(crate) use line::Line;
 pub(crate) use parameters::{read_requests, request_of};
 
@@ -23,7 +24,7 @@ const PROTOCOL: &str = "DYN232M (serial)";
 const SCAN_ATTEMPTS: u8 = 2;
 
 /// Drives behind a serial port.
-pub(super) struct SerialDrives {
+pub(crate) struct SerialDrives {
     line: Line,
     axes: AxisOptions,
 }
@@ -33,7 +34,17 @@ impl SerialDrives {
         Self { line, axes }
     }
 
-    fn state(&mut self, drive: StoredDriveId) -> Result<DriveState, DrivesError> {
+    /// One built-in move. Returns where it began, in command counts from the origin of the drive, and where it led. The user has agreed.
+    pub(crate) fn go(
+        &mut self,
+        drive: StoredDriveId,
+        wanted: LineMove,
+    ) -> Result<(i32, JogEnd), DrivesError> {
+        jog::go(&mut self.line, self.axes, drive, wanted)
+    }
+
+    /// What a drive says of itself now.
+    pub(crate) fn state(&mut self, drive: StoredDriveId) -> Result<DriveState, DrivesError> {
         let status = self.line.status(drive)?;
         let alarm = status.alarm();
         Ok(DriveState {
@@ -93,7 +104,8 @@ impl Drives for SerialDrives {
     }
 
     fn jog(&mut self, drive: StoredDriveId, jog: Jog) -> Result<JogEnd, DrivesError> {
-        jog::jog(&mut self.line, self.axes, drive, jog)
+        let wanted = LineMove::of_jog(jog);
+        Ok(jog::go(&mut self.line, self.axes, drive, wanted)?.1)
     }
 
     fn require_one(&mut self, drive: StoredDriveId) -> Result<(), DrivesError> {

@@ -4,9 +4,9 @@ use drive_sim::{ControllerState, ErrorState};
 
 use super::Bench;
 use crate::control::Wish;
+use crate::recording::Kind;
 use crate::sim::error::SimError;
 use crate::sim::faults::{Fault, Rig};
-use crate::sim::recording::Kind;
 
 impl Bench<'_> {
     /// One cycle: set-points and a request out, replies in, until the next cycle is due.
@@ -26,7 +26,7 @@ impl Bench<'_> {
         } else {
             self.serve_until(end_ns);
         }
-        self.drain_log()?;
+        self.drain_log();
         let is_late = self.watch.cycle_ends(self.bench.bus());
         self.collect_events();
         self.watch.note(self.now(), &self.master, &self.places);
@@ -73,8 +73,7 @@ impl Bench<'_> {
         let axis = fault
             .drive()
             .and_then(|drive| self.setup.drives.iter().position(|other| *other == drive));
-        if let Some(recording) = &mut self.recording {
-            recording.happened(at_us, axis, Kind::Cause, fault.to_string());
-        }
+        self.recorder
+            .happened(at_us, axis, Kind::Cause, fault.to_string());
     }
 }

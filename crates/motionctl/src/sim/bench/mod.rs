@@ -4,9 +4,6 @@ mod cycle;
 mod record;
 mod run;
 
-use std::fs::File;
-use std::io::BufWriter;
-
 use can_motion::{
     AxisConfig, GroupId, Instant, Limits, MasterConfig, ServoMaster, StepChange, Travel,
 };
@@ -16,10 +13,12 @@ use drive_sim::{
 use dyn_can::DriveId;
 
 use super::error::SimError;
-use super::recording::Recording;
 use super::setup::{MOST_AXES, Setup};
 use super::spectator::Spectator;
 use super::watch::Watch;
+use crate::recording::Recorder;
+pub(crate) use record::wire_frame;
+pub(crate) use run::Run;
 
 const GROUP: GroupId = GroupId(0);
 
@@ -33,9 +32,8 @@ pub(crate) struct Bench<'a> {
     places: Vec<usize>,
     setup: Setup,
     watch: Watch,
-    candump: Option<BufWriter<File>>,
     spectator: &'a mut dyn Spectator,
-    recording: Option<Recording>,
+    recorder: Recorder,
     /// Begin of the present cycle, for its load.
     cycle_mark: LoadMark,
     cycle: u64,
@@ -47,11 +45,10 @@ pub(crate) struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    /// Connects master and drives. `records` keeps what a report or a view needs.
+    /// Connects master and drives.
     pub(crate) fn new(
         setup: Setup,
-        candump: Option<BufWriter<File>>,
-        records: bool,
+        recorder: Recorder,
         spectator: &'a mut dyn Spectator,
     ) -> Result<Self, SimError> {
         let mut bus = Bus::with_faults(setup.bit_rate, ScriptedFaults::new());
@@ -87,10 +84,6 @@ impl<'a> Bench<'a> {
         };
         let places: Vec<usize> = setup.drives.iter().map(place).collect();
         let watch = Watch::new(node, setup.drives.len());
-        let recording = records.then(|| {
-            let bit_ns = setup.bit_rate.bit_ns();
-            Recording::new(setup.drives.clone(), node, setup.cycle_us, bit_ns)
-        });
         let cycle_mark = bench.bus().load_mark();
         Ok(Self {
             bench,
@@ -100,9 +93,8 @@ impl<'a> Bench<'a> {
             places,
             setup,
             watch,
-            candump,
             spectator,
-            recording,
+            recorder,
             cycle_mark,
             cycle: 0,
             motion_start_ns: None,

@@ -1,15 +1,20 @@
 //! What the keys do.
 
-use dyn_can::{Alarm, DriveId};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use crate::control::{Wish as MotionWish, wish};
-use crate::sim::faults::Fault;
 use crate::sim::spectator::Order;
 
 /// Speeds to choose from, in virtual seconds a second.
 const SPEEDS: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 const REAL_TIME: usize = 4;
+
+/// The keys in words, two blanks between them.
+pub(super) const KEYS: &str =
+    "up/down select  a alarm  p pull/plug  space pause  + - 1 speed  s stop  f [ ] time  q quit";
+/// The same where a motion has no path on which it could be paused.
+pub(super) const KEYS_WITHOUT_PATH: &str =
+    "up/down select  a alarm  p pull/plug  s stop  f [ ] time  q quit";
 
 /// A key that means something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +67,6 @@ pub(super) enum Wish {
 /// The state behind the keys.
 #[derive(Debug)]
 pub(super) struct Panel {
-    drives: Vec<DriveId>,
     unplugged: Vec<bool>,
     selected: usize,
     speed: usize,
@@ -71,10 +75,9 @@ pub(super) struct Panel {
 }
 
 impl Panel {
-    pub(super) fn new(drives: Vec<DriveId>) -> Self {
+    pub(super) fn new(axes: usize) -> Self {
         Self {
-            unplugged: vec![false; drives.len()],
-            drives,
+            unplugged: vec![false; axes],
             selected: 0,
             speed: REAL_TIME,
             is_frozen: false,
@@ -87,7 +90,7 @@ impl Panel {
         match key {
             Key::Up => self.selected = self.selected.saturating_sub(1),
             Key::Down => {
-                self.selected = (self.selected + 1).min(self.drives.len().saturating_sub(1))
+                self.selected = (self.selected + 1).min(self.unplugged.len().saturating_sub(1))
             }
             Key::Freeze => self.is_frozen = !self.is_frozen,
             Key::Motion(wish) => {
@@ -97,7 +100,7 @@ impl Panel {
             }
             Key::Faster => return self.set_speed(self.speed + 1),
             Key::Slower => return self.set_speed(self.speed.saturating_sub(1)),
-            Key::Alarm => return self.alarm(),
+            Key::Alarm => return Some(Wish::Order(Order::Alarm(self.selected))),
             Key::Plug => return self.plug(),
             Key::Leave => {
                 self.is_leaving = true;
@@ -113,33 +116,24 @@ impl Panel {
         Some(Wish::Speed(self.speed()))
     }
 
-    fn alarm(&self) -> Option<Wish> {
-        let fault = Fault::Alarm {
-            drive: *self.drives.get(self.selected)?,
-            alarm: Alarm::OverCurrent,
-            repeat_ns: None,
-        };
-        Some(Wish::Order(Order::Fault(fault)))
-    }
-
     fn plug(&mut self) -> Option<Wish> {
-        let drive = *self.drives.get(self.selected)?;
         let unplugged = self.unplugged.get_mut(self.selected)?;
         *unplugged = !*unplugged;
-        let fault = if *unplugged {
-            Fault::Unplug { drive }
+        let order = if *unplugged {
+            Order::Unplug(self.selected)
         } else {
-            Fault::PlugIn { drive }
+            Order::PlugIn(self.selected)
         };
-        Some(Wish::Order(Order::Fault(fault)))
+        Some(Wish::Order(order))
     }
 
     pub(super) fn selected(&self) -> usize {
         self.selected
     }
 
-    pub(super) fn is_unplugged(&self, axis: usize) -> bool {
-        self.unplugged.get(axis).is_some_and(|unplugged| *unplugged)
+    /// Whether each axis was pulled off the bus.
+    pub(super) fn unplugged(&self) -> &[bool] {
+        &self.unplugged
     }
 
     pub(super) fn speed(&self) -> f64 {
@@ -162,7 +156,7 @@ mod tests {
     use crate::set_points::Order as MotionOrder;
 
     fn panel() -> Panel {
-        Panel::new(DriveId::all().take(2).collect())
+        Panel::new(2)
     }
 
     fn key(code: KeyCode) -> Option<Key> {
@@ -175,17 +169,11 @@ mod tests {
         panel.press(Key::Down);
         panel.press(Key::Down);
         assert_eq!(panel.selected(), 1);
-        let drive = DriveId::new(2).unwrap();
-        let order = |fault| Some(Wish::Order(Order::Fault(fault)));
-        assert_eq!(panel.press(Key::Plug), order(Fault::Unplug { drive }));
-        assert!(panel.is_unplugged(1) && !panel.is_unplugged(0));
-        assert_eq!(panel.press(Key::Plug), order(Fault::PlugIn { drive }));
-        let alarm = Fault::Alarm {
-            drive,
-            alarm: Alarm::OverCurrent,
-            repeat_ns: None,
-        };
-        assert_eq!(panel.press(Key::Alarm), order(alarm));
+        let order = |order| Some(Wish::Order(order));
+        assert_eq!(panel.press(Key::Plug), order(Order::Unplug(1)));
+        assert_eq!(panel.unplugged(), [false, true]);
+        assert_eq!(panel.press(Key::Plug), order(Order::PlugIn(1)));
+        assert_eq!(panel.press(Key::Alarm), order(Order::Alarm(1)));
     }
 
     #[test]

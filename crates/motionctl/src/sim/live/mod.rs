@@ -2,33 +2,32 @@
 
 mod keys;
 mod pace;
-mod screen;
 
-use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use can_motion::ServoMaster;
-use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 
 use super::error::SimError;
-use super::recording::Recording;
-use super::setup::{MOST_AXES, Setup};
 use super::spectator::{Order, Spectator};
-use super::summary::Summary;
+use crate::live_view::{Screen, TakenTerminal};
+use crate::output;
+use crate::recording::Recording;
 use crate::set_points::Speed as MotionSpeed;
-use crate::trajectory::Plan;
-use keys::{Key, Panel, Wish};
+use keys::{KEYS, KEYS_WITHOUT_PATH, Key, Panel, Wish};
 use pace::Pace;
-use screen::Screen;
+
+/// Messages of the tool that are shown.
+const MESSAGES: usize = 2;
 
 /// Time between two pictures.
 const PICTURE: Duration = Duration::from_millis(50);
 
 /// The live view; the terminal is itself again when this is dropped.
 pub(super) struct LiveView {
-    terminal: DefaultTerminal,
+    terminal: TakenTerminal,
     panel: Panel,
+    /// It can be paused, and played at another speed.
+    has_path: bool,
     pace: Pace,
     last_picture: Option<Instant>,
     motion_us: u64,
@@ -36,57 +35,69 @@ pub(super) struct LiveView {
 }
 
 impl LiveView {
-    /// Takes the terminal.
-    pub(super) fn open(setup: &Setup, plan: &Plan) -> Result<Self, SimError> {
-        if !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
-            let reason = "standard input and output are no terminal";
-            return Err(SimError::Terminal(std::io::Error::other(reason)));
-        }
-        let terminal = ratatui::try_init().map_err(SimError::Terminal)?;
+    /// Takes the terminal, for so many axes and a motion of this length.
+    pub(super) fn open(axes: usize, motion_us: u64, has_path: bool) -> Result<Self, SimError> {
+        let terminal = TakenTerminal::take().map_err(SimError::Terminal)?;
         Ok(Self {
             terminal,
-            panel: Panel::new(setup.drives.clone()),
+            panel: Panel::new(axes),
+            has_path,
             pace: Pace::new(),
             last_picture: None,
-            motion_us: plan.cycles() as u64 * u64::from(setup.cycle_us),
+            motion_us,
             speed: None,
         })
     }
 
     /// A picture when it is time for one, and the keys that were pressed.
-    fn picture(
-        &mut self,
-        recording: &Recording,
-        states: &[String],
-    ) -> Result<Vec<Order>, SimError> {
+    fn picture(&mut self, recording: &Recording) -> Result<Vec<Order>, SimError> {
         let now = Instant::now();
         if self.last_picture.is_some_and(|last| now - last < PICTURE) {
             return Ok(Vec::new());
         }
         self.last_picture = Some(now);
-        self.draw(recording, states, None)?;
+        self.draw(recording, None)?;
         self.read_keys(Duration::ZERO)
     }
 
     fn draw(
         &mut self,
         recording: &Recording,
-        states: &[String],
-        verdict: Option<&str>,
+        verdict: Option<(&str, bool)>,
     ) -> Result<(), SimError> {
+        let status = if self.panel.is_frozen() {
+            "FROZEN"
+        } else if self.speed.is_some_and(|speed| speed.is_paused) {
+            "PAUSED"
+        } else if self.pace.is_behind() {
+            "too slow for real time"
+        } else {
+            ""
+        };
         let screen = Screen {
             recording,
-            states,
-            panel: &self.panel,
-            motion_us: self.motion_us,
-            is_behind: self.pace.is_behind(),
-            speed: self.speed,
+            selected: self.panel.selected(),
+            off_the_bus: self.panel.unplugged(),
+            head: &format!(
+                "motion {:.1} s at {:.0} %   time {}x",
+                self.motion_us as f64 * 1e-6,
+                self.speed.map_or(100.0, |speed| speed.actual_percent),
+                self.panel.speed()
+            ),
+            status,
+            keys: if self.has_path {
+                KEYS
+            } else {
+                KEYS_WITHOUT_PATH
+            },
+            events_title: &format!(
+                " events;  keys a and p are for {} ",
+                recording.name(self.panel.selected())
+            ),
+            messages: &output::held(MESSAGES),
             verdict,
         };
-        self.terminal
-            .draw(|frame| screen.draw(frame))
-            .map_err(SimError::Terminal)?;
-        Ok(())
+        self.terminal.draw(&screen).map_err(SimError::Terminal)
     }
 
     /// Every key that was pressed; waits for the first one for a while.
@@ -111,28 +122,18 @@ impl LiveView {
 }
 
 impl Spectator for LiveView {
-    fn after_cycle(
-        &mut self,
-        recording: &Recording,
-        master: &ServoMaster<MOST_AXES>,
-        places: &[usize],
-    ) -> Result<Vec<Order>, SimError> {
-        let now_us = recording.samples.last().map_or(0, |sample| sample.at_us);
-        let states: Vec<String> = places
-            .iter()
-            .filter_map(|&place| master.snapshot(place))
-            .map(|axis| axis.state.to_string())
-            .collect();
-        let mut orders = self.picture(recording, &states)?;
+    fn after_cycle(&mut self, recording: &Recording) -> Result<Vec<Order>, SimError> {
+        let now_us = recording.latest.as_ref().map_or(0, |sample| sample.at_us);
+        let mut orders = self.picture(recording)?;
         while self.panel.is_frozen() {
-            self.draw(recording, &states, None)?;
+            self.draw(recording, None)?;
             orders.extend(self.read_keys(PICTURE)?);
             self.pace.restart(now_us);
         }
         // Waits in steps, so that keys work at any speed.
         while let Some(wait) = self.pace.wait(now_us).filter(|_| !self.panel.is_leaving()) {
             std::thread::sleep(wait.min(PICTURE));
-            orders.extend(self.picture(recording, &states)?);
+            orders.extend(self.picture(recording)?);
         }
         Ok(orders)
     }
@@ -141,10 +142,9 @@ impl Spectator for LiveView {
         self.speed = Some(speed);
     }
 
-    fn end(&mut self, recording: &Recording, summary: &Summary) -> Result<(), SimError> {
-        let states: Vec<String> = summary.axes.iter().map(|axis| axis.state.clone()).collect();
+    fn end(&mut self, recording: &Recording, verdict: &str, is_good: bool) -> Result<(), SimError> {
         while !self.panel.is_leaving() {
-            self.draw(recording, &states, Some(summary.verdict()))?;
+            self.draw(recording, Some((verdict, is_good)))?;
             // Nothing runs any more that could obey.
             let _ = self.read_keys(PICTURE)?;
         }
@@ -153,11 +153,5 @@ impl Spectator for LiveView {
 
     fn owns_terminal(&self) -> bool {
         true
-    }
-}
-
-impl Drop for LiveView {
-    fn drop(&mut self) {
-        ratatui::restore();
     }
 }

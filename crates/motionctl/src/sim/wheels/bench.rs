@@ -1,29 +1,26 @@
 //! The bench: the master of wheels, a virtual bus, and simulated hub-motor drives, in virtual time.
 
+mod record;
 mod twist;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-
 use can_motion::wheel::{
-    FeedbackTiming, WheelConfig, WheelEventKind, WheelLimits, WheelMaster, WheelMasterConfig,
-    WheelMode,
+    FeedbackTiming, WheelConfig, WheelLimits, WheelMaster, WheelMasterConfig, WheelMode,
 };
 use can_motion::{AxisState, GroupId, Instant};
 use drive_sim::{
-    Bus, CandumpLine, ControllerConfig, ControllerState, DeviceId, ErrorState, LoadMark, LogMode,
+    Bus, ControllerConfig, ControllerState, DeviceId, ErrorState, LoadMark, LogMode,
     NodeId as BusNode, ScriptedFaults, TxOrder, ZlacDrive, ZlacDriveConfig,
 };
-use embedded_can::{Frame as _, Id};
 use indicatif::ProgressBar;
-use zlac8030l::{NodeId, PdoNumber, Service, objects};
+use zlac8030l::{NodeId, objects};
 
-use super::csv::{Table, WheelRow};
-use super::faults::Fault;
+use super::csv::Table;
 use super::setup::{MOST_SPEED, MOST_WHEELS, Setup};
 use super::summary::{Summary, WheelSummary};
 use crate::output::tell;
+use crate::recording::{Recorded, Recorder};
 use crate::sim::error::SimError;
+use crate::sim::spectator::Spectator;
 use crate::trajectory::Plan;
 
 const GROUP: GroupId = GroupId(0);
@@ -49,14 +46,17 @@ struct WheelWatch {
 }
 
 /// A bench that is ready to run.
-pub(super) struct Bench {
+pub(super) struct Bench<'a> {
     bench: drive_sim::Bench<ZlacDrive, ScriptedFaults>,
     node: BusNode,
     devices: Vec<DeviceId>,
     master: WheelMaster<MOST_WHEELS>,
     setup: Setup,
-    candump: Option<BufWriter<File>>,
     table: Option<Table>,
+    spectator: &'a mut dyn Spectator,
+    recorder: Recorder,
+    /// The spectator has asked for the end.
+    stopped: bool,
     /// Begin of the present cycle, for its load.
     cycle_mark: LoadMark,
     /// When the motion began; fault scripts count from there.
@@ -70,12 +70,13 @@ pub(super) struct Bench {
     faults: u32,
 }
 
-impl Bench {
+impl<'a> Bench<'a> {
     /// Connects master and drives.
     pub(super) fn new(
         setup: Setup,
-        candump: Option<BufWriter<File>>,
+        recorder: Recorder,
         table: Option<Table>,
+        spectator: &'a mut dyn Spectator,
     ) -> Result<Self, SimError> {
         let mut bus = Bus::with_faults(setup.bit_rate, ScriptedFaults::new());
         bus.set_log(LogMode::Full);
@@ -114,7 +115,9 @@ impl Bench {
             devices,
             master,
             setup,
-            candump,
+            recorder,
+            spectator,
+            stopped: false,
             cycle: 0,
             set_points_of_cycle: 0,
             late_cycles: 0,
@@ -123,7 +126,11 @@ impl Bench {
     }
 
     /// From power-on to rest, with the speeds in between.
-    pub(super) fn run(mut self, plan: &Plan, show_progress: bool) -> Result<Summary, SimError> {
+    pub(super) fn run(
+        mut self,
+        plan: &Plan,
+        show_progress: bool,
+    ) -> Result<(Summary, Recorded), SimError> {
         self.run_until(AxisState::Ready)?;
         // Refused only when a wheel is not ready, and the summary will say so.
         let _ = self.master.enable(self.now(), GROUP);
@@ -135,7 +142,12 @@ impl Bench {
             ProgressBar::hidden()
         };
         let mark = self.bench.bus().load_mark();
+        let mut cycles = 0;
         for speeds in plan.rows() {
+            if self.stopped {
+                break;
+            }
+            cycles += 1;
             for (wheel, speed) in speeds.iter().enumerate() {
                 // Refused after a fault, which the summary shows.
                 let _ = self.master.set_target(self.wheels[wheel].place, *speed);
@@ -148,11 +160,26 @@ impl Bench {
         }
         let mean_bus_load = self.bench.bus().load_since(&mark);
         bar.finish_and_clear();
+        self.stand();
         for _ in 0..SETTLE_US / u64::from(self.setup.cycle_us) {
             self.one_cycle()?;
         }
-        self.close_files()?;
-        Ok(self.summary(plan.cycles(), mean_bus_load))
+        let summary = self.summary(cycles, mean_bus_load);
+        let recorded = self.close(summary.verdict(), summary.promises_kept)?;
+        Ok((summary, recorded))
+    }
+
+    /// Speed 0 for every wheel, which the last line of a file has anyway.
+    fn stand(&mut self) {
+        self.phase(if self.stopped {
+            "stopped by the user"
+        } else {
+            "the motion ends"
+        });
+        for watch in &self.wheels {
+            // Refused after a fault, which the summary shows.
+            let _ = self.master.set_target(watch.place, 0);
+        }
     }
 
     fn now(&self) -> Instant {
@@ -161,7 +188,7 @@ impl Bench {
 
     fn run_until(&mut self, state: AxisState) -> Result<(), SimError> {
         for _ in 0..START_UP_LIMIT_US / u64::from(self.setup.cycle_us) {
-            if self.master.all_are(GROUP, state) {
+            if self.master.all_are(GROUP, state) || self.stopped {
                 break;
             }
             self.one_cycle()?;
@@ -173,6 +200,7 @@ impl Bench {
         self.faults = 0;
         let now_ns = self.bench.now_ns();
         self.motion_start_ns = Some(now_ns);
+        self.recorder.motion_begins(now_ns / 1_000, self.cycle);
         for (watch, device) in self.wheels.iter_mut().zip(&self.devices) {
             let drive = self.bench.device(*device);
             watch.start_counts = drive.travel_counts(now_ns);
@@ -196,11 +224,10 @@ impl Bench {
             self.master.begin_cycle(now);
             self.serve_until(end_ns);
         }
-        while let Some(event) = self.master.next_event() {
-            self.faults += u32::from(matches!(event.kind, WheelEventKind::Fault(_)));
-        }
-        self.drain_log()?;
-        self.write_row()
+        self.collect_events();
+        self.drain_log();
+        self.record_cycle()?;
+        self.obey_spectator()
     }
 
     fn serve_until(&mut self, end_ns: u64) {
@@ -224,65 +251,20 @@ impl Bench {
         };
         let at_ns = self.bench.now_ns() - start_ns;
         while let Some(fault) = self.setup.faults.next_due(at_ns) {
-            if let Fault::MissCycles { cycles } = fault {
-                self.cycles_to_miss += cycles;
-            }
-            fault.apply(&mut self.bench, &self.setup.nodes, &self.devices);
+            self.apply(fault);
             tell(format_args!("{:.3} s: {fault}", at_ns as f64 * 1e-9));
         }
     }
 
-    fn write_row(&mut self) -> Result<(), SimError> {
-        let Some(table) = &mut self.table else {
-            return Ok(());
-        };
-        let now_ns = self.bench.now_ns();
-        let load = self.bench.bus().load_since(&self.cycle_mark);
-        self.cycle_mark = self.bench.bus().load_mark();
-        let (bench, master) = (&self.bench, &self.master);
-        let rows = self.wheels.iter().zip(&self.devices);
-        let rows: Vec<WheelRow> = rows
-            .filter_map(|(watch, device)| {
-                let drive = bench.device(*device);
-                Some(WheelRow {
-                    snapshot: master.snapshot(watch.place)?,
-                    shaft_rpm: drive.speed_rpm(now_ns),
-                    travel_counts: drive.travel_counts(now_ns),
-                })
-            })
-            .collect();
-        let is_late = self.motion_start_ns.is_some() && self.set_points_of_cycle < rows.len();
-        let now = Instant::from_us(now_ns / 1_000);
-        table.row(now, load, is_late, &rows).map_err(SimError::Log)
-    }
-
-    /// Everything is in its file.
-    fn close_files(&mut self) -> Result<(), SimError> {
+    /// Shows the result, and closes every file.
+    fn close(mut self, verdict: &str, is_good: bool) -> Result<Recorded, SimError> {
         if let Some(table) = &mut self.table {
             table.end().map_err(SimError::Log)?;
         }
-        match &mut self.candump {
-            Some(candump) => candump.flush().map_err(SimError::Log),
-            None => Ok(()),
+        if let Some(recording) = self.recorder.model() {
+            self.spectator.end(recording, verdict, is_good)?;
         }
-    }
-
-    /// Counts the set-points that ended on the wire, and writes the log.
-    fn drain_log(&mut self) -> Result<(), SimError> {
-        self.set_points_of_cycle = 0;
-        for record in self.bench.bus_mut().log_mut().drain() {
-            let id = match record.frame.id() {
-                Id::Standard(id) => Service::of(id.as_raw()).ok(),
-                Id::Extended(_) => None,
-            };
-            let is_set_point = matches!(id, Some(Service::Rpdo(PdoNumber::Pdo1, _)));
-            let line = CandumpLine::new(&record, "can0");
-            self.set_points_of_cycle += usize::from(is_set_point && line.is_some());
-            if let (Some(out), Some(line)) = (&mut self.candump, line) {
-                writeln!(out, "{line}").map_err(SimError::Log)?;
-            }
-        }
-        Ok(())
+        Ok(self.recorder.finish())
     }
 
     fn watch_wheels(&mut self) {
@@ -313,6 +295,7 @@ impl Bench {
                 self.faults,
             ),
             mean_bus_load,
+            self.stopped,
         )
     }
 

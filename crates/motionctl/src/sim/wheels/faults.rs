@@ -156,7 +156,7 @@ pub(super) enum Fault {
 const BIT_OF_ERROR: u32 = 20;
 
 impl Fault {
-    const fn node(self) -> Option<NodeId> {
+    pub(super) const fn node(self) -> Option<NodeId> {
         match self {
             Self::Trip { node, .. }
             | Self::CauseGone { node }

@@ -3,11 +3,12 @@
 mod bench;
 mod csv;
 mod faults;
+mod files;
 mod setup;
 mod summary;
 mod vehicle;
+mod words;
 
-use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -15,14 +16,14 @@ use zlac8030l::NodeId;
 
 use super::arguments::Arguments;
 use super::error::SimError;
-use super::output_file::create;
 use crate::exit;
 use crate::output::{print, print_json};
+use crate::recording::{AxisAbout, Recorded, WithRecording};
 use crate::trajectory::{Plan, WithMotion};
 use crate::twist::read_file;
 use bench::Bench;
-use csv::Table;
 use faults::Script;
+use files::{Files, write_page};
 use setup::{MOST_SPEED, MOST_WHEELS, Setup};
 
 /// First node of a list that was not given: the factory setting of a drive.
@@ -35,9 +36,6 @@ const COUNTS_PER_TURN: f64 = 4_096.0;
 
 /// Checks everything, runs the speeds, prints the summary.
 pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, SimError> {
-    if let Some(option) = arguments.not_for_wheels() {
-        return Err(SimError::NotForWheels { option });
-    }
     if let Some(file) = &arguments.twist.twist {
         return drive(arguments, nodes, Path::new(file));
     }
@@ -50,29 +48,34 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
         .speeds(setup.cycle_us, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     check_speeds(&plan, &setup)?;
-    let candump = arguments.candump.as_deref().map(create).transpose()?;
-    let table = table_of(arguments, &setup)?;
+    let axes = motion.wheels_about(&setup.nodes);
+    let recording = Files::open(arguments, &setup, axes.map_err(SimError::Motion)?)?;
     let motion = motion
         .wheel_report(&plan, &setup.nodes, setup.speed_resolution)
         .map_err(SimError::Motion)?;
     if !arguments.json {
         motion.show();
     }
-    let summary = Bench::new(setup, candump, table)?.run(&plan, !arguments.json)?;
+    let motion_us = plan.cycles() as u64 * u64::from(setup.cycle_us);
+    let (summary, recorded) = recording.watched(arguments, motion_us, |files, spectator| {
+        let bench = Bench::new(setup, files.recorder, files.table, spectator)?;
+        bench.run(&plan, arguments.shows_progress())
+    })?;
+    write_page(arguments, &recorded, &summary.for_page())?;
+    let result = WithRecording {
+        result: &summary,
+        recording: &recorded.report,
+    };
     if arguments.json {
         print_json(&WithMotion {
             motion: &motion,
-            result: &summary,
+            result: &result,
         })
         .map_err(SimError::Print)?;
     } else {
         print(&summary).map_err(SimError::Print)?;
     }
-    Ok(if summary.promises_kept {
-        ExitCode::SUCCESS
-    } else {
-        exit::BROKEN_PROMISE.into()
-    })
+    Ok(exit_code(summary.promises_kept, &recorded))
 }
 
 /// Drives a vehicle by twists, and prints where it is.
@@ -95,28 +98,37 @@ fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCod
             actual_rpm: vehicle.max_rpm.ceil() as u32,
         });
     }
-    let candump = arguments.candump.as_deref().map(create).transpose()?;
-    let table = table_of(arguments, &setup)?;
-    let summary = Bench::new(setup, candump, table)?.drive(&vehicle, &lines, !arguments.json)?;
+    let axes = ["left", "right"].into_iter().zip(&setup.nodes);
+    let axes = axes.map(|(side, &node)| AxisAbout {
+        name: side.to_owned(),
+        ..AxisAbout::of_node(node)
+    });
+    let recording = Files::open(arguments, &setup, axes.collect())?;
+    let last_s = lines.last().map_or(0.0, |line| line.time_s);
+    let motion_us = (last_s * 1e6) as u64;
+    let (summary, recorded) = recording.watched(arguments, motion_us, |files, spectator| {
+        let bench = Bench::new(setup, files.recorder, files.table, spectator)?;
+        bench.drive(&vehicle, &lines, arguments.shows_progress())
+    })?;
+    write_page(arguments, &recorded, &summary.for_page())?;
     if arguments.json {
-        print_json(&summary).map_err(SimError::Print)?;
+        print_json(&WithRecording {
+            result: &summary,
+            recording: &recorded.report,
+        })
+        .map_err(SimError::Print)?;
     } else {
         print(&summary).map_err(SimError::Print)?;
     }
-    Ok(if summary.promises_kept {
+    Ok(exit_code(summary.promises_kept, &recorded))
+}
+
+fn exit_code(promises_kept: bool, recorded: &Recorded) -> ExitCode {
+    if promises_kept && recorded.report.is_complete() {
         ExitCode::SUCCESS
     } else {
         exit::BROKEN_PROMISE.into()
-    })
-}
-
-fn table_of(arguments: &Arguments, setup: &Setup) -> Result<Option<Table>, SimError> {
-    let Some(path) = &arguments.csv else {
-        return Ok(None);
-    };
-    Table::begin(create(path)?, &setup.nodes, setup.speed_resolution)
-        .map(Some)
-        .map_err(|error| SimError::Log(io::Error::other(error)))
+    }
 }
 
 fn setup_of(arguments: &Arguments, nodes: Vec<NodeId>) -> Result<Setup, SimError> {

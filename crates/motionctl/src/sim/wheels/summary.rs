@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::setup::Setup;
 use crate::counted::counted;
+use crate::recording::{AxisOutcome, Outcome};
 use crate::table::align_numbers;
 
 /// Largest difference between the way that was commanded and the way that the wheel made, in turns: a hundredth.
@@ -69,6 +70,8 @@ pub(super) struct Summary {
     /// Faults of the script whose time did not come.
     faults_not_reached: usize,
     mean_bus_load: f64,
+    /// The user stopped the motion before its end.
+    stopped: bool,
 }
 
 impl Summary {
@@ -79,6 +82,7 @@ impl Summary {
         cycles: usize,
         troubles: (u32, u32, u32),
         mean_bus_load: f64,
+        stopped: bool,
     ) -> Self {
         let (late_cycles, late_hand_overs, faults) = troubles;
         let promises_kept = !wheels.is_empty()
@@ -97,7 +101,51 @@ impl Summary {
             faults,
             faults_not_reached: setup.faults.left(),
             mean_bus_load,
+            stopped,
         }
+    }
+
+    /// The result in one sentence.
+    pub(super) fn verdict(&self) -> &'static str {
+        if self.promises_kept && self.stopped {
+            "Every promise kept until the user stopped the motion: each drive took every set-point, each wheel made its way and stands, and no cycle was late."
+        } else if self.promises_kept {
+            "Every promise kept: each drive took every set-point, each wheel made its way and stands, and no cycle was late."
+        } else {
+            "A promise was BROKEN: see the differences, late cycles, states and faults."
+        }
+    }
+
+    /// The result as its page has it.
+    pub(super) fn for_page(&self) -> Outcome {
+        let axes = self.wheels.iter().map(|wheel| AxisOutcome {
+            set_points: Some(wheel.set_points.into()),
+            received_counts: None,
+            reply_timeouts: Some(wheel.sdo_timeouts),
+            state: wheel.fault.as_ref().unwrap_or(&wheel.state).clone(),
+        });
+        let facts = [
+            format!("{}.", self.cycles_text()),
+            "Simulated drives in virtual time: speeds are those of the simulated wheels in every cycle.".to_owned(),
+        ];
+        Outcome {
+            verdict: self.verdict().to_owned(),
+            is_good: self.promises_kept,
+            facts: facts.into(),
+            axes: axes.collect(),
+        }
+    }
+
+    fn cycles_text(&self) -> String {
+        format!(
+            "{} of {} us at {} kbit/s, {} late; bus load {:.1} % mean; {}",
+            counted(self.cycles, "cycle", "cycles"),
+            self.cycle_us,
+            self.bit_rate_kbit,
+            self.late_cycles,
+            100.0 * self.mean_bus_load,
+            counted(self.faults, "fault", "faults"),
+        )
     }
 
     fn table(&self) -> Table {
@@ -138,16 +186,7 @@ impl Summary {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.table())?;
-        writeln!(
-            f,
-            "{} of {} us at {} kbit/s, {} late; bus load {:.1} % mean; {}",
-            counted(self.cycles, "cycle", "cycles"),
-            self.cycle_us,
-            self.bit_rate_kbit,
-            self.late_cycles,
-            100.0 * self.mean_bus_load,
-            counted(self.faults, "fault", "faults"),
-        )?;
+        writeln!(f, "{}", self.cycles_text())?;
         if self.faults_not_reached > 0 {
             writeln!(
                 f,
@@ -155,10 +194,6 @@ impl fmt::Display for Summary {
                 counted(self.faults_not_reached as u64, "fault", "faults")
             )?;
         }
-        f.write_str(if self.promises_kept {
-            "Every promise kept: each drive took every set-point, each wheel made its way and stands, and no cycle was late."
-        } else {
-            "A promise was BROKEN: see the differences, late cycles, states and faults."
-        })
+        f.write_str(self.verdict())
     }
 }

@@ -6,6 +6,7 @@ use diff_drive::Odometry;
 use serde::Serialize;
 
 use super::summary::Summary;
+use crate::recording::Outcome;
 
 /// Counts by which the odometry may differ from a wheel at rest: one of rounding either way.
 const MOST_COUNTS: i64 = 2;
@@ -101,6 +102,31 @@ impl VehicleSummary {
             limited_cycles,
             jumps,
             run: RunSummary { run },
+        }
+    }
+}
+
+impl VehicleSummary {
+    /// The result in one sentence.
+    pub(super) fn verdict(&self) -> &'static str {
+        if self.run.run.promises_kept && !self.promises_kept {
+            "A promise was BROKEN: the odometry is not where the wheels are."
+        } else {
+            self.run.run.verdict()
+        }
+    }
+
+    /// The result as its page has it.
+    pub(super) fn for_page(&self) -> Outcome {
+        let mut outcome = self.run.run.for_page();
+        outcome.facts.extend([
+            format!("Odometry: {}.", self.odometry),
+            format!("Wheels: {}.", self.wheels_pose),
+        ]);
+        Outcome {
+            verdict: self.verdict().to_owned(),
+            is_good: self.promises_kept,
+            ..outcome
         }
     }
 }

@@ -5,6 +5,7 @@ use diff_drive::{DiffDrive, JumpError, Odometry, Phase, Twist};
 use indicatif::ProgressBar;
 
 use super::{Bench, GROUP};
+use crate::recording::Recorded;
 use crate::sim::error::SimError;
 use crate::sim::wheels::vehicle::{PoseSummary, VehicleSummary};
 use crate::twist::{TwistLine, Vehicle};
@@ -25,14 +26,14 @@ struct Drive<'a> {
     jumps: u32,
 }
 
-impl Bench {
+impl Bench<'_> {
     /// From power-on to rest, with the twists in between. Two wheels: the first is the left one.
     pub(in crate::sim::wheels) fn drive(
         mut self,
         vehicle: &Vehicle,
         lines: &[TwistLine],
         show_progress: bool,
-    ) -> Result<VehicleSummary, SimError> {
+    ) -> Result<(VehicleSummary, Recorded), SimError> {
         self.run_until(AxisState::Ready)?;
         // Refused only when a wheel is not ready, and the summary will say so.
         let _ = self.master.enable(self.now(), GROUP);
@@ -48,7 +49,7 @@ impl Bench {
             jumps: 0,
         };
         self.locate(&mut drive);
-        let cycles = self.cycles_of(lines);
+        let mut cycles = self.cycles_of(lines);
         let bar = if show_progress {
             ProgressBar::new(cycles)
         } else {
@@ -56,24 +57,37 @@ impl Bench {
         };
         let mark = self.bench.bus().load_mark();
         let mut next = lines.iter().peekable();
-        for cycle in 0..cycles {
+        let mut cycle = 0;
+        while cycle < cycles {
             let at_s = cycle as f64 * f64::from(self.setup.cycle_us) * 1e-6;
             let now_us = self.now().as_us();
             // A hair of a cycle: times of a file are decimal and cycles are not.
             while let Some(line) = next.next_if(|line| line.time_s <= at_s + 1e-9) {
                 drive.control.set_twist(now_us, line.twist);
             }
+            if self.stopped {
+                // Nothing comes any more.
+                next = [].iter().peekable();
+                cycles = cycles.min(cycle + self.rest_cycles());
+            }
             if next.peek().is_none() && cycle + self.rest_cycles() >= cycles {
                 // The stream has ended: that is a stop, and no silence.
                 drive.control.set_twist(now_us, Twist::ZERO);
             }
             self.cycle_of(&mut drive)?;
+            cycle += 1;
             bar.inc(1);
         }
         let mean_bus_load = self.bench.bus().load_since(&mark);
         bar.finish_and_clear();
-        self.close_files()?;
-        Ok(self.vehicle_summary(&drive, cycles as usize, mean_bus_load))
+        self.phase(if self.stopped {
+            "stopped by the user"
+        } else {
+            "the motion ends"
+        });
+        let summary = self.vehicle_summary(&drive, cycles as usize, mean_bus_load);
+        let recorded = self.close(summary.verdict(), summary.promises_kept)?;
+        Ok((summary, recorded))
     }
 
     fn rest_cycles(&self) -> u64 {

@@ -1,0 +1,57 @@
+//! Name, unit and scale of each axis, for a recording.
+
+use dyn_can::DriveId;
+use zlac8030l::NodeId;
+
+use super::Table;
+use super::columns::Column;
+use super::unit::AxisScale;
+use crate::program::LETTERS;
+use crate::recording::AxisAbout;
+
+/// The axes of a motion file: as its columns are named.
+pub(super) fn of_columns(
+    table: &Table,
+    scales: &[AxisScale],
+    drives: &[DriveId],
+) -> Vec<AxisAbout> {
+    let columns = table.columns.positions.iter().zip(scales);
+    let axes = columns.zip(drives).zip(table.row(0));
+    axes.map(|(((column, scale), drive), &start)| AxisAbout {
+        name: name(column),
+        unit: scale.unit.to_string(),
+        counts_per_unit: scale.counts_per_unit(),
+        start,
+        ..AxisAbout::of_drive(*drive)
+    })
+    .collect()
+}
+
+/// Wheels, whose columns are speeds.
+pub(super) fn of_wheels(table: &Table, nodes: &[NodeId]) -> Vec<AxisAbout> {
+    let columns = table.columns.positions.iter().zip(nodes);
+    let wheels = columns.map(|(column, &node)| AxisAbout {
+        name: name(column),
+        ..AxisAbout::of_node(node)
+    });
+    wheels.collect()
+}
+
+fn name(column: &Column) -> String {
+    match column.label.name.as_str() {
+        "" => format!("column {}", column.label.number),
+        name => name.to_owned(),
+    }
+}
+
+/// The axes of a program: in millimetres from where it starts.
+pub(super) fn of_program(counts_per_mm: &[f64], drives: &[DriveId]) -> Vec<AxisAbout> {
+    let axes = LETTERS.into_iter().zip(counts_per_mm).zip(drives);
+    axes.map(|((letter, &counts_per_mm), drive)| AxisAbout {
+        name: letter.to_string(),
+        unit: "mm".to_owned(),
+        counts_per_unit: counts_per_mm,
+        ..AxisAbout::of_drive(*drive)
+    })
+    .collect()
+}
