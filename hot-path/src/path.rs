@@ -15,9 +15,9 @@ const CYCLES: u32 = 30_000;
 
 type Tool = Path<Cartesian<3>, 3, 3, QUEUE>;
 
-/// Cycles without a new piece: planning, front, average, set-points.
+/// Cycles: preparation, planning, front, average, set-points.
 pub static FIGURE_PATH_CYCLE: Figure = Figure::new();
-/// A new piece: its shape, its limits, the blend before it.
+/// A new piece: checked and kept.
 pub static FIGURE_PATH_PIECE: Figure = Figure::new();
 /// Cycles that also take a new piece.
 pub static FIGURE_PATH_BOTH: Figure = Figure::new();

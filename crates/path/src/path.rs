@@ -13,8 +13,8 @@ use crate::tool::Tool;
 
 /// A path in a space of `SPACE` coordinates, for a machine of `AXES` axes, with a queue of `QUEUE` pieces; a blend is one of them.
 ///
-/// What is added waits until it is prepared, which [`Self::advance`] does bit by bit: about 20 cycles for a piece and its blend, several
-/// pieces in a cycle where the queue has hundreds.
+/// What is added waits until it is prepared, which [`Self::advance`] does step by step: a piece and its blend take 10 to 20 cycles; where
+/// the queue has hundreds of pieces, several are prepared in a cycle.
 ///
 /// See the [crate](crate) for an example.
 #[derive(Debug, Clone)]

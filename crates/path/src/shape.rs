@@ -378,3 +378,24 @@ impl Inverse {
         value.wrapping_add(part_of(value, self.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inverse_is_right_to_45_bits() {
+        let mut length = 4_096_i64;
+        while length < 1 << 49 {
+            for length in [length, length + 1, length - 1, length * 3 / 2] {
+                let scale = length.leading_zeros();
+                let power = 1_i128 << (64 - scale);
+                let value = 1_i64 << 55;
+                let exact = i128::from(value) * power / i128::from(length);
+                let error = i128::from(Inverse::of(length, scale).times(value)) - exact;
+                assert!(error.abs() < 1 << 11, "{length}: {error}");
+            }
+            length += length / 7 + 1;
+        }
+    }
+}

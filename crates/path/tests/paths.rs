@@ -40,6 +40,56 @@ fn a_circle() {
     assert!(worst * COUNTS_PER_UNIT < 0.01, "{worst}");
 }
 
+/// Where the tool still accelerates while it turns fast: the jerk of that is what bounds it.
+#[test]
+fn a_circle_at_the_limits() {
+    let circle = Piece::Arc([50_000.0, 0.0], 2.0, [0.0, 0.0, 0.0]);
+    check("fast circle", &[circle], 400.0, Join::Exact, 0.05);
+}
+
+/// Pieces in one direction, passed at speed with `Exact` and at rest with `Rest`.
+#[test]
+fn a_line_in_pieces_is_a_line() {
+    let pieces: Vec<Piece> = (1..=8)
+        .map(|k| Piece::Line([f64::from(k) * 5_000.0, 0.0, 0.0]))
+        .collect();
+    let slowest = |run: &independent::rig::Run| {
+        let x: Vec<f64> = run.places.iter().map(|place| place[0]).collect();
+        let middle = x
+            .windows(2)
+            .filter(|pair| pair[0] > 12_000.0 && pair[1] < 28_000.0);
+        middle
+            .map(|pair| pair[1] - pair[0])
+            .fold(f64::MAX, f64::min)
+    };
+    let exact = check("in pieces", &pieces, 100.0, Join::Exact, 0.01);
+    assert!(slowest(&exact) > 90.0, "{}", slowest(&exact));
+    let rests = check("with rests", &pieces, 100.0, Join::Rest, 0.01);
+    assert!(slowest(&rests) < 0.001, "{}", slowest(&rests));
+}
+
+#[test]
+fn a_pause_stands_and_goes_on() {
+    let mut tool = tool();
+    tool.line(place([100_000.0, 0.0, 0.0]), 100.0, Join::Exact)
+        .unwrap();
+    let play = |tool: &mut Tool<LONG>, cycles: usize| {
+        for _ in 0..cycles {
+            tool.advance();
+        }
+        tool.is_at_rest()
+    };
+    assert!(!play(&mut tool, 400));
+    tool.pause();
+    assert!(play(&mut tool, 400), "it stands");
+    let [x, ..] = units(tool.place());
+    assert!(x > 1_000.0 && x < 99_000.0, "{x}");
+    assert!(play(&mut tool, 100) && units(tool.place())[0] == x && !tool.is_done());
+    tool.resume();
+    assert!(!play(&mut tool, 100));
+    assert!(play(&mut tool, 2_000) && tool.is_done());
+}
+
 #[test]
 fn a_square() {
     let square: Vec<Piece> = [
@@ -131,7 +181,9 @@ fn sharp_corners_and_reversals() {
     let back: Vec<Piece> = (1..40)
         .map(|k| Piece::Line([if k % 2 == 0 { 0.0 } else { 3_000.0 }, 0.0, 0.0]))
         .collect();
-    check("reversals", &back, 300.0, Join::Blend(50.0), 0.05);
+    let run = check("reversals", &back, 300.0, Join::Blend(50.0), 0.05);
+    let tips = run.places.iter().map(|[x, ..]| *x).fold(0.0, f64::max);
+    assert!(tips > 2_999.95, "the tool gets to the tips: {tips}");
 }
 
 #[test]

@@ -22,12 +22,9 @@ const INSTRUCTIONS_OF_AN_AXIS: f64 = 400.0;
 const CALLS: [(&str, &str); 3] = [
     (
         "PATH_CYCLE",
-        "a cycle: planning, front, average, set-points of three axes",
+        "a cycle: preparation, planning, front, average, set-points of three axes",
     ),
-    (
-        "PATH_PIECE",
-        "a new line, arc or helix, with its limits and the blend before it",
-    ),
+    ("PATH_PIECE", "a new line, arc or helix: checked and kept"),
     ("PATH_BOTH", "a cycle that also takes a new piece"),
 ];
 
@@ -99,8 +96,9 @@ fn number(value: &Value) -> Result<f64, Error> {
 
 const SECTION: &str = "\n## A path of three axes
 
-Instructions of the crate `path` for three axes at 1 kHz with a queue of 32 pieces, the worst of 3000 cycles each of long lines, lines of
-micrometres, arcs, helices, and all of them mixed, with corners that are blended and with pauses.
+Instructions of the crate `path` for three axes at 1 kHz with a queue of 32 pieces, the worst of 30,000 cycles each of long lines, short lines,
+arcs, helices, chords of 20 um, tiny arcs, lines from rest to rest, and all of them mixed, with blended corners, overrides and pauses. A piece is
+prepared and planned over several cycles.
 
 | what | largest | of an axis | command |
 |---|---|---|---|
