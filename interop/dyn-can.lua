@@ -479,7 +479,7 @@ end
 
 -- Frames ----------------------------------------------------------------------------------------------------------------------------
 
-local can_id, interface_id = Field.new("can.id"), Field.new("frame.interface_id")
+local can_id, is_remote, interface_id = Field.new("can.id"), Field.new("can.flags.rtr"), Field.new("frame.interface_id")
 -- A capture of all interfaces has its interface here.
 local _, cooked_interface = pcall(Field.new, "sll.ifindex")
 
@@ -499,8 +499,9 @@ end
 
 function dyn.dissector(tvb, pinfo, tree)
   -- Several frames may travel in one packet of a gateway; the latest is this one.
-  local ids = { can_id() }
+  local ids, remotes = { can_id() }, { is_remote() }
   if #ids == 0 or tvb:len() > 8 then return 0 end
+  if #remotes > 0 and remotes[#remotes].value then return 0 end
   local id = ids[#ids].value
   local key = string.format("%d/%d", pinfo.number, #ids)
   if not pinfo.visited or verdicts[key] == nil then
