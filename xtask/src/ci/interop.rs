@@ -6,12 +6,14 @@ use super::place::Place;
 use crate::error::Error;
 
 /// The independent implementations, pinned: a step must not change because one of them was released.
-const PYTHON_PACKAGES: [&str; 5] = [
+const PYTHON_PACKAGES: [&str; 7] = [
     "python-can==4.6.1",
     "canopen==2.4.1",
     "pyserial==3.5",
     "mcap==1.6.0",
     "fastjsonschema==2.22.3",
+    "cantools==45.1.0",
+    "dcf-tools==2.4.2",
 ];
 
 /// A script against one of our programs.
@@ -70,6 +72,36 @@ pub(super) fn python_canopen(place: &Place) -> Result<Vec<String>, Error> {
         program: "canopen_bridge",
         path: "host-tests/interop/python_canopen.py",
         arguments: &[],
+    }
+    .run(place)
+}
+
+pub(super) fn eds(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "host-tests",
+        program: "canopen_bridge",
+        path: "host-tests/interop/eds.py",
+        arguments: &["interop/zlac8030l.eds"],
+    }
+    .run(place)
+}
+
+pub(super) fn dbc(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "motionctl",
+        program: "motionctl",
+        path: "crates/motionctl/tests/interop/dbc.py",
+        arguments: &["interop/dyn-can.dbc"],
+    }
+    .run(place)
+}
+
+pub(super) fn wireshark(place: &Place) -> Result<Vec<String>, Error> {
+    Script {
+        package: "motionctl",
+        program: "motionctl",
+        path: "crates/motionctl/tests/interop/wireshark.py",
+        arguments: &["interop/dyn-can.lua"],
     }
     .run(place)
 }

@@ -59,6 +59,14 @@ pub(super) const CAN_KERNEL: Need = Need {
     otherwise: None,
 };
 
+/// Wireshark without a window.
+pub(super) const TSHARK: Need = Need {
+    name: "tshark",
+    lacking: || all_of(&["tshark"]),
+    packages: &["tshark"],
+    otherwise: None,
+};
+
 /// The names under which Chromium is installed.
 pub(super) const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 

@@ -1,7 +1,7 @@
 //! The table of the checks, in the order in which they run: what fails soonest comes first.
 
 use super::interop;
-use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED};
+use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TSHARK};
 use super::published;
 use super::report_page;
 use super::seeded_mistakes;
@@ -200,6 +200,24 @@ pub(super) const STEPS: &[Step] = &[
         interop::python_canopen,
     )
     .needs(&[&PYTHON]),
+    Step::call(
+        "eds",
+        "python-canopen and Lely's dcf-tools load the data sheet of the hub motors without a warning",
+        interop::eds,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "dbc",
+        "cantools loads the database of DYN CAN, and says of each frame what `motionctl decode` says",
+        interop::dbc,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "wireshark",
+        "tshark with the dissector of DYN CAN says of each frame what `motionctl decode` says",
+        interop::wireshark,
+    )
+    .needs(&[&PYTHON, &TSHARK]),
     Step::call(
         "mutants",
         "how many mistakes in the lines of the core that the last change touched are found, five minutes at most",
