@@ -52,6 +52,12 @@ BENCH_REQUESTS = [
     (0x0B, bytes([0x02, 0x00])), (0x0C, bytes([0x7F])), (0x0D, bytes([51])), (0x0D, bytes([2])), (0x07, b"\x00"), (0x08, b""),
 ]
 
+# Read_Param_Group3 replies: 1.6A in both byte orders, 1.2A in both, and one of 1.2A that fits both.
+GROUP3_REPLIES = [
+    (0x15, bytes([20, 0, 0x00, 0x10, 0xC4, 0x09])), (0x15, bytes([0, 20, 0x10, 0x00, 0x09, 0xC4])),
+    (0x15, bytes([20, 0x10, 0x00, 0x09, 0xC4])), (0x15, bytes([20, 0x00, 0x10, 0xC4, 0x09])), (0x15, bytes([20, 0x10, 0x08, 0, 0])),
+]
+
 
 def line(time_ns, can_id, data):
     return f"({time_ns // 10**9}.{time_ns % 10**9 // 1000:06}) can0 {can_id:03X}#{bytes(data).hex().upper()}\n"
@@ -80,10 +86,9 @@ def bench(motionctl, path, folder, revision):
                 sys.exit(f"the bench did not make {adapter} within {PATIENCE_S} s")
             time.sleep(0.02)
         with can.Bus(interface="slcan", channel=adapter, bitrate=1_000_000, sleep_after_open=0.1) as bus, open(path, "w") as log:
-            for drive in (1, 2, 9, 0):
+            for drive in (1, 2, 9):
                 for function, data in BENCH_REQUESTS:
-                    if drive:
-                        converse(can, bus, log, drive << 5 | function, data)
+                    converse(can, bus, log, drive << 5 | function, data)
             converse(can, bus, log, 0x018, b"\xFF")
     finally:
         process.send_signal(signal.SIGINT)
@@ -111,6 +116,9 @@ def at_random(path, seed, frames):
                 can_id, data = chance.choice(recent[-4:])
                 if chance.random() < 0.5:
                     data = random_data(chance, edges)
+            elif chance.random() < 0.5:
+                function, data = chance.choice(BENCH_REQUESTS + GROUP3_REPLIES)
+                can_id = chance.choice([1, 2]) << 5 | function
             else:
                 can_id = chance.choice([0, 1, 2, 9, 63]) << 5 | chance.randrange(32)
                 data = random_data(chance, edges)

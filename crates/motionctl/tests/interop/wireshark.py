@@ -19,6 +19,8 @@ import traffic
 ENVELOPE = {"kind", "time_s", "interface", "id", "extended", "remote", "data", "text", "protocol"}
 NANOSECOND_PCAP, LINKTYPE_CAN_SOCKETCAN = 0xA1B23C4D, 227
 EXTENDED, REMOTE = 0x8000_0000, 0x4000_0000
+# The code that goes with each name, as the frames show it.
+FUNCTION_CODES = {}
 CANDUMP = re.compile(r"\((\d+)\.(\d+)\) \S+ ([0-9A-F]+)#(R?)([0-9A-F]*)$")
 
 
@@ -87,9 +89,6 @@ def compare(log, expected, actual):
             sys.exit(f"{log}, frame {number}: {want['function']} has the codes {FUNCTION_CODES[want['function']]} and {code}")
         if want.keys() != got.keys() or not all(is_same(value, got[key]) for key, value in want.items()):
             sys.exit(f"{log}, frame {number}:\n  motionctl decode: {want}\n  tshark:           {got}")
-
-
-FUNCTION_CODES = {}
 
 
 def as_capture(log, path):
