@@ -78,17 +78,19 @@ pub fn run(scenario: &WheelScenario, mutation: WheelMutation) -> Result<(), Viol
 
 impl<'a> Run<'a> {
     fn new(scenario: &'a WheelScenario, mutation: WheelMutation) -> Self {
+        let mut timeouts = WheelTimeouts {
+            power_on_us: 50_000,
+            ..WheelTimeouts::DEFAULT
+        };
+        if mutation == WheelMutation::BridgesOutages {
+            // Each of them alone notices an outage.
+            timeouts.stuck_us = 10_000_000;
+            timeouts.feedback_lost_us = 10_000_000;
+            timeouts.heartbeat_lost_us = 10_000_000;
+        }
         let config = WheelMasterConfig {
             feedback: FeedbackTiming::Sync,
-            timeouts: WheelTimeouts {
-                power_on_us: 50_000,
-                stuck_us: if mutation == WheelMutation::BridgesOutages {
-                    10_000_000
-                } else {
-                    WheelTimeouts::DEFAULT.stuck_us
-                },
-                ..WheelTimeouts::DEFAULT
-            },
+            timeouts,
             ..WheelMasterConfig::DEFAULT
         };
         let drives = scenario.wheels.iter().map(|wheel| ZlacDriveConfig {
