@@ -41,7 +41,7 @@ pub(crate) struct ProgramOptions {
     /// brake earlier, and what the program needs of the motors is compared with their limits at that speed.
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u16).range(100..=200), requires = "program")]
     max_override: u16,
-    /// Of a program: pass over M0, which waits for somebody.
+    /// Of a program: pass over programmed stops, which wait for somebody to let the program go on.
     #[arg(long)]
     skip_pauses: bool,
     /// Of a program: write its path as a picture, seen from above.
