@@ -108,13 +108,18 @@ pub(super) fn wireshark(place: &Place) -> Result<Vec<String>, Error> {
 
 /// Needs no package of Python, and its kernel cannot see a virtual environment everywhere.
 pub(super) fn socketcan(place: &Place) -> Result<Vec<String>, Error> {
+    plain(place, "crates/motionctl/tests/interop/socketcan.py")
+}
+
+/// What a terminal shows of the live views.
+pub(super) fn terminal(place: &Place) -> Result<Vec<String>, Error> {
+    plain(place, "crates/motionctl/tests/interop/terminal.py")
+}
+
+/// A script that needs nothing but Python, given the tool.
+fn plain(place: &Place, script: &str) -> Result<Vec<String>, Error> {
     let motionctl = place.tool("motionctl", "motionctl")?;
-    let mut command = place.command("python3");
-    place.script(
-        command
-            .arg("crates/motionctl/tests/interop/socketcan.py")
-            .arg(motionctl),
-    )
+    place.script(place.command("python3").arg(script).arg(motionctl))
 }
 
 impl Script {

@@ -67,6 +67,14 @@ pub(super) const TSHARK: Need = Need {
     otherwise: None,
 };
 
+/// A terminal without a window.
+pub(super) const TMUX: Need = Need {
+    name: "tmux",
+    lacking: || all_of(&["tmux"]),
+    packages: &["tmux"],
+    otherwise: None,
+};
+
 /// The names under which Chromium is installed.
 pub(super) const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 

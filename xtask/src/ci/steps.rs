@@ -1,7 +1,7 @@
 //! The table of the checks, in the order in which they run: what fails soonest comes first.
 
 use super::interop;
-use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TSHARK};
+use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK};
 use super::published;
 use super::report_page;
 use super::seeded_mistakes;
@@ -159,6 +159,12 @@ pub(super) const STEPS: &[Step] = &[
         report_page::run,
     )
     .needs(&[&CHROMIUM]),
+    Step::call(
+        "terminal",
+        "the live views of sim and run in a terminal of 80 columns and 24 lines: every axis and key is there, and the keys work",
+        interop::terminal,
+    )
+    .needs(&[&PYTHON, &TMUX]),
     Step::cargo(
         "serial-fuzz",
         "ten million random bytes for the serial decoder",

@@ -241,6 +241,7 @@ impl LogMotion {
             load: (self.busy_ns as f64 / passed_ns.max(1) as f64).min(1.0),
             is_late: false,
             axes: by_axis.into_iter().map(|(_, sample)| sample).collect(),
+            wheels: Vec::new(),
         }));
         self.row += 1;
         (self.busy_ns, self.sample_us) = (0, at_us);

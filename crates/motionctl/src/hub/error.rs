@@ -11,6 +11,7 @@ use super::object::address_text;
 use crate::confirm::NotConfirmed;
 use crate::exit::{self, Coded};
 use crate::link::{LinkFault, OpenError};
+use crate::recording::RecordingError;
 
 /// A command that did not succeed.
 #[derive(Debug)]
@@ -95,6 +96,10 @@ pub(super) enum HubError {
     Stream(String),
     /// The file of settings.
     File(String),
+    /// The recording cannot begin.
+    Recording(RecordingError),
+    /// There is no terminal for the live view.
+    Terminal(io::Error),
     /// The result cannot be written.
     Print(io::Error),
 }
@@ -260,6 +265,11 @@ impl fmt::Display for HubError {
                 };
                 write!(f, "{error}. {state}")
             }
+            Self::Recording(source) => source.fmt(f),
+            Self::Terminal(source) => write!(
+                f,
+                "the live view needs a terminal ({source}): leave out --live, or use --report"
+            ),
             Self::Print(source) => write!(f, "cannot write the result: {source}"),
         }
     }

@@ -23,6 +23,7 @@ mod origin;
 mod own_move;
 mod plan;
 mod read;
+mod recorder;
 mod reset;
 mod restore;
 mod run;

@@ -12,10 +12,12 @@ use zlac8030l::{NodeId, SdoTimeouts};
 
 use super::error::HubError;
 use super::nodes::named;
+use super::recorder::WheelRecorder;
 use crate::interrupt;
 use crate::link::{Link, LinkFault};
 use crate::output::tell;
-use crate::station::{Clock, Pace, PaceCounts, serve_until};
+use crate::recording::Recorded;
+use crate::station::{Clock, CycleFacts, Pace, PaceCounts, serve_until};
 
 /// Wheels that a station can hold.
 pub(super) const MOST_WHEELS: usize = 16;
@@ -59,6 +61,7 @@ pub(super) struct WheelStation<'link> {
     clock: Clock,
     pace: Pace,
     nodes: Vec<NodeId>,
+    recorder: Option<WheelRecorder>,
     /// Power may be on by a command of this station.
     is_switched_on: bool,
 }
@@ -87,6 +90,7 @@ impl<'link> WheelStation<'link> {
             clock: Clock::start(),
             pace: Pace::new(cycle_us),
             nodes: wheels.iter().map(|wheel| wheel.node).collect(),
+            recorder: None,
             is_switched_on: false,
         })
     }
@@ -124,6 +128,7 @@ impl<'link> WheelStation<'link> {
         prepare(&mut self.master, number);
         self.master.begin_cycle(now);
         let _ = can_motion::service(&mut self.master, self.link, now);
+        self.record_cycle(now, number);
         self.link.fault().map_or(Ok(()), Err)
     }
 
@@ -192,7 +197,44 @@ impl<'link> WheelStation<'link> {
     }
 
     fn next_event(&mut self) -> Option<Event<WheelEventKind>> {
-        self.master.next_event()
+        let event = self.master.next_event()?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(&event);
+        }
+        Some(event)
+    }
+
+    /// Lets somebody record every cycle, frame and event from now on. Frames that the link has kept until now are among them.
+    pub(super) fn record(&mut self, mut recorder: WheelRecorder) {
+        recorder.bus().agree_on_time(self.clock.now());
+        self.recorder = Some(recorder);
+    }
+
+    /// The recorder, to note what the station does not know.
+    pub(super) const fn recorder(&mut self) -> Option<&mut WheelRecorder> {
+        self.recorder.as_mut()
+    }
+
+    fn record_cycle(&mut self, now: Instant, number: u64) {
+        let Some(recorder) = &mut self.recorder else {
+            return;
+        };
+        let wheels = (0..).map_while(|wheel| self.master.snapshot(wheel));
+        let wheels: Vec<WheelSnapshot> = wheels.collect();
+        let cycle = CycleFacts {
+            number,
+            pace: self.pace.counts(),
+            late_hand_overs: self.master.cycle_counters().late,
+        };
+        recorder.cycle(now, &cycle, &wheels, self.link);
+    }
+
+    /// Ends the recording: after [`Self::shut_down`], because it waits for files.
+    pub(super) fn finish_recording(&mut self) -> Recorded {
+        // The last events: nobody reads them any more.
+        while self.next_event().is_some() {}
+        let recorder = self.recorder.take();
+        recorder.map_or_else(Recorded::default, |recorder| recorder.finish(self.link))
     }
 
     /// Slows the wheels down, in proportion; they hold then. Ctrl-C meanwhile stops them at once.

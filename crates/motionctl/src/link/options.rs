@@ -85,6 +85,11 @@ impl LinkOptions {
         self.open_at(&self.speeds.of_drives_with(usual))
     }
 
+    /// The CAN network interface, when it is one.
+    pub(crate) fn interface(&self) -> Option<&str> {
+        self.port.can.as_deref()
+    }
+
     fn open_at(&self, speeds: &SpeedOptions) -> Result<Link, OpenError> {
         match (&self.port.slcan, &self.port.can) {
             (Some(port), _) => speeds.open_slcan(port),

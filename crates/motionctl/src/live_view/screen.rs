@@ -11,9 +11,13 @@ use crate::recording::{AxisSample, COUNTS_PER_RPM, Happening, Kind, Quantity, Re
 /// Time that the picture of the load covers.
 pub(crate) const LOAD_WINDOW_US: u64 = 2_000_000;
 
+/// Least and most letters of a name.
+const NAME_WIDTH: u16 = 10;
+const WIDE_NAME: u16 = 18;
+
 /// Name, unit and width of each column of the axes.
 const COLUMNS: [(&str, &str, Constraint); 10] = [
-    ("axis", "", Constraint::Length(8)),
+    ("axis", "", Constraint::Length(NAME_WIDTH)),
     ("drive", "", Constraint::Length(5)),
     ("state", "", Constraint::Min(11)),
     ("target", "counts", Constraint::Length(9)),
@@ -158,7 +162,7 @@ impl Screen<'_> {
         let of_axes = latest.map_or(&[][..], |sample| sample.axes.as_slice());
         let places = lines.first..lines.first + lines.shown;
         let rows = places.filter_map(|axis| {
-            let mut cells = self.cells(axis, of_axes.get(axis)?);
+            let mut cells = self.cells(axis, of_axes.get(axis)?, name_width(width));
             let cells = columns
                 .iter()
                 .map(|&column| core::mem::take(&mut cells[column]));
@@ -188,7 +192,11 @@ impl Screen<'_> {
                 right(&text)
             }
         });
-        let table = Table::new(rows, columns.iter().map(|&column| COLUMNS[column].2));
+        let widths = columns.iter().map(|&column| match column {
+            NAME => Constraint::Length(name_width(width)),
+            _ => COLUMNS[column].2,
+        });
+        let table = Table::new(rows, widths);
         if lines.is_roomy {
             table
                 .header(Row::new(head).height(2).bold())
@@ -198,7 +206,7 @@ impl Screen<'_> {
         }
     }
 
-    fn cells(&self, axis: usize, sample: &AxisSample) -> [Cell<'_>; 10] {
+    fn cells(&self, axis: usize, sample: &AxisSample, name_width: u16) -> [Cell<'_>; 10] {
         let age = |age: Option<u32>| {
             age.map_or("-".to_owned(), |us| format!("{:.1}", f64::from(us) * 1e-3))
         };
@@ -214,7 +222,7 @@ impl Screen<'_> {
         let counts = |counts: Option<i64>| counts.map_or("-".to_owned(), value);
         let known = self.recording.known_positions.get(axis).copied().flatten();
         [
-            Cell::from(about.map_or(String::new(), |about| about.name.clone())),
+            Cell::from(about.map_or(String::new(), |about| cut(&about.name, name_width))),
             right(&about.map_or(String::new(), |about| about.drive.to_string())),
             self.state(axis, sample),
             right(&value(sample.target.into())),
@@ -336,6 +344,23 @@ fn key_lines(keys: &str, width: u16) -> Vec<Line<'_>> {
         }
     }
     lines.into_iter().map(Line::from).collect()
+}
+
+/// What the columns need not goes to the names.
+fn name_width(terminal: u16) -> u16 {
+    let needed = if terminal >= WIDE { 94 } else { 80 };
+    let room = NAME_WIDTH + terminal.saturating_sub(needed);
+    room.min(WIDE_NAME)
+}
+
+/// A name that is too long says that it goes on.
+fn cut(name: &str, width: u16) -> String {
+    let width = usize::from(width);
+    if name.chars().count() <= width {
+        return name.to_owned();
+    }
+    let start = name.chars().take(width.saturating_sub(1));
+    start.chain(['…']).collect()
 }
 
 fn right(text: &str) -> Cell<'static> {

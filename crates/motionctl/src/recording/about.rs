@@ -65,7 +65,31 @@ pub(crate) struct AxisAbout {
     pub(crate) set_point_id: u16,
 }
 
+/// What a file or a stream calls an axis, and its unit. A stream says so when its sender comes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct AxisNaming {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    /// Command counts of one unit; negative for an axis that is reversed.
+    pub(crate) counts_per_unit: f64,
+}
+
 impl AxisAbout {
+    /// The same axis in other words.
+    pub(crate) fn named(self, naming: AxisNaming) -> Self {
+        let AxisNaming {
+            name,
+            unit,
+            counts_per_unit,
+        } = naming;
+        Self {
+            name,
+            unit,
+            counts_per_unit,
+            ..self
+        }
+    }
+
     /// A drive of which only the id is known.
     pub(crate) fn of_drive(drive: DriveId) -> Self {
         Self {

@@ -1,5 +1,6 @@
 //! What is recorded.
 
+use super::about::AxisNaming;
 use super::event::Happening;
 use super::sample::Sample;
 use super::wire_frame::WireFrame;
@@ -15,4 +16,6 @@ pub(crate) enum Item {
     Event(Happening),
     /// The motion begins with the cycle of this number.
     MotionBegins { at_us: u64, number: u64 },
+    /// A stream names its axes, in the order of the columns.
+    Naming(Vec<AxisNaming>),
 }

@@ -25,7 +25,7 @@ impl Counts {
         match item {
             Item::Cycle(_) => self.cycles += 1,
             Item::Frame(_) => self.frames += 1,
-            Item::Event(_) | Item::MotionBegins { .. } => {}
+            Item::Event(_) | Item::MotionBegins { .. } | Item::Naming(_) => {}
         }
     }
 

@@ -17,7 +17,7 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 use serde::Serialize;
 
-use super::about::{About, AxisAbout, Quantity};
+use super::about::{About, AxisAbout, AxisNaming, Quantity};
 use super::describe::{Describer, Description};
 use super::event::Happening;
 use super::item::Item;
@@ -156,6 +156,16 @@ impl<W: Write> McapFile<W> {
         })
     }
 
+    /// From here on the axes are on topics of these names.
+    fn name_axes(&mut self, naming: &[AxisNaming]) -> io::Result<()> {
+        for (axis, naming) in self.axes.iter_mut().zip(naming) {
+            *axis = axis.clone().named(naming.clone());
+        }
+        let channels = axis_channels(&mut self.writer, &self.axes, self.quantity);
+        self.channels.axes = channels.map_err(io_error)?;
+        Ok(())
+    }
+
     fn message(&mut self, channel: u16, at_ns: u64, message: &impl Serialize) -> io::Result<()> {
         self.json.clear();
         serde_json::to_writer(&mut self.json, message)?;
@@ -246,6 +256,7 @@ impl<W: Write + Send> Keep for McapFile<W> {
             Item::Event(event) => self.event(event),
             // The next cycle is the first of the motion: where its axes stand is the start of the file.
             Item::MotionBegins { .. } => Ok(()),
+            Item::Naming(naming) => self.name_axes(naming),
         }
     }
 
@@ -309,16 +320,36 @@ fn channels<W: Write + io::Seek>(
     about: &About,
 ) -> Result<Channels, McapError> {
     let none = BTreeMap::new();
-    let mut add = |schema: &schema::Schema, topic: &str, metadata: &BTreeMap<String, String>| {
-        let text = schema.text().to_string();
-        let id = writer.add_schema(schema.name, "jsonschema", text.as_bytes())?;
-        writer.add_channel(id, topic, "json", metadata)
+    Ok(Channels {
+        cycle: add_channel(writer, &schema::CYCLE, "/cycle", &none)?,
+        frames: add_channel(writer, &schema::FRAME, "/frames", &none)?,
+        events: add_channel(writer, &schema::EVENT, "/events", &none)?,
+        axes: axis_channels(writer, &about.axes, about.quantity)?,
+    })
+}
+
+fn add_channel<W: Write + io::Seek>(
+    writer: &mut Writer<W>,
+    schema: &schema::Schema,
+    topic: &str,
+    metadata: &BTreeMap<String, String>,
+) -> Result<u16, McapError> {
+    let text = schema.text().to_string();
+    let id = writer.add_schema(schema.name, "jsonschema", text.as_bytes())?;
+    writer.add_channel(id, topic, "json", metadata)
+}
+
+fn axis_channels<W: Write + io::Seek>(
+    writer: &mut Writer<W>,
+    axes: &[AxisAbout],
+    quantity: Quantity,
+) -> Result<Vec<u16>, McapError> {
+    let schema = match quantity {
+        Quantity::Position => &schema::AXIS,
+        Quantity::Speed => &schema::WHEEL,
     };
-    let cycle = add(&schema::CYCLE, "/cycle", &none)?;
-    let frames = add(&schema::FRAME, "/frames", &none)?;
-    let events = add(&schema::EVENT, "/events", &none)?;
-    let mut axes = Vec::new();
-    for (axis, topic) in about.axes.iter().zip(topics(&about.axes)) {
+    let mut channels = Vec::new();
+    for (axis, topic) in axes.iter().zip(topics(axes)) {
         let metadata = BTreeMap::from([
             ("unit".to_owned(), axis.unit.clone()),
             ("drive".to_owned(), axis.drive.to_string()),
@@ -327,18 +358,9 @@ fn channels<W: Write + io::Seek>(
                 axis.counts_per_unit.to_string(),
             ),
         ]);
-        let schema = match about.quantity {
-            Quantity::Position => &schema::AXIS,
-            Quantity::Speed => &schema::WHEEL,
-        };
-        axes.push(add(schema, &topic, &metadata)?);
+        channels.push(add_channel(writer, schema, &topic, &metadata)?);
     }
-    Ok(Channels {
-        cycle,
-        axes,
-        frames,
-        events,
-    })
+    Ok(channels)
 }
 
 /// `/axis/NAME`, with letters that every tool takes, and each once.

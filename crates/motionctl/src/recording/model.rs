@@ -86,6 +86,11 @@ impl Recording {
             }
             Item::Event(happening) => self.happened(happening),
             Item::MotionBegins { at_us, number } => self.motion_start = Some((*at_us, *number)),
+            Item::Naming(naming) => {
+                for (axis, naming) in self.about.axes.iter_mut().zip(naming) {
+                    *axis = axis.clone().named(naming.clone());
+                }
+            }
         }
     }
 
@@ -283,6 +288,7 @@ mod tests {
                 position_age_us: None,
                 state: None,
             }],
+            wheels: Vec::new(),
         }
     }
 

@@ -4,7 +4,7 @@ use core::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::about::{About, Origin};
+use super::about::{About, Origin, Quantity};
 use super::candump::Candump;
 use super::csv::Table;
 use super::keep::Keep;
@@ -12,6 +12,7 @@ use super::mcap::McapFile;
 use super::model::Recording;
 use super::output_file::{create, given_twice};
 use super::recorder::Recorder;
+use super::wheel_table::WheelTable;
 
 /// What to record.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -23,7 +24,7 @@ pub(crate) struct RecordingOptions {
     /// and every frame. It needs no network.
     #[arg(long, value_name = "DIR")]
     pub(crate) report: Option<PathBuf>,
-    /// Write a table with one row a cycle: positions, errors, backlog and poll ages of every axis.
+    /// Write a table with one row a cycle: positions, errors, backlog and poll ages of every axis; of hub motors speeds, ways and torques.
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
     /// Write an MCAP file, for Foxglove and PlotJuggler: every cycle, every frame, every event.
@@ -98,7 +99,10 @@ impl RecordingOptions {
             (&self.candump, |to, about| {
                 Ok(Box::new(Candump::new(to, about)))
             }),
-            (&self.csv, |to, about| Ok(Box::new(Table::new(to, about)?))),
+            (&self.csv, |to, about| match about.quantity {
+                Quantity::Position => Ok(Box::new(Table::new(to, about)?)),
+                Quantity::Speed => Ok(Box::new(WheelTable::new(to, about)?)),
+            }),
             (&self.mcap, |to, about| {
                 Ok(Box::new(McapFile::new(to, about)?))
             }),

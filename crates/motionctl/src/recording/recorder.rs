@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::Serialize;
 
+use super::about::AxisNaming;
 use super::event::{Happening, Kind};
 use super::item::Item;
 use super::keep::Keep;
@@ -13,8 +14,6 @@ use super::model::Recording;
 use super::queue::{QUEUE, Queued, Viewer};
 use super::sample::Sample;
 use super::wire_frame::WireFrame;
-use super::words::words;
-use can_motion::{Event, EventKind};
 
 /// Takes every cycle, frame and event, and never delays whoever hands them over in real time.
 #[derive(Default)]
@@ -119,12 +118,7 @@ impl Recorder {
         self.push(Item::Frame(frame));
     }
 
-    /// An event of the master; `axis` is its place in the motion, not in the master.
-    pub(crate) fn event(&mut self, at_us: u64, event: &Event<EventKind>, axis: Option<usize>) {
-        let (kind, text) = words(event.kind);
-        self.happened(at_us, axis, kind, text);
-    }
-
+    /// An event; `axis` is its place in the motion, not in the master.
     pub(crate) fn happened(
         &mut self,
         at_us: u64,
@@ -145,6 +139,11 @@ impl Recorder {
     pub(crate) fn motion_begins(&mut self, at_us: u64, number: u64) {
         self.push(Item::MotionBegins { at_us, number });
         self.happened(at_us, None, Kind::Phase, "the motion begins");
+    }
+
+    /// A stream names its axes.
+    pub(crate) fn name_axes(&mut self, naming: Vec<AxisNaming>) {
+        self.push(Item::Naming(naming));
     }
 
     fn push(&mut self, item: Item) {

@@ -6,7 +6,7 @@ use super::event::Kind;
 use crate::counted::counted;
 
 /// An event and its kind.
-pub(super) fn words(event: EventKind) -> (Kind, String) {
+pub(crate) fn servo_words(event: EventKind) -> (Kind, String) {
     use EventKind as E;
     let kind = match event {
         E::State { .. } => Kind::State,
@@ -51,7 +51,7 @@ pub(super) fn words(event: EventKind) -> (Kind, String) {
     (kind, text)
 }
 
-pub(crate) const fn reason_words(reason: Reason) -> &'static str {
+pub(super) const fn reason_words(reason: Reason) -> &'static str {
     match reason {
         Reason::Command => "command",
         Reason::Reading => "reading",
@@ -65,7 +65,7 @@ pub(crate) const fn reason_words(reason: Reason) -> &'static str {
     }
 }
 
-pub(crate) const fn error_words(kind: BusErrorKind) -> &'static str {
+pub(super) const fn error_words(kind: BusErrorKind) -> &'static str {
     match kind {
         BusErrorKind::Overrun => "an overrun: replies were lost",
         BusErrorKind::Bit => "a bit error",
@@ -177,7 +177,7 @@ mod tests {
             assert!(is_there, "{variant} is not in this test");
         }
         for event in events {
-            let (_, text) = words(event);
+            let (_, text) = servo_words(event);
             let flaws = flaws_of_a_message(&text);
             assert!(flaws.is_empty(), "{text}: {flaws:?}");
             assert!(!text.contains("does not know"), "{event:?}");

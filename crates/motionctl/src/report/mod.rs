@@ -9,7 +9,8 @@ mod pack;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::recording::{Outcome, Recording};
+use crate::output::tell;
+use crate::recording::{Outcome, Recorded, Recording};
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
@@ -37,6 +38,33 @@ pub(crate) fn write(
     match std::fs::write(&page, text(recording, outcome)) {
         Ok(()) => Ok(page),
         Err(source) => Err((page, source)),
+    }
+}
+
+/// Writes the page of a motion on a real bus, when one is wanted, and says where it is or why there is none.
+///
+/// False when a page was wanted and there is none.
+pub(crate) fn write_and_tell(
+    folder: Option<&Path>,
+    recorded: &Recorded,
+    outcome: &Outcome,
+) -> bool {
+    let Some(folder) = folder else {
+        return true;
+    };
+    let Some(recording) = &recorded.recording else {
+        tell("the page is not written: its numbers are not whole");
+        return false;
+    };
+    match write(folder, recording, outcome) {
+        Ok(page) => {
+            tell(format_args!("report: {}", page.display()));
+            true
+        }
+        Err((path, source)) => {
+            tell(format_args!("cannot write {}: {source}", path.display()));
+            false
+        }
     }
 }
 

@@ -32,6 +32,7 @@ fn recording() -> Recording {
                 position_age_us: Some(2_000),
                 state: None,
             }],
+            wheels: Vec::new(),
         }));
     }
     recording.add(&Item::Event(Happening {

@@ -8,13 +8,13 @@ use serde::Serialize;
 use super::arguments::Arguments;
 use super::error::RunError;
 use super::follow::{Follow, places};
-use super::live::LiveView;
 use super::recording::RunRecording;
 use super::summary::Summary;
 use super::together::{Leader, Part, Together};
 use super::{Axis, admit, configs, look_at};
 use crate::control::Wishes;
 use crate::link::{Link, OpenBus};
+use crate::live_view::BusView;
 use crate::output::{print, print_json};
 use crate::recording::Recorded;
 use crate::set_points::SetPointSource;
@@ -65,7 +65,7 @@ pub(super) fn ready<'link>(
     arguments: &Arguments,
     buses: &'link mut [Bus],
     wishes: &Wishes,
-) -> Result<(Vec<Follow<'link>>, Option<LiveView>), RunError> {
+) -> Result<(Vec<Follow<'link>>, Option<BusView>), RunError> {
     let together = (buses.len() > 1).then(|| Arc::new(Together::new(buses.len())));
     let seen = look_at_all(arguments, buses)?;
     let mut view = None;

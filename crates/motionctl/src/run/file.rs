@@ -7,7 +7,7 @@ use dyn_can::StepLimit;
 use super::arguments::Arguments;
 use super::buses::{self, Bus, admit_all};
 use super::error::RunError;
-use super::{Axis, ask, listen, live, open_control, recording};
+use super::{Axis, ask, listen, open_control, recording};
 use crate::control::Wishes;
 use crate::program::ProgramInMotion;
 use crate::set_points::{SetPointSource, TimedMotion};
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, RunError> {
     let shows_progress = !arguments.json && view.is_none();
     let results = buses::follow_all(follows, source, &wishes, shows_progress);
     drop(listening);
-    live::end(view, &results);
+    recording::end_view(view, &results);
     let summaries = recording::close(arguments, &buses, results);
     buses::show(arguments, &summaries, Some(&report), None)
 }

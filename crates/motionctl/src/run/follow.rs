@@ -208,7 +208,7 @@ impl<'link> Follow<'link> {
 
     fn phase(&mut self, text: &str) {
         if let Some(recorder) = self.station.recorder() {
-            recorder.phase(text);
+            recorder.bus().phase(text);
         }
     }
 
@@ -228,7 +228,7 @@ impl<'link> Follow<'link> {
         self.await_others()?;
         self.anchors = self.targets();
         if let Some(recorder) = self.station.recorder() {
-            recorder.motion_begins();
+            recorder.bus().motion_begins();
         }
         if show_progress {
             if let Some(text) = found_on(self.station.found_on()) {
@@ -269,6 +269,10 @@ impl<'link> Follow<'link> {
             while let Some(notice) = source.next_notice() {
                 self.phase(&notice);
                 bar.suspend(|| tell(notice));
+            }
+            if let (Some(naming), Some(recorder)) = (source.take_naming(), self.station.recorder())
+            {
+                recorder.bus().name_axes(naming);
             }
             if before.is_some_and(|number: u64| number.is_multiple_of(PROGRESS_STEP)) {
                 bar.set_position(source.progress().0);

@@ -5,7 +5,6 @@ mod buses;
 mod error;
 mod file;
 mod follow;
-mod live;
 mod places;
 mod recording;
 mod streamed;

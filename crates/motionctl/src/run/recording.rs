@@ -8,14 +8,13 @@ use can_motion::ReadBackScale;
 use super::arguments::Arguments;
 use super::buses::Bus;
 use super::error::RunError;
-use super::live::LiveView;
 use super::summary::Summary;
 use crate::control::Wishes;
 use crate::link::Link;
-use crate::output::tell;
+use crate::live_view::BusView;
 use crate::recording::{About, Origin, Recorded, Recorder, RecordingOptions};
 use crate::report;
-use crate::station::{Station, StationRecorder};
+use crate::station::{BusRecorder, Station, StationRecorder};
 
 /// A recording that waits for its motion.
 pub(super) struct RunRecording {
@@ -85,7 +84,7 @@ impl RunRecording {
     /// Closes the files of a motion that did not begin, with the frames that say why.
     pub(super) fn give_up(self, link: &mut Link) {
         let (start, bit_ns) = (self.start, self.about.bit_ns);
-        let recorder = StationRecorder::new(self.recorder, start, &[], &[], bit_ns);
+        let recorder = BusRecorder::new(self.recorder, start, bit_ns);
         // What is not complete was told.
         drop(recorder.finish(link));
     }
@@ -98,23 +97,24 @@ impl RunRecording {
         places: &[usize],
         read_back: &[ReadBackScale],
         wishes: &Wishes,
-    ) -> Result<Option<LiveView>, RunError> {
+    ) -> Result<Option<BusView>, RunError> {
         let mut view = None;
         if arguments.live {
-            let opened = LiveView::open(&self.about, wishes).map_err(RunError::Terminal)?;
+            let opened = BusView::open(&self.about, Some(wishes)).map_err(RunError::Terminal)?;
             let (opened, viewer) = opened;
             self.recorder.watch(viewer);
             view = Some(opened);
         }
-        let recorder = StationRecorder::new(
-            self.recorder,
-            self.start,
-            places,
-            read_back,
-            self.about.bit_ns,
-        );
-        station.record(recorder);
+        let bus = BusRecorder::new(self.recorder, self.start, self.about.bit_ns);
+        station.record(StationRecorder::new(bus, places, read_back));
         Ok(view)
+    }
+}
+
+/// Shows the result in a view that is open until the user leaves it; the drives are off.
+pub(super) fn end_view(view: Option<BusView>, results: &[(Summary, Recorded)]) {
+    if let (Some(view), Some((summary, _))) = (view, results.first()) {
+        view.end(&summary.verdict(), summary.is_completed());
     }
 }
 
@@ -126,32 +126,12 @@ pub(super) fn close(
 ) -> Vec<Summary> {
     let options = options(arguments, buses).into_iter();
     let close = |((mut summary, recorded), options): ((Summary, Recorded), RecordingOptions)| {
-        let has_page = write_page(options.report.as_deref(), &recorded, &summary);
+        let folder = options.report.as_deref();
+        let has_page = report::write_and_tell(folder, &recorded, &summary.for_page());
         summary.note_recording(recorded.report, has_page);
         summary
     };
     results.into_iter().zip(options).map(close).collect()
-}
-
-/// False when a page was wanted and there is none.
-fn write_page(folder: Option<&Path>, recorded: &Recorded, summary: &Summary) -> bool {
-    let Some(folder) = folder else {
-        return true;
-    };
-    let Some(recording) = &recorded.recording else {
-        tell("the page is not written: its numbers are not whole");
-        return false;
-    };
-    match report::write(folder, recording, &summary.for_page()) {
-        Ok(page) => {
-            tell(format_args!("report: {}", page.display()));
-            true
-        }
-        Err((path, source)) => {
-            tell(format_args!("cannot write {}: {source}", path.display()));
-            false
-        }
-    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use board_link::AxisLimits;
 use super::arguments::Arguments;
 use super::error::RunError;
 use super::summary::Summary;
-use super::{Axis, ask, buses, listen, live, open_control, recording};
+use super::{Axis, ask, buses, listen, open_control, recording};
 use crate::control::Wishes;
 use crate::endpoint::Endpoint;
 use crate::output::tell;
@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
     let summaries = results.iter().map(|(summary, _)| summary);
     let how = summaries.max_by_key(|summary| summary.severity());
     session.close(how.map_or("", Summary::outcome));
-    live::end(view, &results);
+    recording::end_view(view, &results);
     let summaries = recording::close(arguments, &buses, results);
     buses::show(arguments, &summaries, None, Some(&source.report()))
 }

@@ -8,6 +8,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use crate::recording::AxisNaming;
 use crate::set_points::{Order, SetPointSource, Speed, Step};
 
 /// Rows that are kept for a bus that is late: half a second at 1 kHz.
@@ -22,6 +23,8 @@ pub(super) struct Together {
     ready: AtomicUsize,
     failure: Mutex<Option<String>>,
     rows: Mutex<Rows>,
+    /// What a stream calls the axes of all buses.
+    naming: Mutex<Option<Vec<AxisNaming>>>,
 }
 
 #[derive(Debug, Default)]
@@ -39,6 +42,7 @@ impl Together {
             ready: AtomicUsize::new(0),
             failure: Mutex::default(),
             rows: Mutex::default(),
+            naming: Mutex::default(),
         }
     }
 
@@ -128,6 +132,13 @@ impl SetPointSource for Leader<'_> {
     fn next_notice(&mut self) -> Option<String> {
         self.source.next_notice()
     }
+
+    fn take_naming(&mut self) -> Option<Vec<AxisNaming>> {
+        let naming = self.source.take_naming()?;
+        let own = naming.get(self.own.clone()).map(<[_]>::to_vec);
+        *lock(&self.together.naming) = Some(naming);
+        own
+    }
 }
 
 /// The part of another bus.
@@ -136,6 +147,7 @@ pub(super) struct Part {
     own: Range<usize>,
     /// Number of its next row.
     next: u64,
+    is_named: bool,
 }
 
 impl Part {
@@ -144,6 +156,7 @@ impl Part {
             together,
             own,
             next: 0,
+            is_named: false,
         }
     }
 }
@@ -186,6 +199,16 @@ impl SetPointSource for Part {
 
     fn next_notice(&mut self) -> Option<String> {
         None
+    }
+
+    fn take_naming(&mut self) -> Option<Vec<AxisNaming>> {
+        if self.is_named {
+            return None;
+        }
+        let naming = lock(&self.together.naming);
+        let own = naming.as_ref()?.get(self.own.clone())?.to_vec();
+        self.is_named = true;
+        Some(own)
     }
 }
 

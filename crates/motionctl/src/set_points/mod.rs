@@ -13,6 +13,8 @@ mod timed;
 pub(crate) use headroom::AxisHeadroom;
 pub(crate) use timed::TimedMotion;
 
+use crate::recording::AxisNaming;
+
 /// What a source did in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Step {
@@ -69,6 +71,11 @@ pub(crate) trait SetPointSource {
 
     /// What the user has to be told, oldest first: an override that is held to the limit, a stream that ran dry.
     fn next_notice(&mut self) -> Option<String>;
+
+    /// What a stream calls its axes, once it has said so; all others are named before they begin.
+    fn take_naming(&mut self) -> Option<Vec<AxisNaming>> {
+        None
+    }
 }
 
 /// A motion that is known from its start to its end.

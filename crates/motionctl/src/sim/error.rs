@@ -38,8 +38,6 @@ pub(crate) enum SimError {
         path: PathBuf,
         source: std::io::Error,
     },
-    /// The candump log of wheels cannot be written any further.
-    Log(std::io::Error),
     /// The summary cannot be written.
     Print(std::io::Error),
     /// An option is out of range.
@@ -86,7 +84,6 @@ impl fmt::Display for SimError {
                 "the live view needs a terminal ({source}): leave out --live, or use --report"
             ),
             Self::Write { path, source } => write!(f, "cannot write {}: {source}", path.display()),
-            Self::Log(source) => write!(f, "cannot write the log: {source}"),
             Self::Print(source) => write!(f, "cannot write the summary: {source}"),
             Self::Option { name, source } => write!(f, "{name}: {source}"),
             Self::AxisCount { most, actual } => {

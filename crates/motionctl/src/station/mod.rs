@@ -27,6 +27,6 @@ pub(crate) use look::{LookError, Seen, look};
 pub(crate) use motion_limits::{LimitError, MotionLimits, Needs};
 pub(crate) use pace::{Pace, PaceCounts};
 pub(crate) use pc_master::{GROUP, Station};
-pub(crate) use recording::StationRecorder;
+pub(crate) use recording::{BusRecorder, CycleFacts, StationRecorder};
 pub(crate) use shut_down::{End, found_on, left_on, unconfirmed_warning};
 pub(crate) use stall::StallWatch;

@@ -188,7 +188,7 @@ impl<'link> Station<'link> {
 
     /// Lets somebody record every cycle, frame and event from now on. Frames that the link has kept until now are among them.
     pub(crate) fn record(&mut self, mut recorder: StationRecorder) {
-        recorder.agree_on_time(self.clock.now());
+        recorder.bus().agree_on_time(self.clock.now());
         self.recorder = Some(recorder);
     }
 

@@ -10,6 +10,7 @@ use trajectory::{Position, Time};
 
 use super::answer::{Answer, Clock};
 use crate::counted::counted;
+use crate::recording::AxisNaming;
 use crate::set_points::{Order, SetPointSource, Speed, Step};
 use crate::trajectory::{Layout, TimedCounts};
 
@@ -94,6 +95,7 @@ pub(crate) struct StreamSource {
     has_end: bool,
     is_held_to: u16,
     notices: VecDeque<String>,
+    naming: Option<Vec<AxisNaming>>,
 }
 
 impl StreamSource {
@@ -123,6 +125,7 @@ impl StreamSource {
             has_end: false,
             is_held_to: 0,
             notices: VecDeque::new(),
+            naming: None,
         }
     }
 
@@ -174,6 +177,7 @@ impl StreamSource {
     fn take(&mut self, incoming: Incoming) {
         match incoming {
             Incoming::Names(layout) => {
+                self.naming = Some(layout.naming());
                 let credit = self.buffer.credit();
                 self.notices
                     .push_back(format!("the stream drives {}", layout.describe()));
@@ -340,6 +344,10 @@ impl SetPointSource for StreamSource {
 
     fn next_notice(&mut self) -> Option<String> {
         self.notices.pop_front()
+    }
+
+    fn take_naming(&mut self) -> Option<Vec<AxisNaming>> {
+        self.naming.take()
     }
 }
 

@@ -7,7 +7,7 @@ use super::Table;
 use super::columns::Column;
 use super::unit::AxisScale;
 use crate::program::LETTERS;
-use crate::recording::AxisAbout;
+use crate::recording::{AxisAbout, AxisNaming};
 
 /// The axes of a motion file: as its columns are named.
 pub(super) fn of_columns(
@@ -18,13 +18,19 @@ pub(super) fn of_columns(
     let columns = table.columns.positions.iter().zip(scales);
     let axes = columns.zip(drives).zip(table.row(0));
     axes.map(|(((column, scale), drive), &start)| AxisAbout {
+        start,
+        ..AxisAbout::of_drive(*drive).named(naming(column, scale))
+    })
+    .collect()
+}
+
+/// What a column calls its axis.
+pub(super) fn naming(column: &Column, scale: &AxisScale) -> AxisNaming {
+    AxisNaming {
         name: name(column),
         unit: scale.unit.to_string(),
         counts_per_unit: scale.counts_per_unit(),
-        start,
-        ..AxisAbout::of_drive(*drive)
-    })
-    .collect()
+    }
 }
 
 /// Wheels, whose columns are speeds.

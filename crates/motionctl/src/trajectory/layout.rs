@@ -1,10 +1,12 @@
 //! The columns of set-points that come one by one: names once, then numbers.
 
+use super::axes_about;
 use super::cells::{Cell, Separator};
 use super::columns::{Column, Columns};
 use super::error::TrajectoryError;
 use super::name::Name;
 use super::unit::{AxisScale, TimeUnit};
+use crate::recording::AxisNaming;
 
 /// What each field of a line is.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +86,13 @@ impl Layout {
             && fields
                 .iter()
                 .all(|field| Cell::of(field, decimal_comma).is_numeric())
+    }
+
+    /// What the axes are called, and their units.
+    pub(crate) fn naming(&self) -> Vec<AxisNaming> {
+        let columns = self.columns.positions.iter().zip(&self.scales);
+        let naming = columns.map(|(column, scale)| axes_about::naming(column, scale));
+        naming.collect()
     }
 
     /// The set-point in a line.

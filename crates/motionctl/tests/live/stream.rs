@@ -11,6 +11,8 @@ use std::time::Duration;
 use serde_json::Value;
 
 use crate::bench::{BenchProcess, Scratch, motionctl, scratch, start_and_wait_for, wait_until};
+use crate::tool::Folder;
+use crate::tool::page::Page;
 use crate::undisturbed::undisturbed;
 
 /// Nobody waits longer for an answer.
@@ -24,18 +26,12 @@ struct Streamed {
 
 impl Streamed {
     fn start(bench: &BenchProcess, options: &[&str]) -> Self {
-        let run = [
-            "run",
-            "--slcan",
-            bench.path(),
-            "--drives",
-            "1,2",
-            "--stream",
-            "tcp:0",
-            "--yes",
-            "--json",
-        ];
-        let mut child = motionctl(&[&run, options].concat())
+        Self::start_on(&["--slcan", bench.path(), "--drives", "1,2"], options)
+    }
+
+    fn start_on(link: &[&str], options: &[&str]) -> Self {
+        let stream = ["--stream", "tcp:0", "--yes", "--json"];
+        let mut child = motionctl(&[&["run"], link, &stream, options].concat())
             .spawn()
             .expect("motionctl starts");
         let errors = child.stderr.as_mut().expect("it is piped");
@@ -150,6 +146,51 @@ fn a_client_of_the_standard_library_loses_no_set_point() {
         }
         has_arrived(&summary, &bench.stop(), 4_096);
     });
+}
+
+#[test]
+fn the_recording_of_a_stream_has_the_names_and_units_of_its_sender() {
+    undisturbed(|| {
+        let folder = Folder::new("stream-buses");
+        std::fs::create_dir_all(&folder.0).expect("a folder");
+        let benches = ["stream-a", "stream-b"].map(|name| BenchProcess::start(name, "1"));
+        let buses = benches
+            .each_ref()
+            .map(|bench| format!("slcan:{}=1", bench.path()));
+        let [page, mcap] = ["page", "run.mcap"].map(|name| folder.file(name));
+        let link = ["--bus", &buses[0], "--bus", &buses[1]];
+        let run = Streamed::start_on(&link, &["--report", &page, "--mcap", &mcap]);
+        let mut sender = run.connect();
+        sender.say("t_ms,rail_turns,turret_deg");
+        for (at_ms, tenth) in (0..=1_000).step_by(20).zip(0..) {
+            let turns = f64::from(tenth) * 0.005;
+            sender.say(&format!("{at_ms},{turns},{}", -180.0 * turns));
+        }
+        sender.say("end");
+        let (summary, errors, status) = run.end();
+        assert_eq!(status, Some(0), "{summary} {errors}");
+        let axes = [("rail_turns", "turns", 0.25), ("turret_deg", "deg", -45.0)];
+        for (bench, (name, unit, last)) in benches.into_iter().zip(axes) {
+            let tail = bench.path().rsplit('/').next().expect("a name").to_owned();
+            let page = Page::in_folder(&folder.file(&format!("page-{tail}")));
+            assert_eq!(page.axes(), [name]);
+            assert_eq!(page.data()["axes"][0]["unit"], unit);
+            let bytes = std::fs::read(folder.file(&format!("run-{tail}.mcap"))).expect("it");
+            let value = last_of(&bytes, &format!("/axis/{name}"));
+            assert!((value - last).abs() < 1e-3, "{name}: {value}");
+        }
+    });
+}
+
+/// The last set-point on a topic.
+fn last_of(bytes: &[u8], topic: &str) -> f64 {
+    let messages = mcap::MessageStream::new(bytes).expect("an MCAP file");
+    let of_topic = messages
+        .map(|message| message.expect("a message"))
+        .filter(|message| message.channel.topic == topic);
+    let last = of_topic.last().expect("a message on the topic");
+    let json: Value = serde_json::from_slice(&last.data).expect("JSON");
+    json["sent"].as_f64().expect("a number")
 }
 
 #[test]

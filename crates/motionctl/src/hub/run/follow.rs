@@ -34,6 +34,11 @@ impl Wheels {
         self.looks.iter().map(|look| look.node).collect()
     }
 
+    /// The place in the master of each wheel.
+    pub(super) fn places(&self) -> &[usize] {
+        &self.places
+    }
+
     /// The wheels in the order of the master.
     pub(super) fn ascending(&self) -> Vec<&Look> {
         let mut looks: Vec<&Look> = self.looks.iter().collect();
@@ -91,6 +96,9 @@ pub(super) fn follow(
 ) -> Result<Counts, HubError> {
     station.bring_up()?;
     motion.note(station, wheels)?;
+    if let Some(recorder) = station.recorder() {
+        recorder.bus().motion_begins();
+    }
     let mut first = None;
     let mut is_over = false;
     while !is_over && interrupt::requests() == 0 {
@@ -105,6 +113,13 @@ pub(super) fn follow(
         after_cycle(station, wheels, motion)?;
     }
     let interrupted = interrupt::requests() > 0;
+    if let Some(recorder) = station.recorder() {
+        recorder.bus().phase(if interrupted {
+            "stopped by the user"
+        } else {
+            "the motion ends"
+        });
+    }
     station.come_to_rest()?;
     let start = station.now();
     while !wheels.stand(station) && station.now().us_since(start) < REST_US {

@@ -1,6 +1,7 @@
 //! `motionctl run --drives zlac`: speeds from a file, or twists of a vehicle, on the drives of a real bus.
 
 mod follow;
+mod recording;
 mod speeds;
 mod stream;
 mod summary;
@@ -12,6 +13,7 @@ use std::process::ExitCode;
 use super::error::HubError;
 use super::jog::acceleration;
 use crate::link::LinkOptions;
+use crate::recording::RecordingOptions;
 use crate::trajectory::MotionOptions;
 use crate::twist::TwistOptions;
 
@@ -22,6 +24,7 @@ Examples:
   motionctl bench --drives zlac:4,5 --slcan /tmp/can-adapter       simulated drives, in another terminal
   motionctl run --drives zlac:4,5 --slcan /tmp/can-adapter --trajectory wheels.csv
   motionctl run --drives zlac:4,5 --can can0 --twist square.csv --track 0.4 --wheel-radius 0.085
+  motionctl run --drives zlac:4,5 --can can0 --trajectory wheels.csv --report out --mcap run.mcap --live
   joystick | motionctl run --drives zlac:4,5 --can can0 --twist - --track 0.4 --wheel-radius 0.085 --yes
 
 A file of --trajectory has a column of speeds in r/min for each wheel. Lines of --twist are time,v,omega in s, m/s and rad/s: each holds
@@ -32,7 +35,10 @@ the wheels ramp to 0, which is said; the next line goes on. The end of the lines
 The drives are enabled, follow, ramp down and are switched off: at the end, after a fault, after Ctrl-C. A vehicle on a slope rolls away
 then. A program that is killed leaves them to their own supervision (2000h), which is set to 500 ms.
 
-Exit status: 0 the end was reached and the wheels stand, 1 a wheel had a fault or did not confirm that its power is off, 2 the input
+A recording that fails stops and says so; the motion goes on.
+
+Exit status: 0 the end was reached, the wheels stand and everything is recorded, 1 a wheel had a fault or did not confirm that its power is
+off, or a recording is not complete, 2 the input
 cannot be used: nothing was switched, 3 the link failed, 130 stopped by Ctrl-C.";
 
 /// Options of `motionctl run --drives zlac`.
@@ -51,6 +57,11 @@ pub(super) struct Arguments {
     /// Speeds of a file: fastest change in r/min per second; a file that needs more is refused.
     #[arg(long, value_name = "RPM_PER_S", default_value = "1000", value_parser = acceleration, conflicts_with = "twist")]
     max_acceleration: f64,
+    #[command(flatten)]
+    recording: RecordingOptions,
+    /// Show wheels, load and events in the terminal while they turn; keys stop them.
+    #[arg(long, conflicts_with = "json")]
+    live: bool,
     /// Start without asking.
     #[arg(long)]
     yes: bool,

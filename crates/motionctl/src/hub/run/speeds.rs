@@ -2,13 +2,14 @@
 
 use std::process::ExitCode;
 
+use can_motion::wheel::WheelConfig;
 use zlac8030l::NodeId;
 
-use super::follow::{Motion, Wheels, follow};
+use super::follow::{Motion, Wheels};
+use super::recording::WheelRecording;
 use super::summary::{Summary, WheelCounts};
 use super::{Arguments, CYCLE_US};
 use crate::confirm::confirm;
-use crate::exit;
 use crate::hub::bus::Bus;
 use crate::hub::error::HubError;
 use crate::hub::look::Look;
@@ -16,7 +17,7 @@ use crate::hub::nodes::named;
 use crate::hub::station::WheelStation;
 use crate::interrupt;
 use crate::output::{print, print_json, tell};
-use crate::trajectory::{Plan, WithMotion};
+use crate::trajectory::{MotionFile, MotionReport, Plan, WithMotion};
 
 /// Largest number that 60FFh holds, whatever it counts (Z34).
 const MOST_NUMBER: u32 = 1_000;
@@ -41,20 +42,74 @@ impl Motion for Rows {
     }
 }
 
+/// A file whose wheels may turn.
+struct Prepared {
+    plan: Plan,
+    report: MotionReport,
+    wheels: Wheels,
+    configs: Vec<WheelConfig>,
+}
+
 /// Checks everything, asks, runs the speeds, prints the summary.
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     let motion = arguments.motion.read().map_err(input)?;
     let nodes = nodes_of(arguments, motion.axes().map_err(input)?)?;
+    let axes = motion.wheels_about(&nodes).map_err(input)?;
     let mut bus = Bus::open(&arguments.link)?;
-    let looks: Vec<Look> = nodes
-        .iter()
-        .map(|&node| Look::at(&mut bus, node))
-        .collect::<Result<_, _>>()?;
+    let recording = WheelRecording::open(arguments, axes, arguments.motion.file(), bus.link())?;
+    let prepared = prepare(arguments, &motion, &nodes, &mut bus);
+    let (recording, prepared) = recording.with(prepared, bus.link())?;
+    let mut rows = Rows {
+        rows: prepared.plan.rows().collect(),
+        start: None,
+        end: None,
+    };
+    if !arguments.json {
+        tell("the wheels are being enabled; Ctrl-C slows them down and switches them off");
+    }
+    let (configs, wheels) = (&prepared.configs, &prepared.wheels);
+    let ended = recording.follow(&mut bus, configs, wheels, &mut rows)?;
+    let counts = ended.counts;
+    let turned = |place: usize| {
+        let (start, end) = (rows.start.as_ref()?, rows.end.as_ref()?);
+        Some(end.get(place)?.wrapping_sub(*start.get(place)?))
+    };
+    let wheels = nodes.iter().enumerate().map(|(place, node)| WheelCounts {
+        node: node.get(),
+        counts: turned(place),
+    });
+    let mut summary = Summary {
+        complete: counts.stands && !counts.interrupted,
+        wheels: wheels.collect(),
+        ..Summary::new(counts)
+    };
+    ended.close(&mut summary);
+    let printed = if arguments.json {
+        print_json(&WithMotion {
+            motion: &prepared.report,
+            result: &summary,
+        })
+    } else {
+        print(&summary)
+    };
+    printed.map_err(HubError::Print)?;
+    Ok(summary.exit_code())
+}
+
+/// Looks at the drives, checks the file against them, asks.
+fn prepare(
+    arguments: &Arguments,
+    motion: &MotionFile<'_>,
+    nodes: &[NodeId],
+    bus: &mut Bus,
+) -> Result<Prepared, HubError> {
+    let look = |&node: &NodeId| Look::at(bus, node);
+    let looks: Vec<Look> = nodes.iter().map(look).collect::<Result<_, _>>()?;
     let resolution = same_resolution(&looks)?;
     let plan = motion.speeds(CYCLE_US, resolution).map_err(input)?;
     check(arguments, &plan, resolution)?;
     let report = motion
-        .wheel_report(&plan, &nodes, resolution)
+        .wheel_report(&plan, nodes, resolution)
         .map_err(input)?;
     if !arguments.json {
         report.show();
@@ -62,66 +117,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     let question = format!(
         "Will be enabled and TURN for {:.1} s: {}. Is everybody clear of the machine?",
         plan.cycles() as f64 * f64::from(CYCLE_US) * 1e-6,
-        named(&nodes)
+        named(nodes)
     );
     confirm(&question, arguments.yes).map_err(HubError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(HubError::Interrupt)?;
     let wheels = Wheels::new(looks);
     let most_rpm = fastest(&plan) as f64 / f64::from(resolution);
-    let configs: Vec<_> = wheels
-        .ascending()
-        .into_iter()
-        .map(|look| look.follows_speeds(most_rpm, 2.0 * arguments.max_acceleration, CYCLE_US))
-        .collect();
-    let mut rows = Rows {
-        rows: plan.rows().collect(),
-        start: None,
-        end: None,
-    };
-    if !arguments.json {
-        tell("the wheels are being enabled; Ctrl-C slows them down and switches them off");
-    }
-    let mut station = WheelStation::new(bus.link(), &configs, CYCLE_US)?;
-    let followed = follow(&mut station, &wheels, &mut rows);
-    let (counts, _) = station.end(followed)?;
-    let turned = |place: usize| {
-        let (start, end) = (rows.start.as_ref()?, rows.end.as_ref()?);
-        Some(end.get(place)?.wrapping_sub(*start.get(place)?))
-    };
-    let summary = Summary {
-        complete: counts.stands && !counts.interrupted,
-        counts,
-        wheels: nodes
-            .iter()
-            .enumerate()
-            .map(|(place, node)| WheelCounts {
-                node: node.get(),
-                counts: turned(place),
-            })
-            .collect(),
-        pose: None,
-        dead_man_stops: 0,
-        limited_cycles: 0,
-    };
-    let printed = if arguments.json {
-        print_json(&WithMotion {
-            motion: &report,
-            result: &summary,
-        })
-    } else {
-        print(&summary)
-    };
-    printed.map_err(HubError::Print)?;
-    Ok(exit_code(&summary))
-}
-
-/// The exit status of a run.
-pub(super) fn exit_code(summary: &Summary) -> ExitCode {
-    match (summary.counts.interrupted, summary.complete) {
-        (true, _) => exit::INTERRUPTED.into(),
-        (false, true) => ExitCode::SUCCESS,
-        (false, false) => exit::BROKEN_PROMISE.into(),
-    }
+    let most_rpm_per_s = 2.0 * arguments.max_acceleration;
+    let ascending = wheels.ascending().into_iter();
+    let config = |look: &Look| look.follows_speeds(most_rpm, most_rpm_per_s, CYCLE_US);
+    Ok(Prepared {
+        configs: ascending.map(config).collect(),
+        plan,
+        report,
+        wheels,
+    })
 }
 
 fn input(error: impl core::fmt::Display) -> HubError {

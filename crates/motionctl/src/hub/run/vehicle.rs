@@ -2,15 +2,17 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
+use can_motion::wheel::WheelConfig;
 use diff_drive::{DiffDrive, Odometry, Phase, Twist};
 use zlac8030l::NodeId;
 
-use super::follow::{Motion, Wheels, follow};
-use super::speeds::exit_code;
+use super::follow::{Motion, Wheels};
+use super::recording::WheelRecording;
 use super::stream::{Due, Twists};
-use super::summary::{Summary, VehiclePose, WheelCounts};
+use super::summary::{Counts, Summary, VehiclePose, WheelCounts};
 use super::{Arguments, CYCLE_US};
 use crate::confirm::confirm;
 use crate::hub::bus::Bus;
@@ -20,6 +22,7 @@ use crate::hub::nodes::named;
 use crate::hub::station::WheelStation;
 use crate::interrupt;
 use crate::output::{print, print_json, tell};
+use crate::recording::AxisAbout;
 use crate::twist::{TwistError, Vehicle};
 
 /// Largest number that 60FFh holds, whatever it counts (Z34); one less, because rounding is carried on.
@@ -127,16 +130,68 @@ impl Motion for Driving {
     }
 }
 
+/// A vehicle that may drive.
+struct Prepared {
+    vehicle: Vehicle,
+    speed_resolution: u16,
+    wheels: Wheels,
+    configs: Vec<WheelConfig>,
+}
+
 /// Checks everything, asks, drives, prints where the vehicle is.
 pub(super) fn run(arguments: &Arguments, source: &str) -> Result<ExitCode, HubError> {
     let nodes = nodes_of(arguments)?;
     let twists = Twists::open(source)?;
-    let log = open_log(arguments)?;
     let mut bus = Bus::open(&arguments.link)?;
-    let looks: Vec<Look> = nodes
-        .iter()
-        .map(|&node| Look::at(&mut bus, node))
-        .collect::<Result<_, _>>()?;
+    let sides = ["left", "right"].into_iter().zip(&nodes);
+    let axes = sides.map(|(side, &node)| AxisAbout {
+        name: side.to_owned(),
+        ..AxisAbout::of_node(node)
+    });
+    let file = (source != "-").then(|| Path::new(source));
+    let recording = WheelRecording::open(arguments, axes.collect(), file, bus.link())?;
+    let log = open_log(arguments);
+    let prepared = log.and_then(|log| Ok((log, prepare(arguments, &nodes, &mut bus)?)));
+    let (recording, (log, prepared)) = recording.with(prepared, bus.link())?;
+    let mut driving = Driving {
+        twists,
+        control: prepared.vehicle.drive(prepared.speed_resolution),
+        odometry: prepared.vehicle.odometry(),
+        vehicle: prepared.vehicle,
+        log,
+        phase: Phase::Waiting,
+        dead_man_stops: 0,
+        limited_cycles: 0,
+        over: 0,
+        stopped_by: None,
+        now_us: 0,
+        is_told: false,
+    };
+    if !arguments.json {
+        tell("the wheels are being enabled; Ctrl-C slows them down and switches them off");
+    }
+    let (configs, wheels) = (&prepared.configs, &prepared.wheels);
+    let ended = recording.follow(&mut bus, configs, wheels, &mut driving)?;
+    let mut summary = summary_of(&driving, ended.counts, &wheels.nodes());
+    ended.close(&mut summary);
+    let printed = if arguments.json {
+        print_json(&summary)
+    } else {
+        print(&summary)
+    };
+    printed.map_err(HubError::Print)?;
+    match driving.stopped_by {
+        Some(error) => Err(HubError::Stream(format!(
+            "{source}: {error}. The wheels were stopped there and their power is off"
+        ))),
+        None => Ok(summary.exit_code()),
+    }
+}
+
+/// Looks at the drives, checks the vehicle against them, asks.
+fn prepare(arguments: &Arguments, nodes: &[NodeId], bus: &mut Bus) -> Result<Prepared, HubError> {
+    let look = |&node: &NodeId| Look::at(bus, node);
+    let looks: Vec<Look> = nodes.iter().map(look).collect::<Result<_, _>>()?;
     let look = alike(&looks)?;
     let vehicle = arguments
         .twist
@@ -152,54 +207,25 @@ pub(super) fn run(arguments: &Arguments, source: &str) -> Result<ExitCode, HubEr
     }
     let question = format!(
         "The vehicle on {} will DRIVE, at up to {} r/min of its wheels. Is everybody clear of it, and is the way free?",
-        named(&nodes),
+        named(nodes),
         vehicle.max_rpm
     );
     confirm(&question, arguments.yes).map_err(HubError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(HubError::Interrupt)?;
     let wheels = Wheels::new(looks);
     let most_rpm = vehicle.max_rpm + 1.0 / f64::from(look.speed_resolution);
-    let configs: Vec<_> = wheels
-        .ascending()
-        .into_iter()
-        .map(|look| look.follows_speeds(most_rpm, 2.0 * vehicle.most_rpm_per_s, CYCLE_US))
-        .collect();
-    let mut driving = Driving {
-        twists,
-        control: vehicle.drive(look.speed_resolution),
-        odometry: vehicle.odometry(),
+    let most_rpm_per_s = 2.0 * vehicle.most_rpm_per_s;
+    let ascending = wheels.ascending().into_iter();
+    let config = |look: &Look| look.follows_speeds(most_rpm, most_rpm_per_s, CYCLE_US);
+    Ok(Prepared {
+        configs: ascending.map(config).collect(),
+        speed_resolution: look.speed_resolution,
         vehicle,
-        log,
-        phase: Phase::Waiting,
-        dead_man_stops: 0,
-        limited_cycles: 0,
-        over: 0,
-        stopped_by: None,
-        now_us: 0,
-        is_told: false,
-    };
-    if !arguments.json {
-        tell("the wheels are being enabled; Ctrl-C slows them down and switches them off");
-    }
-    let mut station = WheelStation::new(bus.link(), &configs, CYCLE_US)?;
-    let followed = follow(&mut station, &wheels, &mut driving);
-    let (counts, _) = station.end(followed)?;
-    let summary = summary_of(&driving, counts, &wheels.nodes());
-    let printed = if arguments.json {
-        print_json(&summary)
-    } else {
-        print(&summary)
-    };
-    printed.map_err(HubError::Print)?;
-    match driving.stopped_by {
-        Some(error) => Err(HubError::Stream(format!(
-            "{source}: {error}. The wheels were stopped there and their power is off"
-        ))),
-        None => Ok(exit_code(&summary)),
-    }
+        wheels,
+    })
 }
 
-fn summary_of(driving: &Driving, counts: super::summary::Counts, nodes: &[NodeId]) -> Summary {
+fn summary_of(driving: &Driving, counts: Counts, nodes: &[NodeId]) -> Summary {
     let pose = driving.odometry.pose();
     let (left_counts, right_counts) = driving.odometry.travel_counts();
     let mounted = driving
@@ -207,7 +233,6 @@ fn summary_of(driving: &Driving, counts: super::summary::Counts, nodes: &[NodeId
         .mounted((left_counts as i32, right_counts as i32));
     Summary {
         complete: counts.stands && !counts.interrupted && driving.stopped_by.is_none(),
-        counts,
         wheels: nodes
             .iter()
             .zip([mounted.0, mounted.1])
@@ -226,6 +251,7 @@ fn summary_of(driving: &Driving, counts: super::summary::Counts, nodes: &[NodeId
         }),
         dead_man_stops: driving.dead_man_stops,
         limited_cycles: driving.limited_cycles,
+        ..Summary::new(counts)
     }
 }
 

@@ -31,6 +31,7 @@ fn recording(axes: usize) -> Recording {
         load: 0.375,
         is_late: true,
         axes: (0..axes).map(axis).collect(),
+        wheels: Vec::new(),
     }));
     recording.add(&Item::Event(Happening {
         at_us: 1_400_000,
@@ -85,7 +86,7 @@ fn every_axis_and_key_is_visible_in_80_columns_and_24_lines_up_to_14_axes() {
         for verdict in [None, Some(("Every promise kept", true))] {
             let text = drawn(axes, 0, verdict, (80, 24));
             for axis in 0..axes {
-                let row = format!("axis_{:<3} {:5} ", axis + 1, axis + 1);
+                let row = format!("axis_{:<5} {:5} ", axis + 1, axis + 1);
                 assert!(text.contains(&row), "{row:?} of {axes} in\n{text}");
                 let target = (123_456 + axis).to_string();
                 assert!(text.contains(&target), "{target} of {axes} in\n{text}");
@@ -96,6 +97,18 @@ fn every_axis_and_key_is_visible_in_80_columns_and_24_lines_up_to_14_axes() {
             assert!(text.contains("a message of the tool"), "{text}");
         }
     }
+}
+
+#[test]
+fn names_have_what_room_there_is_and_a_longer_one_says_so() {
+    assert_eq!(
+        [60, 80, 85, 99, 100, 110, 200].map(name_width),
+        [10, 10, 15, 18, 16, 18, 18]
+    );
+    assert_eq!(cut("right_rpm", 10), "right_rpm");
+    assert_eq!(cut("right_rpm", 9), "right_rpm");
+    assert_eq!(cut("right_rpm", 8), "right_r…");
+    assert_eq!(cut("größer", 6), "größer");
 }
 
 #[test]

@@ -66,6 +66,7 @@ fn every_cycle_frame_and_event_is_there_in_the_unit_of_the_file() {
             load: 0.5,
             is_late: false,
             axes: vec![axis(1_000 + 100 * number as i32, None), axis(0, Some(-50))],
+            wheels: Vec::new(),
         }))
         .unwrap();
     }

@@ -14,6 +14,7 @@ fn cycle(number: u64) -> Arc<Item> {
         load: 0.0,
         is_late: false,
         axes: Vec::new(),
+        wheels: Vec::new(),
     }))
 }
 

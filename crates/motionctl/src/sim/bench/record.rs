@@ -7,7 +7,7 @@ use dyn_can::{Alarm, DriveId};
 use super::{Bench, GROUP};
 use crate::control::Wish;
 use crate::output::tell;
-use crate::recording::{AxisSample, Sample, WireFrame};
+use crate::recording::{AxisSample, Sample, WireFrame, servo_words};
 use crate::sim::error::SimError;
 use crate::sim::faults::Fault;
 use crate::sim::spectator::Order;
@@ -34,7 +34,8 @@ impl Bench<'_> {
                     .iter()
                     .position(|place| *place == usize::from(axis))
             });
-            self.recorder.event(event.at.as_us(), &event, axis);
+            let (kind, text) = servo_words(event.kind);
+            self.recorder.happened(event.at.as_us(), axis, kind, text);
         }
     }
 
@@ -79,6 +80,7 @@ impl Bench<'_> {
                     ))
                 })
                 .collect(),
+            wheels: Vec::new(),
         };
         self.recorder.cycle(sample);
         self.cycle_mark = self.bench.bus().load_mark();

@@ -14,7 +14,6 @@ use drive_sim::{
 use indicatif::ProgressBar;
 use zlac8030l::{NodeId, objects};
 
-use super::csv::Table;
 use super::setup::{MOST_SPEED, MOST_WHEELS, Setup};
 use super::summary::{Summary, WheelSummary};
 use crate::output::tell;
@@ -52,7 +51,6 @@ pub(super) struct Bench<'a> {
     devices: Vec<DeviceId>,
     master: WheelMaster<MOST_WHEELS>,
     setup: Setup,
-    table: Option<Table>,
     spectator: &'a mut dyn Spectator,
     recorder: Recorder,
     /// The spectator has asked for the end.
@@ -75,7 +73,6 @@ impl<'a> Bench<'a> {
     pub(super) fn new(
         setup: Setup,
         recorder: Recorder,
-        table: Option<Table>,
         spectator: &'a mut dyn Spectator,
     ) -> Result<Self, SimError> {
         let mut bus = Bus::with_faults(setup.bit_rate, ScriptedFaults::new());
@@ -105,7 +102,6 @@ impl<'a> Bench<'a> {
             ..WheelWatch::default()
         };
         Ok(Self {
-            table,
             cycle_mark: bench.bus().load_mark(),
             motion_start_ns: None,
             cycles_to_miss: 0,
@@ -226,7 +222,7 @@ impl<'a> Bench<'a> {
         }
         self.collect_events();
         self.drain_log();
-        self.record_cycle()?;
+        self.record_cycle();
         self.obey_spectator()
     }
 
@@ -257,10 +253,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Shows the result, and closes every file.
-    fn close(mut self, verdict: &str, is_good: bool) -> Result<Recorded, SimError> {
-        if let Some(table) = &mut self.table {
-            table.end().map_err(SimError::Log)?;
-        }
+    fn close(self, verdict: &str, is_good: bool) -> Result<Recorded, SimError> {
         if let Some(recording) = self.recorder.model() {
             self.spectator.end(recording, verdict, is_good)?;
         }

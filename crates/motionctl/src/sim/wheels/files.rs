@@ -1,14 +1,11 @@
 //! Everything that a simulation of wheels writes or shows.
 
-use std::io;
 use std::path::Path;
 
-use super::csv::Table;
 use super::setup::Setup;
 use crate::output::tell;
 use crate::recording::{
-    About, AxisAbout, Origin, Outcome, Quantity, Recorded, Recorder, Recording, RecordingOptions,
-    create,
+    About, AxisAbout, Origin, Outcome, Quantity, Recorded, Recorder, Recording,
 };
 use crate::report;
 use crate::sim::arguments::Arguments;
@@ -19,8 +16,6 @@ use crate::sim::spectator::{Nobody, Spectator};
 /// Files that are open.
 pub(super) struct Files {
     pub(super) recorder: Recorder,
-    /// Speeds and ways of wheels: other columns than those of positions.
-    pub(super) table: Option<Table>,
     about: About,
 }
 
@@ -39,16 +34,11 @@ impl Files {
         };
         let options = &arguments.recording;
         let twists = arguments.twist.twist.as_deref().map(Path::new);
-        let inputs = [arguments.motion.file(), twists, options.csv.as_deref()];
+        let inputs = [arguments.motion.file(), twists];
         let taken: Vec<&Path> = inputs.into_iter().flatten().collect();
-        let without_table = RecordingOptions {
-            csv: None,
-            ..options.clone()
-        };
-        let recorder = without_table.open(&about, &taken);
+        let recorder = options.open(&about, &taken);
         Ok(Self {
             recorder: recorder.map_err(SimError::Recording)?,
-            table: table_of(options.csv.as_deref(), setup)?,
             about,
         })
     }
@@ -70,19 +60,6 @@ impl Files {
         let mut view = LiveView::open(self.about.axes.len(), motion_us, false)?;
         run(self, &mut view)
     }
-}
-
-fn table_of(path: Option<&Path>, setup: &Setup) -> Result<Option<Table>, SimError> {
-    let Some(path) = path else {
-        return Ok(None);
-    };
-    let file = create(path).map_err(|source| SimError::Write {
-        path: path.to_owned(),
-        source,
-    })?;
-    Table::begin(file, &setup.nodes, setup.speed_resolution)
-        .map(Some)
-        .map_err(|error| SimError::Log(io::Error::other(error)))
 }
 
 /// Writes the page, when one is wanted.

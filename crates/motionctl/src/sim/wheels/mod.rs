@@ -1,13 +1,11 @@
 //! `motionctl sim --drives zlac`: hub motors on CANopen follow speeds from a file, such as those of a differential drive.
 
 mod bench;
-mod csv;
 mod faults;
 mod files;
 mod setup;
 mod summary;
 mod vehicle;
-mod words;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -58,7 +56,7 @@ pub(super) fn run(arguments: &Arguments, nodes: &[NodeId]) -> Result<ExitCode, S
     }
     let motion_us = plan.cycles() as u64 * u64::from(setup.cycle_us);
     let (summary, recorded) = recording.watched(arguments, motion_us, |files, spectator| {
-        let bench = Bench::new(setup, files.recorder, files.table, spectator)?;
+        let bench = Bench::new(setup, files.recorder, spectator)?;
         bench.run(&plan, arguments.shows_progress())
     })?;
     write_page(arguments, &recorded, &summary.for_page())?;
@@ -107,7 +105,7 @@ fn drive(arguments: &Arguments, nodes: &[NodeId], file: &Path) -> Result<ExitCod
     let last_s = lines.last().map_or(0.0, |line| line.time_s);
     let motion_us = (last_s * 1e6) as u64;
     let (summary, recorded) = recording.watched(arguments, motion_us, |files, spectator| {
-        let bench = Bench::new(setup, files.recorder, files.table, spectator)?;
+        let bench = Bench::new(setup, files.recorder, spectator)?;
         bench.drive(&vehicle, &lines, arguments.shows_progress())
     })?;
     write_page(arguments, &recorded, &summary.for_page())?;

@@ -1,21 +1,18 @@
 //! What is kept and told of a cycle, and what the spectator makes of it.
 
 use can_motion::Instant;
-use can_motion::wheel::{WheelEventKind, WheelSnapshot};
-use drive_sim::DeviceId;
+use can_motion::wheel::WheelEventKind;
 use embedded_can::{Frame as _, Id};
 use zlac8030l::{PdoNumber, Service};
 
-use super::{Bench, WheelWatch};
+use super::Bench;
 use crate::control::Wish;
-use crate::recording::{AxisSample, COUNTS_PER_RPM, Kind, Sample};
+use crate::recording::{AxisSample, Kind, Sample, WheelReadings, wheel_words};
 use crate::set_points::Order as MotionOrder;
 use crate::sim::bench::wire_frame;
 use crate::sim::error::SimError;
 use crate::sim::spectator::Order;
-use crate::sim::wheels::csv::WheelRow;
 use crate::sim::wheels::faults::Fault;
-use crate::sim::wheels::words::words;
 
 impl Bench<'_> {
     /// Counts the set-points that ended on the wire, and records every frame.
@@ -45,7 +42,7 @@ impl Bench<'_> {
                 let mut wheels = self.wheels.iter();
                 wheels.position(|watch| watch.place == usize::from(place))
             });
-            let (kind, text) = words(event.kind);
+            let (kind, text) = wheel_words(event.kind);
             self.recorder.happened(event.at.as_us(), wheel, kind, text);
         }
     }
@@ -70,46 +67,43 @@ impl Bench<'_> {
             .happened(at_us, wheel, Kind::Cause, fault.to_string());
     }
 
-    pub(super) fn record_cycle(&mut self) -> Result<(), SimError> {
-        if self.table.is_none() && self.recorder.is_idle() {
-            return Ok(());
+    pub(super) fn record_cycle(&mut self) {
+        if self.recorder.is_idle() {
+            return;
         }
         let now_ns = self.bench.now_ns();
         let now = Instant::from_us(now_ns / 1_000);
         let load = self.bench.bus().load_since(&self.cycle_mark);
         self.cycle_mark = self.bench.bus().load_mark();
-        let rows = self.rows(now_ns);
-        let is_late = self.motion_start_ns.is_some() && self.set_points_of_cycle < rows.len();
-        if let Some(table) = &mut self.table {
-            table
-                .row(now, load, is_late, &rows)
-                .map_err(SimError::Log)?;
-        }
-        let resolution = f64::from(self.setup.speed_resolution);
+        let has_begun = self.motion_start_ns.is_some();
+        let (axes, wheels) = self.samples(now_ns);
         self.recorder.cycle(Sample {
             at_us: now.as_us(),
             number: self.cycle - 1,
             load,
-            is_late,
-            axes: rows
-                .iter()
-                .map(|row| sample(row, resolution, now))
-                .collect(),
+            is_late: has_begun && self.set_points_of_cycle < self.wheels.len(),
+            axes,
+            wheels,
         });
-        Ok(())
     }
 
-    fn rows(&self, now_ns: u64) -> Vec<WheelRow> {
+    fn samples(&self, now_ns: u64) -> (Vec<AxisSample>, Vec<WheelReadings>) {
+        let (resolution, now) = (
+            self.setup.speed_resolution,
+            Instant::from_us(now_ns / 1_000),
+        );
         let wheels = self.wheels.iter().zip(&self.devices);
-        let row = |(watch, device): (&WheelWatch, &DeviceId)| {
+        let sample = wheels.filter_map(|(watch, device)| {
+            let snapshot = self.master.snapshot(watch.place)?;
             let drive = self.bench.device(*device);
-            Some(WheelRow {
-                snapshot: self.master.snapshot(watch.place)?,
-                shaft_rpm: drive.speed_rpm(now_ns),
-                travel_counts: drive.travel_counts(now_ns),
-            })
-        };
-        wheels.filter_map(row).collect()
+            let speed_rpm = Some(drive.speed_rpm(now_ns));
+            let travel_counts = Some(drive.travel_counts(now_ns));
+            Some((
+                AxisSample::of_wheel(&snapshot, resolution, speed_rpm, now),
+                WheelReadings::new(&snapshot.feedback, travel_counts),
+            ))
+        });
+        sample.unzip()
     }
 
     pub(super) fn obey_spectator(&mut self) -> Result<(), SimError> {
@@ -136,27 +130,5 @@ impl Bench<'_> {
         if let Some(&node) = self.setup.nodes.get(wheel) {
             self.apply(fault(node));
         }
-    }
-}
-
-/// Speeds in thousandths of an r/min.
-fn sample(row: &WheelRow, resolution: f64, now: Instant) -> AxisSample {
-    let WheelRow {
-        snapshot,
-        shaft_rpm,
-        ..
-    } = row;
-    let speed = |number: i32| (f64::from(number) / resolution * COUNTS_PER_RPM).round() as i32;
-    let age = |at: Instant| u32::try_from(now.us_since(at)).ok();
-    let (target, sent) = (speed(snapshot.target), speed(snapshot.sent));
-    let WheelSnapshot { feedback, .. } = snapshot;
-    AxisSample {
-        target,
-        sent,
-        position: Some((shaft_rpm * COUNTS_PER_RPM).round() as i64),
-        backlog: target - sent,
-        status_age_us: feedback.status.and_then(|read| age(read.at)),
-        position_age_us: feedback.position_counts.and_then(|read| age(read.at)),
-        state: Some(snapshot.state),
     }
 }

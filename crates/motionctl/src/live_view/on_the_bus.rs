@@ -8,12 +8,11 @@ use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind};
 
-use super::summary::Summary;
+use super::{LOAD_WINDOW_US, Screen, TakenTerminal};
 use crate::control::{Status, Wish, Wishes, wish};
 use crate::interrupt;
-use crate::live_view::{LOAD_WINDOW_US, Screen, TakenTerminal};
 use crate::output;
-use crate::recording::{About, Item, Recorded, Recording, Viewer};
+use crate::recording::{About, Item, Recording, Viewer};
 
 /// Time between two pictures.
 const PICTURE: Duration = Duration::from_millis(50);
@@ -22,25 +21,21 @@ const EVENTS: usize = 100;
 const MESSAGES: usize = 3;
 
 const KEYS: &str = "up/down select  space pause  + - 1 speed  s stop on the path  Ctrl-C stop: slows down, again: at once  q stop and leave the view";
+/// Of a motion that has no path on which it could pause.
+const KEYS_TO_STOP: &str =
+    "up/down select  s stop: slows down, again: at once  q stop and leave the view";
 const KEYS_AT_END: &str = "q leave the view";
 
 /// A view that is open.
-pub(super) struct LiveView {
+pub(crate) struct BusView {
     /// Until the view shall end.
     verdict: Option<Sender<(String, bool)>>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Shows the result in a view that is open until the user leaves it; the drives are off.
-pub(super) fn end(view: Option<LiveView>, results: &[(Summary, Recorded)]) {
-    if let (Some(view), Some((summary, _))) = (view, results.first()) {
-        view.end(&summary.verdict(), summary.is_completed());
-    }
-}
-
-impl LiveView {
-    /// Takes the terminal and shows what the viewer is given.
-    pub(super) fn open(about: &About, wishes: &Wishes) -> io::Result<(Self, Viewer)> {
+impl BusView {
+    /// Takes the terminal and shows what the viewer is given. Without anybody who obeys wishes the motion can only be stopped.
+    pub(crate) fn open(about: &About, wishes: Option<&Wishes>) -> io::Result<(Self, Viewer)> {
         let terminal = TakenTerminal::take()?;
         terminal.keep_signals()?;
         let (viewer, items) = Viewer::new();
@@ -50,8 +45,7 @@ impl LiveView {
             recording: Recording::new(about.clone()),
             selected: 0,
             is_leaving: false,
-            wishes: wishes.sender(),
-            status: wishes.status(),
+            wishes: wishes.map(|wishes| (wishes.sender(), wishes.status())),
             requests: interrupt::requests(),
         };
         let thread = std::thread::Builder::new()
@@ -73,7 +67,7 @@ impl LiveView {
     }
 
     /// Shows the result until the user leaves; the drives are off.
-    fn end(self, verdict: &str, is_good: bool) {
+    pub(crate) fn end(self, verdict: &str, is_good: bool) {
         if let Some(sender) = &self.verdict {
             // A view that was left before is no failure, and its thread has told of one.
             let _ = sender.send((verdict.to_owned(), is_good));
@@ -81,7 +75,7 @@ impl LiveView {
     }
 }
 
-impl Drop for LiveView {
+impl Drop for BusView {
     /// Waits until the terminal is itself again: after the result until the user leaves, without one at once.
     fn drop(&mut self) {
         self.verdict = None;
@@ -96,8 +90,8 @@ struct View {
     recording: Recording,
     selected: usize,
     is_leaving: bool,
-    wishes: Sender<Wish>,
-    status: Arc<Status>,
+    /// Those who obey, and what they do.
+    wishes: Option<(Sender<Wish>, Arc<Status>)>,
     /// Requests to stop that were there before the end.
     requests: u32,
 }
@@ -150,17 +144,22 @@ impl View {
     }
 
     fn draw(&mut self, verdict: Option<(&str, bool)>) -> io::Result<()> {
-        let (percent, is_paused) = self.status.speed();
+        let speed = self.wishes.as_ref().map(|(_, status)| status.speed());
+        let is_paused = speed.is_some_and(|(_, is_paused)| is_paused);
         let status = match () {
             () if verdict.is_some() => "",
             () if interrupt::requests() > 0 => "STOPPING",
             () if is_paused => "PAUSED",
             () => "",
         };
-        let head = if self.has_begun() {
-            format!("on the bus at {percent} %")
-        } else {
-            "on the bus".to_owned()
+        let head = match speed {
+            Some((percent, _)) if self.has_begun() => format!("on the bus at {percent} %"),
+            _ => "on the bus".to_owned(),
+        };
+        let keys = match (verdict, speed) {
+            (Some(_), _) => KEYS_AT_END,
+            (None, Some(_)) => KEYS,
+            (None, None) => KEYS_TO_STOP,
         };
         self.terminal.draw(&Screen {
             recording: &self.recording,
@@ -168,7 +167,7 @@ impl View {
             off_the_bus: &[],
             head: &head,
             status,
-            keys: if verdict.is_some() { KEYS_AT_END } else { KEYS },
+            keys,
             events_title: " events and messages ",
             messages: &output::held(MESSAGES),
             verdict,
@@ -189,8 +188,8 @@ impl View {
                     let last = self.recording.about.axes.len().saturating_sub(1);
                     self.selected = (self.selected + 1).min(last);
                 }
-                // Nothing goes on a path yet.
-                KeyCode::Char('s') if !is_over && !self.has_begun() => interrupt::request(),
+                // Nothing goes on a path, or not yet.
+                KeyCode::Char('s') if !is_over && !self.takes_wishes() => interrupt::request(),
                 KeyCode::Char('q') | KeyCode::Esc => {
                     self.is_leaving = true;
                     if !is_over {
@@ -198,15 +197,20 @@ impl View {
                     }
                 }
                 KeyCode::Char(key) if !is_over => {
-                    if let Some(wish) = u8::try_from(key).ok().and_then(wish) {
+                    let wish = u8::try_from(key).ok().and_then(wish);
+                    if let (Some(wish), Some((wishes, _))) = (wish, &self.wishes) {
                         // Whoever has ended does not listen any more.
-                        let _ = self.wishes.send(wish);
+                        let _ = wishes.send(wish);
                     }
                 }
                 _ => {}
             }
         }
         Ok(())
+    }
+
+    fn takes_wishes(&self) -> bool {
+        self.has_begun() && self.wishes.is_some()
     }
 
     fn has_begun(&self) -> bool {

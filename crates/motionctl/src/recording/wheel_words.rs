@@ -2,11 +2,12 @@
 
 use can_motion::wheel::WheelEventKind;
 
+use super::event::Kind;
+use super::words::{error_words, reason_words};
 use crate::counted::counted;
-use crate::recording::{Kind, error_words, reason_words};
 
 /// An event and its kind.
-pub(super) fn words(event: WheelEventKind) -> (Kind, String) {
+pub(crate) fn wheel_words(event: WheelEventKind) -> (Kind, String) {
     use WheelEventKind as E;
     let kind = match event {
         E::State { .. } => Kind::State,
@@ -109,7 +110,7 @@ mod tests {
 
     #[test]
     fn every_event_has_plain_words() {
-        let source = include_str!("../../../../can-motion/src/wheel/event.rs");
+        let source = include_str!("../../../can-motion/src/wheel/event.rs");
         let events = every_event();
         for variant in variants(source, "WheelEventKind") {
             let is_there = events
@@ -118,7 +119,7 @@ mod tests {
             assert!(is_there, "{variant} is not in this test");
         }
         for event in events {
-            let (_, text) = words(event);
+            let (_, text) = wheel_words(event);
             let flaws = flaws_of_a_message(&text);
             assert!(flaws.is_empty(), "{text}: {flaws:?}");
             assert!(!text.contains("does not know"), "{event:?}");
