@@ -5,7 +5,8 @@ use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelEventKind, WheelFault, WheelLimits, WheelMasterConfig,
     WheelMode,
 };
-use drive_sim::{ReplyDamage, ZlacDriveConfig};
+use drive_sim::{ControllerConfig, Frame, ReplyDamage, ZlacDriveConfig};
+use embedded_can::nb::Can as _;
 use host_tests::rig::{GROUP, WheelRig};
 use zlac8030l::{NodeId, objects};
 
@@ -106,6 +107,52 @@ fn a_wheel_that_cannot_follow_its_speed_is_a_fault() {
         })
     );
     assert!(expected, "{fault:?}");
+}
+
+/// Two wheels whose drives say that they count 1/10 r/min, and count whole ones until they are restarted (Z34).
+fn pair_that_was_not_restarted() -> WheelRig {
+    let wheel = WheelConfig {
+        speed_resolution: 10,
+        limits: WheelLimits::speed(600, 10),
+        ..velocity()
+    };
+    let mut rig = pair(wheel, |_| {});
+    let tool = rig.bench.add_master(ControllerConfig::device());
+    rig.bench.advance_to(1_000_000_000);
+    for node in [1, 2].map(|number| NodeId::new(number).unwrap()) {
+        let frame = objects::SPEED_RESOLUTION.write(10).encode(node);
+        let frame: Frame = frame.to_can().expect("eleven bits");
+        rig.bench.port(tool).transmit(&frame).expect("room");
+        let soon = rig.bench.now_ns() + 100_000_000;
+        rig.bench.advance_to(soon);
+    }
+    rig
+}
+
+#[test]
+fn a_drive_that_counts_other_speeds_than_it_says_is_stopped_long_before_ten_times_its_speed() {
+    for sign in [1, -1] {
+        let mut rig = pair_that_was_not_restarted();
+        rig.stream();
+        let mut fastest_rpm = 0.0_f64;
+        for cycle in 1..=100 {
+            for wheel in [0, 1] {
+                // Up to 60 r/min. Refused once the fault is there.
+                let _ = rig.master.set_target(wheel, sign * (10 * cycle).min(600));
+            }
+            rig.cycle();
+            let speeds = speeds_rpm(&rig).map(f64::abs);
+            fastest_rpm = speeds.into_iter().fold(fastest_rpm, f64::max);
+        }
+        let faults = [0, 1].map(|wheel| rig.axis(wheel).fault);
+        let is_over = |fault: &Option<WheelFault>| {
+            matches!(fault, Some(WheelFault::OverSpeed { most_decirpm: 1_200, actual_decirpm })
+                if actual_decirpm.abs() > 1_200 && actual_decirpm.signum() == sign)
+        };
+        assert!(faults.iter().any(is_over), "{faults:?}");
+        // 60 r/min are allowed, and it would have been 600.
+        assert!(fastest_rpm < 180.0, "{fastest_rpm}");
+    }
 }
 
 #[test]

@@ -116,6 +116,11 @@ pub(super) fn terminal(place: &Place) -> Result<Vec<String>, Error> {
     plain(place, "crates/motionctl/tests/interop/terminal.py")
 }
 
+/// The commands of README and documents, against simulated drives.
+pub(super) fn commands(place: &Place) -> Result<Vec<String>, Error> {
+    plain(place, "crates/motionctl/tests/interop/commands.py")
+}
+
 /// A script that needs nothing but Python, given the tool.
 fn plain(place: &Place, script: &str) -> Result<Vec<String>, Error> {
     let motionctl = place.tool("motionctl", "motionctl")?;

@@ -165,6 +165,12 @@ pub(super) const STEPS: &[Step] = &[
         interop::terminal,
     )
     .needs(&[&PYTHON, &TMUX]),
+    Step::call(
+        "commands",
+        "every command in a block of README and documents, run against simulated drives, and the output that is shown there",
+        interop::commands,
+    )
+    .needs(&[&PYTHON]),
     Step::cargo(
         "serial-fuzz",
         "ten million random bytes for the serial decoder",

@@ -67,8 +67,9 @@ pub enum WheelFault {
         /// Speed that was read, in 0.1 r/min.
         actual_decirpm: i32,
     },
-    /// A wheel in torque mode turns faster than it may: its load is gone.
-    #[error("the wheel turns at {} r/min, at most {} are allowed in torque mode", Tenths(*.actual_decirpm), Tenths(*.most_decirpm))]
+    /// A wheel in torque mode turns faster than it may, because its load is gone; or one in velocity mode turns half as fast again as its
+    /// fastest target, and [`WheelLimits::following_speed`](crate::wheel::WheelLimits::following_speed) more.
+    #[error("the wheel turns at {} r/min, at most {} are allowed", Tenths(*.actual_decirpm), Tenths(*.most_decirpm))]
     OverSpeed {
         /// What is allowed, in 0.1 r/min.
         most_decirpm: i32,

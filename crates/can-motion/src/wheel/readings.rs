@@ -162,6 +162,9 @@ impl Wheel {
     }
 
     /// A wheel in velocity mode that turns at another speed than it was told for too long, or one in torque mode that is too fast.
+    ///
+    /// In velocity mode no target explains a speed far above the fastest one: the drive counts another fraction of an r/min than it
+    /// says, as after a write of 202Fh:05 without a restart (Z34), or something drives the wheel. That does not wait.
     fn following_speed(
         &mut self,
         actual_decirpm: i32,
@@ -177,6 +180,18 @@ impl Wheel {
             self.ledger.sent().saturating_mul(10) / resolution
         };
         let limits = &self.config.limits;
+        if follows && !self.is_torque() {
+            let values = &limits.values;
+            let largest = values.min.unsigned_abs().max(values.max.unsigned_abs());
+            let fastest = largest.saturating_mul(15) / resolution.unsigned_abs();
+            let most_decirpm = fastest.saturating_add(u32::from(limits.following_speed));
+            if actual_decirpm.unsigned_abs() > most_decirpm {
+                return Some(WheelFault::OverSpeed {
+                    most_decirpm: i32::try_from(most_decirpm).unwrap_or(i32::MAX),
+                    actual_decirpm,
+                });
+            }
+        }
         let difference = actual_decirpm.abs_diff(sent_decirpm);
         // While it brakes a wheel in torque mode is as fast as it is.
         let brakes = self.is_torque() && self.quick_stop;

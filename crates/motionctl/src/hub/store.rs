@@ -53,6 +53,8 @@ pub(super) struct Change {
     pub(super) value: i64,
     /// The drive has a place for it in its EEPROM; others last until the power goes.
     stored: bool,
+    /// It is in force when the drive has started anew (guide 5.3), and nothing shows whether it is.
+    after_restart: bool,
     pub(super) result: ChangeEnd,
     #[serde(skip)]
     setting: Option<ObjectSetting>,
@@ -97,6 +99,7 @@ impl NodeOutcome {
                     before,
                     value: setting.value,
                     stored: is_kept(entry.address),
+                    after_restart: entry.address == objects::SPEED_RESOLUTION.address(),
                     result: ChangeEnd::NotWritten,
                     setting: Some(*setting),
                 });
@@ -182,6 +185,7 @@ impl NodeOutcome {
                     before: present,
                     value: present,
                     stored: true,
+                    after_restart: false,
                     result: ChangeEnd::NotWritten,
                     setting: Some(setting),
                 });
@@ -327,6 +331,16 @@ impl fmt::Display for NodeOutcome {
                     ", until the power goes"
                 }
             )?;
+        }
+        let was_written = |change: &&Change| change.result == ChangeEnd::Written;
+        for change in self.changes.iter().filter(was_written) {
+            if change.after_restart {
+                writeln!(
+                    f,
+                    "  {} counts when the drive has been switched off and on: do that before a wheel turns, or it turns at other speeds than it is told",
+                    change.object
+                )?;
+            }
         }
         if self.pre_operational {
             writeln!(f, "  the drive is pre-operational now, as after power-on")?;

@@ -574,6 +574,36 @@ const SQUARE: &str = concat!(
 );
 
 #[test]
+fn a_number_that_counts_after_a_restart_is_said_and_a_wheel_that_did_not_get_one_is_stopped_early()
+{
+    undisturbed(|| {
+        let bench = start("hub-restart", "zlac");
+        let write = [
+            "write",
+            "--drives",
+            "zlac",
+            "speed-resolution-divider=10",
+            "--yes",
+        ];
+        let (status, text, errors) = on(&bench, &write);
+        assert_eq!(status, Some(0), "{text}{errors}");
+        let wanted = "202Fh:05 counts when the drive has been switched off and on";
+        assert!(text.contains(wanted), "{text}");
+        let speed = [
+            "speed", "--drives", "zlac", "--rpm", "60", "--for", "1", "--yes",
+        ];
+        let errors = fails(&bench, 1, &speed);
+        assert!(errors.contains("at most 120.0 are allowed"), "{errors}");
+        bench.signal(rustix::process::Signal::USR1);
+        wait_until("the drive is back", || {
+            on(&bench, &["read", "--drives", "zlac", "202Fh:05"]).0 == Some(0)
+        });
+        let (status, text, errors) = on(&bench, &speed);
+        assert_eq!(status, Some(0), "{text}{errors}");
+    });
+}
+
+#[test]
 fn a_vehicle_drives_a_square_on_the_bench() {
     undisturbed(|| {
         let options = ["--speed-resolution", "10"];

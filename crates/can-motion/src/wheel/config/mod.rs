@@ -163,7 +163,7 @@ pub struct WheelLimits {
     /// Distance in counts between the position sent and the position read beyond which a wheel in position mode faults.
     pub following_error: u32,
     /// Difference between the speed sent and the speed read, in 0.1 r/min, beyond which a wheel in velocity mode faults; in torque mode the
-    /// speed itself ...
+    /// speed itself. A wheel in velocity mode that turns half as fast again as its fastest target, and by this more, faults at once; ...
     pub following_speed: u16,
     /// ... when it lasts so long, in microseconds: a wheel may need a moment to get there.
     pub following_speed_us: u32,
