@@ -10,6 +10,7 @@ reason.
 Motions run in real time. A command that fails while the machine let a thread wait is run again, as in the tests of the tool.
 """
 
+import atexit
 import contextlib
 import os
 import pty
@@ -109,6 +110,8 @@ class Bench:
         # Their errors are those of the drives, which the commands tell.
         self.process = subprocess.Popen([MOTIONCTL, "bench", *words, *links],
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        # Also where a check ends this program.
+        atexit.register(self.process.kill)
         end = time.monotonic() + PATIENCE_S
         while not os.path.exists(self.adapter):
             if time.monotonic() > end or self.process.poll() is not None:

@@ -5,6 +5,7 @@ Usage: terminal.py MOTIONCTL
 What is on the screen is what tmux shows of it, which shares nothing with the product.
 """
 
+import atexit
 import os
 import shutil
 import signal
@@ -109,6 +110,8 @@ def bench(motionctl, folder, drives):
     adapter = os.path.join(folder, "can")
     process = subprocess.Popen([motionctl, "bench", "--drives", drives, "--slcan", adapter],
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    # Also where a check ends this program.
+    atexit.register(process.kill)
     end = time.monotonic() + PATIENCE_S
     while not os.path.exists(adapter):
         if time.monotonic() > end:
