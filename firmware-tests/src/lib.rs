@@ -67,6 +67,8 @@ pub mod fault {
     pub const HIDE_UNCONFIRMED: u16 = 8;
     /// A crystal that stops is not watched.
     pub const NO_CLOCK_SECURITY: u16 = 16;
+    /// The stop circuit is looked at in one of sixteen cycles.
+    pub const SELDOM_STOP: u16 = 32;
 }
 
 pub use board::{Board, Stop};

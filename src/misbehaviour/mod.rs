@@ -24,6 +24,8 @@ pub(crate) enum Fault {
     HideUnconfirmed = 8,
     /// A crystal that stops is not watched.
     NoClockSecurity = 16,
+    /// The stop circuit is looked at in one of sixteen cycles.
+    SeldomStop = 32,
 }
 
 /// Whether a mistake is made.
