@@ -6,6 +6,7 @@
 extern crate std;
 
 mod angle;
+mod backlash;
 mod bounds;
 mod corner;
 mod error;
