@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 
 use dyn_can::{Counts28, StepLimit};
+use trajectory::Position;
 
 use super::error::ProgramFileError;
 use super::machine::{MOST_MOTORS, Machine};
@@ -202,6 +203,21 @@ impl Checked {
 
     pub(super) fn player(&self) -> Result<Player, ProgramFileError> {
         Player::new(self.file.lines(), &self.machine)
+    }
+
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Positions in counts at every cycle, the start included, not rounded.
+    pub(crate) fn exact_rows(&self) -> Result<Vec<Vec<f64>>, ProgramFileError> {
+        let mut player = self.player()?;
+        let mut rows = vec![vec![0.0; self.axes()]];
+        while let Some(row) = player.next_exact()? {
+            let counts = row.map(|at| at.units() as f64 / Position::UNITS as f64);
+            rows.push(counts.into_iter().take(self.axes()).collect());
+        }
+        Ok(rows)
     }
 
     /// Motors.
