@@ -35,7 +35,7 @@ pub struct Path<M, const SPACE: usize, const AXES: usize, const QUEUE: usize> {
 }
 
 /// Instructions of a cycle, about, after which nothing more is prepared in it.
-const BUDGET: u32 = 1_080;
+const BUDGET: u32 = 1_110;
 /// What a cycle takes that prepares nothing, and what a piece takes that is added.
 const CYCLE: u32 = 590;
 const LINE: u32 = 250;

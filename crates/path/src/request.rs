@@ -5,7 +5,7 @@ use trajectory::Position;
 use crate::error::PathError;
 use crate::length;
 use crate::roots::square_root;
-use crate::shape::{self, Point, Round};
+use crate::shape::{self, Measure, Point, Round};
 
 /// How a piece follows the one before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,8 +143,8 @@ impl<const S: usize> Request<S> {
     }
 
     /// Its length.
-    pub(crate) fn length(&self) -> i64 {
-        length::from_units(square_root(self.square))
+    pub(crate) fn measure(&self) -> Measure {
+        Measure::of(length::from_units(square_root(self.square)))
     }
 }
 

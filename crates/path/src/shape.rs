@@ -6,7 +6,7 @@
 
 use trajectory::fixed::part_of;
 
-use crate::angle::{self, sine_cosine};
+use crate::angle::{self, Radius, sine_cosine};
 use crate::length;
 use crate::roots::square_root;
 
@@ -51,11 +51,6 @@ impl Round {
         radial: [0; 2],
         sweep: 0,
     };
-
-    /// From its start to its end in the plane.
-    pub(crate) fn turned(&self) -> [i64; 2] {
-        turned(self.radial, self.sweep as u32)
-    }
 }
 
 /// A place of a path, and how it is passed.
@@ -89,9 +84,9 @@ pub(crate) enum Kind<const S: usize> {
     },
     Arc {
         way: Point<S>,
-        /// From the centre to the start, and a quarter turn ahead of it, in the two coordinates of the plane.
+        /// The two coordinates of the plane, and what goes from the centre to the start in it.
         plane: (usize, usize),
-        radial: [i64; 2],
+        radius: Radius,
         /// Angle in 2^-32 turns.
         turn: i64,
         /// Radians per unit of length.
@@ -121,16 +116,14 @@ impl<const S: usize> Shape<S> {
     }
 
     /// A straight line of a length, which is that between its ends to 24 bits.
-    pub(crate) fn line(from: Point<S>, end: Point<S>, length: i64) -> Self {
+    pub(crate) fn line(from: Point<S>, end: Point<S>, measure: &Measure) -> Self {
         let way = difference_of_points(&end, &from);
-        let scale = length.leading_zeros();
-        let inverse = Inverse::of(length, scale);
         Self {
             from,
             kind: Kind::Line {
-                way: way.map(|way| inverse.times(way)),
+                way: way.map(|way| measure.inverse.times(way)),
             },
-            scale,
+            scale: measure.scale,
         }
     }
 
@@ -138,16 +131,15 @@ impl<const S: usize> Shape<S> {
     pub(crate) fn arc(
         (from, end): (Point<S>, Point<S>),
         round: &Round,
-        turned: [i64; 2],
-        length: i64,
+        (radius, turned): (Radius, [i64; 2]),
+        measure: &Measure,
     ) -> Self {
-        let Round {
-            plane,
-            radial,
-            sweep,
-        } = *round;
-        let scale = length.leading_zeros();
-        let inverse = Inverse::of(length, scale);
+        let Round { plane, sweep, .. } = *round;
+        let Measure {
+            length,
+            scale,
+            inverse,
+        } = measure;
         let mut way = [0; S];
         for (place, (way, (end, from))) in way.iter_mut().zip(end.iter().zip(from)).enumerate() {
             let rest = end - from - of_plane(plane, turned, place);
@@ -159,11 +151,11 @@ impl<const S: usize> Shape<S> {
             kind: Kind::Arc {
                 way,
                 plane,
-                radial,
+                radius,
                 turn: inverse.times(sweep),
-                rate: turns * core::f32::consts::TAU / length::units(length),
+                rate: turns * core::f32::consts::TAU / length::units(*length),
             },
-            scale,
+            scale: *scale,
         }
     }
 
@@ -222,12 +214,12 @@ impl<const S: usize> Shape<S> {
             Kind::Arc {
                 way,
                 plane,
-                radial,
+                radius,
                 turn,
                 ..
             } => {
                 self.put_straight(way, share, point);
-                let [first, second] = turned(*radial, part_of(*turn, share) as u32);
+                let [first, second] = radius.turned(part_of(*turn, share) as u32);
                 if let Some(point) = point.get_mut(plane.0) {
                     *point += first;
                 }
@@ -271,7 +263,7 @@ impl<const S: usize> Shape<S> {
         }
         if let Kind::Arc {
             plane,
-            radial,
+            radius,
             turn,
             rate,
             ..
@@ -280,7 +272,7 @@ impl<const S: usize> Shape<S> {
             let share = at.cast_unsigned().wrapping_shl(self.scale);
             let (sine, cosine) = sine_cosine(part_of(*turn, share) as u32);
             let (sine, cosine) = (sine as f32 * SINE_UNIT, cosine as f32 * SINE_UNIT);
-            let [first, second] = radial.map(coordinate);
+            let [first, second] = radius.parts().map(coordinate);
             let (first, second) = (
                 first * cosine - second * sine,
                 second * cosine + first * sine,
@@ -323,20 +315,6 @@ pub(crate) fn difference_of_points<const S: usize>(to: &Point<S>, from: &Point<S
     difference
 }
 
-/// What the end of a radius moves by when it turns by a phase.
-fn turned(radial: [i64; 2], phase: u32) -> [i64; 2] {
-    let (sine, cosine) = sine_cosine(phase);
-    let [first, second] = rotated(radial, sine, cosine);
-    [first - radial[0], second - radial[1]]
-}
-
-fn rotated([first, second]: [i64; 2], sine: i32, cosine: i32) -> [i64; 2] {
-    [
-        angle::part(first, cosine) - angle::part(second, sine),
-        angle::part(second, cosine) + angle::part(first, sine),
-    ]
-}
-
 fn of_plane(plane: (usize, usize), [first, second]: [i64; 2], place: usize) -> i64 {
     if place == plane.0 {
         first
@@ -347,7 +325,33 @@ fn of_plane(plane: (usize, usize), [first, second]: [i64; 2], place: usize) -> i
     }
 }
 
+/// A length above 0, and what shares of it need.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Measure {
+    pub(crate) length: i64,
+    scale: u32,
+    inverse: Inverse,
+}
+
+impl Measure {
+    pub(crate) const NONE: Self = Self {
+        length: 0,
+        scale: 0,
+        inverse: Inverse(0),
+    };
+
+    pub(crate) fn of(length: i64) -> Self {
+        let scale = length.leading_zeros();
+        Self {
+            length,
+            scale,
+            inverse: Inverse::of(length, scale),
+        }
+    }
+}
+
 /// A power of two divided by a length: from one to two, less one, as a share with 64 bits behind the point, to 2^-45.
+#[derive(Debug, Clone, Copy)]
 struct Inverse(u64);
 
 impl Inverse {
