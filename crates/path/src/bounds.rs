@@ -267,3 +267,44 @@ fn largest<const N: usize>(values: [f32; N]) -> f32 {
     };
     values.into_iter().fold(0.0, larger)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The parts of the jerk of an axis, each at its largest: together they use the limit up and do not exceed it.
+    #[test]
+    fn the_parts_of_the_jerk_add_up_to_its_limit() {
+        // No acceleration is too large for these.
+        let limits = Limits::new(1e4, 1e4, 0.04).unwrap();
+        let filter = 100.0;
+        for (first, second, third) in [
+            (1.0, 0.0, 0.0),
+            (1.0, 0.01, 0.0),
+            (3.0, 0.002, 0.0),
+            (1.0, 0.01, 1e-8),
+            (0.2, 0.05, 1e-9),
+        ] {
+            for is_round in [false, true] {
+                let slopes = Slopes {
+                    first,
+                    second,
+                    third,
+                    is_round,
+                };
+                for velocity in [1.0_f32, 10.0, 100.0] {
+                    let a = slopes.acceleration(&limits, velocity, filter);
+                    // The acceleration goes from one limit to the other while it is averaged.
+                    let along = first * 2.0 * a / filter;
+                    let turning = 3.0 * second * velocity * a;
+                    let across = third * velocity.powi(3);
+                    let share = (along + turning + across) / 0.04;
+                    assert!(
+                        (0.98..=1.0).contains(&share),
+                        "{slopes:?} {velocity}: {share}"
+                    );
+                }
+            }
+        }
+    }
+}
