@@ -9,7 +9,7 @@ use core::f64::consts::TAU;
 use core::fmt::Write as _;
 
 use judge::{Ideal, judge};
-use tool::{Scratch, motionctl, text};
+use tool::{Scratch, bus, motionctl, text};
 
 /// A screw of 5 mm with 16384 counts a turn.
 const COUNTS_PER_MM: f64 = 3_276.8;
@@ -91,28 +91,6 @@ impl Program {
     }
 }
 
-/// What was on the bus: positions of the three drives, cycle by cycle, from the steps of `Go_Relative_Pos_PD`.
-fn on_the_bus(log: &str) -> Vec<Vec<f64>> {
-    let mut axes = vec![vec![0.0]; 3];
-    for line in log.lines() {
-        let frame = line.split_whitespace().nth(2).expect("a frame");
-        let (id, data) = frame.split_once('#').expect("an identifier");
-        let id = u16::from_str_radix(id, 16).expect("hexadecimal");
-        // Function 1Ch, and the drive in the bits above it.
-        if id & 0x1F != 0x1C {
-            continue;
-        }
-        let bytes = data.len() / 2;
-        let raw = i64::from_str_radix(data, 16).expect("hexadecimal");
-        let sign = 1 << (8 * bytes - 1);
-        let step = (raw ^ sign) - sign;
-        let axis = &mut axes[usize::from(id >> 5) - 1];
-        let before = axis.last().copied().unwrap_or(0.0);
-        axis.push(before + step as f64);
-    }
-    axes
-}
-
 fn options(motor: Motor) -> Vec<String> {
     [
         ("--mm-per-turn", 5.0),
@@ -146,7 +124,7 @@ fn run(name: &str, program: &Program, motor: Motor, tolerance_mm: f64) -> (f64, 
         "{name}: {}",
         text(&output.stderr)
     );
-    let axes = on_the_bus(&std::fs::read_to_string(log.as_str()).expect("a log"));
+    let axes = bus::positions(log.as_str(), 3);
     let cycle_s = 1e-3;
     let limit = |value: f64, power: i32| value / 60.0 * TURN * f64::powi(cycle_s, power);
     let limits = [

@@ -49,6 +49,7 @@ pub(crate) struct MotorSetup {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MachineSetup {
     pub(crate) kind: Kind,
+    /// In the order of their drives; of a differential drive the left one first.
     pub(crate) motors: Vec<MotorSetup>,
 }
 
@@ -202,14 +203,10 @@ impl MachineSetup {
     fn mapping(&self, scales: &[Scale]) -> Mapping {
         let scale = |motor: usize| scales.get(motor).copied().unwrap_or(Scale::ONE);
         match self.kind {
-            Kind::DifferentialDrive => {
-                let is_left_first = self.motors.first().is_some_and(|one| one.coordinate == 0);
-                let [left, right] = if is_left_first { [0, 1] } else { [1, 0] };
-                Mapping::Wheels(DifferentialDrive {
-                    left: scale(left),
-                    right: scale(right),
-                })
-            }
+            Kind::DifferentialDrive => Mapping::Wheels(DifferentialDrive {
+                left: scale(0),
+                right: scale(1),
+            }),
             Kind::Axes => Mapping::Axes(Gantry {
                 motors: core::array::from_fn(|motor| Motor {
                     coordinate: self

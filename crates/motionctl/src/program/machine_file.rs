@@ -89,6 +89,10 @@ impl Reader<'_> {
             motors.push(next);
         }
         self.check(sort, &file.machine.span(), &mut motors)?;
+        if sort == Sort::DifferentialDrive {
+            // The left one first.
+            motors.sort_by_key(|motor| motor.coordinate);
+        }
         Ok(MachineSetup {
             kind: match sort {
                 Sort::Cartesian | Sort::Gantry => Kind::Axes,
