@@ -407,3 +407,20 @@ fn what_cannot_be_run_is_refused_before_anything_moves() {
     let output = motionctl(&["sim", "--program", file.as_str()]);
     assert!(text(&output.stderr).contains("--mm-per-turn"), "{output:?}");
 }
+
+#[test]
+fn a_byte_order_mark_and_other_ends_of_lines_mean_nothing() {
+    let file = Scratch::new("windows", "\u{feff}G21 G90\r\nG1 X1 F600\r\nM2\r\n");
+    let mut words = vec!["sim", "--json", "--program", file.as_str()];
+    let options = options(SLOW);
+    words.extend(options.iter().map(String::as_str));
+    let output = motionctl(&words);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json["motion"]["moves"], 1);
+    // Only in front of everything.
+    assert_eq!(
+        refused("mark", "G21\n\u{feff}G1 X1 F600\n", &[]),
+        "error: FILE: line 2, column 1: '\\u{feff}' belongs to no word"
+    );
+}

@@ -94,7 +94,10 @@ impl ProgramOptions {
             acceleration: acceleration[axis],
             jerk: jerk[axis],
             backlash_mm: None,
-            source: format!("options of {}", LETTERS[axis]),
+            source: format!(
+                "{} (--mm-per-turn, --axis-rpm, --axis-acceleration, --axis-jerk)",
+                LETTERS[axis]
+            ),
         };
         Ok(MachineSetup {
             kind: Kind::Axes,
