@@ -49,7 +49,7 @@ impl Fitted {
         cycle_us: u32,
         tolerance_counts: f64,
     ) -> Result<Self, KeyframesError> {
-        let cycles = (1..).find(|cycles| cycles * cycle_us % US_PER_MS == 0);
+        let cycles = (1..).find(|cycles: &u32| (cycles * cycle_us).is_multiple_of(US_PER_MS));
         let path = Path {
             rows,
             cycle_us,
