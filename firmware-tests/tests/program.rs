@@ -1,7 +1,7 @@
 //! A program of G-code as the built-in motion: what the board puts on the bus is what its keyframes say, which a test of `motionctl` compares
 //! with the program itself.
 
-use dyn_can::{Dialect, Request};
+use dyn_can::{Address, Dialect, Request};
 use firmware_tests::chip::Controller;
 use firmware_tests::{Contact, Rig, rig};
 
@@ -15,16 +15,19 @@ fn positions(rig: &Rig, from_ns: u64) -> Vec<[i64; 2]> {
     let mut drives = [vec![0_i64], vec![0_i64]];
     for record in rig.set_points_since(from_ns) {
         let frame = dyn_can::DataFrame::from_can(&record.frame).expect("a data frame");
-        let Ok((drive, Request::GoRelativePosPd(step))) = Request::decode(&frame, &Dialect::V1_6A)
-        else {
-            panic!("no set-point")
+        let decoded = Request::decode(&frame, &Dialect::V1_6A);
+        let Ok((Address::Drive(drive), Request::GoRelativePosPd(step))) = decoded else {
+            panic!("{decoded:?} is no set-point")
         };
         let drive = &mut drives[usize::from(drive.get()) - 1];
         let last = drive.last().copied().unwrap_or(0);
         drive.push(last + i64::from(i32::from(step.get())));
     }
     let [one, other] = drives;
-    one.into_iter().zip(other).map(|(one, other)| [one, other]).collect()
+    one.into_iter()
+        .zip(other)
+        .map(|(one, other)| [one, other])
+        .collect()
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! The known path: its pieces, the front in them, and how pieces are added.
 
 use crate::front::{Front, LATE_CYCLES, SEARCH_CYCLES};
+use crate::inbox::PLACES;
 use crate::length;
 use crate::order::Order as _;
 use crate::plan::{Guard, Plan};
 use crate::queue::{Piece, Ring};
-use crate::request::PLACES;
 use crate::shape::Point;
 
 /// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.

@@ -5,10 +5,11 @@ use trajectory::{Limits, Position};
 use crate::bounds;
 use crate::error::PathError;
 use crate::filter::LONGEST;
+use crate::inbox::Inbox;
 use crate::known::Known;
 use crate::machine::Machine;
 use crate::preparation::{Axes, LEAST_ACCELERATION, Preparation, Progress};
-use crate::request::{Arc, Inbox, Join, LEAST_RADIUS, inside};
+use crate::request::{Arc, Join, LEAST_RADIUS, inside};
 use crate::tool::Tool;
 
 /// A path in a space of `SPACE` coordinates, for a machine of `AXES` axes, with a queue of `QUEUE` pieces; a blend is one of them.

@@ -8,10 +8,12 @@ use crate::corner::{Corner, corner};
 use crate::known::Known;
 use crate::length;
 use crate::machine::Machine;
+use crate::measure::Measure;
 use crate::order::Order as _;
 use crate::queue::Piece;
 use crate::request::{Join, Request};
-use crate::shape::{Direction, Measure, Passage, Shape};
+use crate::shape::{Direction, Passage, Shape};
+use crate::step::Step;
 
 /// What the axes can do.
 #[derive(Debug, Clone)]
@@ -20,37 +22,6 @@ pub(crate) struct Axes<M, const A: usize> {
     pub(crate) limits: [Limits; A],
     /// Cycles of the average.
     pub(crate) cycles: f32,
-}
-
-/// The next step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
-    Turned,
-    Shape,
-    Start,
-    Slopes,
-    Velocity,
-    Acceleration,
-    LastEnd,
-    Corner,
-    BlendFrom,
-    BlendDeparts,
-    BlendTo,
-    BlendArrives,
-    Blend,
-    BlendSlopes,
-    BlendBends,
-    BlendVelocity,
-    BlendAcceleration,
-    BlendFollows,
-    FollowBlend,
-    GuardBlend,
-    AddBlend,
-    AddAfterBlend,
-    Follow,
-    Guard,
-    Add,
-    FromRest,
 }
 
 /// What came of a step.
@@ -86,10 +57,6 @@ pub(crate) struct Preparation<const S: usize, const A: usize> {
     to: Passage<S>,
 }
 
-const fn either(is_round: bool, arc: u32, line: u32) -> u32 {
-    if is_round { arc } else { line }
-}
-
 /// What the velocity of the front can still be changed by.
 pub(crate) const LEAST_ACCELERATION: f32 = 1.0 / 262_144.0;
 
@@ -116,27 +83,10 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
         self.step = Step::Turned;
     }
 
-    /// Instructions of the next step for three axes on a Cortex-M4, at most: an arc takes more than a line.
+    /// Instructions of the next step, about.
     pub(crate) const fn cost(&self) -> u32 {
-        let piece = self.piece.shape.is_round();
-        let last = self.last_is_round;
-        match self.step {
-            Step::Turned => 320,
-            Step::Shape => 300,
-            Step::Start | Step::BlendArrives => either(piece, 290, 135),
-            Step::Slopes => either(piece, 265, 110),
-            Step::Velocity => either(piece, 285, 130),
-            Step::Acceleration => either(piece, 270, 200),
-            Step::LastEnd | Step::BlendDeparts => either(last, 305, 145),
-            Step::BlendFrom => either(last, 355, 175),
-            Step::BlendTo => either(piece, 330, 155),
-            Step::Guard | Step::GuardBlend | Step::BlendAcceleration => 190,
-            Step::Blend | Step::AddAfterBlend => 270,
-            Step::BlendSlopes | Step::BlendBends => 290,
-            Step::BlendFollows | Step::FollowBlend | Step::Follow => 325,
-            Step::Corner | Step::AddBlend | Step::Add | Step::FromRest => 340,
-            Step::BlendVelocity => 360,
-        }
+        self.step
+            .cost(self.piece.shape.is_round(), self.last_is_round)
     }
 
     /// The next step with a request, which stays the same until the piece is added.
