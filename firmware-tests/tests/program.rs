@@ -36,7 +36,8 @@ fn the_board_plays_a_program_twice() {
     if rig::chip().controller != Controller::BxCan {
         return;
     }
-    let mut rig = Rig::with_numbered_drives(rig::image("program"), 2);
+    let mut rig =
+        Rig::with_numbered_drives(rig::image("program"), slot::MOTION_DRIVES.len() as i32);
     rig.make_ready();
     rig.enable();
     rig.close(Contact::Run);
