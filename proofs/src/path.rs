@@ -1,6 +1,6 @@
 //! A path of three axes: every kind of piece, every order, tables and machines.
 
-use path::machine::{Backlash, Cartesian, DifferentialDrive, Gantry, Machine, Scale};
+use path::machine::{Backlash, Cartesian, DifferentialDrive, Gantry, Machine, Motor, Scale};
 use path::tables::{Cam, CamPoint, Gear, TimePoint, TimeTable};
 use path::{Arc, Join, Path};
 use trajectory::units::Ratio;
@@ -63,14 +63,19 @@ fn machines(scale: Scale) {
     };
     consume(drive.axes([position(); 2]));
     consume(drive.rates(&[float(); 2]));
-    let gantry = Gantry {
-        pair: [scale; 2],
-        cross: Scale::ONE,
+    let motor = Motor {
+        coordinate: word() as usize,
+        scale,
     };
+    let gantry = Gantry { motors: [motor; 3] };
     consume(gantry.axes([position(); 2]));
     consume(gantry.rates(&[float(); 2]));
-    let mut play = Backlash::new(position(), position(), position());
-    consume(play.apply(position()));
+    let Some(limits) = limits() else { return };
+    if let Ok(mut play) = Backlash::new(position(), position(), limits) {
+        consume(play.apply(position()));
+        play.release();
+        consume(play.is_there());
+    }
 }
 
 fn tables(limits: &Limits) {

@@ -127,6 +127,11 @@ fn curves() {
         consume(motion.position(bits()));
         consume(motion.peak_step_counts(word()));
     }
+    let velocities = [(); 3].map(|()| [number(), number()]);
+    if let Ok(motion) = KeyframeMotion::passing(&keyframes, &velocities) {
+        consume(motion.position(bits()));
+        consume(motion.peak_step_counts(word()));
+    }
 }
 
 fn limits() -> Result<Limits, trajectory::RangeError> {

@@ -15,6 +15,8 @@ const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";
 /// Configuration of two servo axes that are homed before they move.
 const HOMING: &str = "firmware-tests/configs/homing.rs";
+/// A configuration that plays a program.
+const PROGRAM: &str = "firmware-tests/configs/program.rs";
 /// Configuration of two hub motors.
 const HUB_MOTORS: &str = "firmware-tests/configs/hub_motors.rs";
 /// Names the configuration for the build script of the firmware.
@@ -77,13 +79,14 @@ pub(crate) struct Image {
 
 impl Image {
     /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
-    /// command, one with eight axes, one that homes its axes, two with hub motors, of which one fails on command, and the one that sets the option bytes.
-    pub(crate) fn for_tests(board: Board) -> [Self; 7] {
+    /// command, one with eight axes, one that homes its axes, two with hub motors, of which one fails on command, and the one that sets the option bytes; of the default board
+    /// one that plays a program, which is the same code on the other one.
+    pub(crate) fn for_tests(board: Board) -> Vec<Self> {
         let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
         let homing = vec![(CONFIG.into(), HOMING.into())];
         let hub_motors = || vec![(CONFIG.into(), HUB_MOTORS.into())];
         let misbehaving = "hub-motors-misbehaving";
-        [
+        let mut images = vec![
             Self::for_test(board, misbehaving, PACKAGE, &["misbehave"], hub_motors()),
             Self::for_test(board, "hub-motors", PACKAGE, &[], hub_motors()),
             Self::for_test(board, "commission", COMMISSION, &[COMMISSION], Vec::new()),
@@ -91,7 +94,12 @@ impl Image {
             Self::for_test(board, "axes-8", PACKAGE, &[], many),
             Self::for_test(board, "homing", PACKAGE, &[], homing),
             Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
-        ]
+        ];
+        if board == Board::Stm32f405 {
+            let program = vec![(CONFIG.into(), PROGRAM.into())];
+            images.push(Self::for_test(board, "program", PACKAGE, &[], program));
+        }
+        images
     }
 
     fn for_test(

@@ -24,6 +24,7 @@ mod home;
 mod hub;
 mod interrupt;
 mod jog;
+mod keyframes;
 mod lawicel;
 mod limits;
 mod link;
@@ -91,6 +92,8 @@ enum Command {
     Bench(bench::Arguments),
     /// Show what a motion file would do, against limits and bus, without drives.
     Check(Box<check::Arguments>),
+    /// Write a program as the motion that the firmware compiles in.
+    Keyframes(Box<keyframes::Arguments>),
     /// Work out before anything moves whether a bus carries its axes in time.
     Plan(Box<plan::Arguments>),
     /// Measure on the simulated bus how many axes it carries, and how regularly.
@@ -167,6 +170,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Sim(arguments) => sim::run(arguments).map_err(Into::into),
         Command::Decode(arguments) => decode::run(arguments).map_err(Failure::coded),
         Command::Check(arguments) => check::run(arguments).map_err(Into::into),
+        Command::Keyframes(arguments) => keyframes::run(arguments).map_err(Into::into),
         Command::Plan(arguments) => plan::run(arguments).map_err(Into::into),
         Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),

@@ -9,7 +9,7 @@ use core::f64::consts::TAU;
 use core::fmt::Write as _;
 
 use judge::{Ideal, judge};
-use tool::{Scratch, motionctl, text};
+use tool::{Scratch, bus, motionctl, text};
 
 /// A screw of 5 mm with 16384 counts a turn.
 const COUNTS_PER_MM: f64 = 3_276.8;
@@ -91,28 +91,6 @@ impl Program {
     }
 }
 
-/// What was on the bus: positions of the three drives, cycle by cycle, from the steps of `Go_Relative_Pos_PD`.
-fn on_the_bus(log: &str) -> Vec<Vec<f64>> {
-    let mut axes = vec![vec![0.0]; 3];
-    for line in log.lines() {
-        let frame = line.split_whitespace().nth(2).expect("a frame");
-        let (id, data) = frame.split_once('#').expect("an identifier");
-        let id = u16::from_str_radix(id, 16).expect("hexadecimal");
-        // Function 1Ch, and the drive in the bits above it.
-        if id & 0x1F != 0x1C {
-            continue;
-        }
-        let bytes = data.len() / 2;
-        let raw = i64::from_str_radix(data, 16).expect("hexadecimal");
-        let sign = 1 << (8 * bytes - 1);
-        let step = (raw ^ sign) - sign;
-        let axis = &mut axes[usize::from(id >> 5) - 1];
-        let before = axis.last().copied().unwrap_or(0.0);
-        axis.push(before + step as f64);
-    }
-    axes
-}
-
 fn options(motor: Motor) -> Vec<String> {
     [
         ("--mm-per-turn", 5.0),
@@ -146,7 +124,7 @@ fn run(name: &str, program: &Program, motor: Motor, tolerance_mm: f64) -> (f64, 
         "{name}: {}",
         text(&output.stderr)
     );
-    let axes = on_the_bus(&std::fs::read_to_string(log.as_str()).expect("a log"));
+    let axes = bus::positions(log.as_str(), 3);
     let cycle_s = 1e-3;
     let limit = |value: f64, power: i32| value / 60.0 * TURN * f64::powi(cycle_s, power);
     let limits = [
@@ -428,4 +406,21 @@ fn what_cannot_be_run_is_refused_before_anything_moves() {
     let file = Scratch::new("no-scale", "G0 X1\n");
     let output = motionctl(&["sim", "--program", file.as_str()]);
     assert!(text(&output.stderr).contains("--mm-per-turn"), "{output:?}");
+}
+
+#[test]
+fn a_byte_order_mark_and_other_ends_of_lines_mean_nothing() {
+    let file = Scratch::new("windows", "\u{feff}G21 G90\r\nG1 X1 F600\r\nM2\r\n");
+    let mut words = vec!["sim", "--json", "--program", file.as_str()];
+    let options = options(SLOW);
+    words.extend(options.iter().map(String::as_str));
+    let output = motionctl(&words);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json["motion"]["moves"], 1);
+    // Only in front of everything.
+    assert_eq!(
+        refused("mark", "G21\n\u{feff}G1 X1 F600\n", &[]),
+        "error: FILE: line 2, column 1: '\\u{feff}' belongs to no word"
+    );
 }

@@ -190,22 +190,20 @@ fn of_arc<const S: usize, const A: usize>(
     }
 }
 
-/// A polynomial lies within the hull of its Bernstein coefficients.
-pub(crate) fn slopes_of_blend<const S: usize, const A: usize>(
+/// The rates of the axes of each power of a blend, and 1 / length; rates are linear.
+fn powers<const S: usize, const A: usize>(
     shape: &Shape<S>,
     machine: &impl Machine<S, A>,
-) -> [Slopes; A] {
-    let mut slopes = [Slopes::NONE; A];
+) -> ([[f32; 5]; A], f32) {
+    let mut powers = [[0.0; 5]; A];
     let Kind::Blend {
         coefficients,
         inverse,
         ..
     } = &shape.kind
     else {
-        return slopes;
+        return (powers, 0.0);
     };
-    // Rates are linear: of each power once.
-    let mut powers = [[0.0; 5]; A];
     for power in 0..5 {
         let mut vector = [0.0; S];
         for (part, coefficients) in vector.iter_mut().zip(coefficients) {
@@ -217,26 +215,49 @@ pub(crate) fn slopes_of_blend<const S: usize, const A: usize>(
             }
         }
     }
+    (powers, *inverse)
+}
+
+/// The first derivatives of a blend: a polynomial lies within the hull of its Bernstein coefficients.
+pub(crate) fn put_slopes_of_blend<const S: usize, const A: usize>(
+    slopes: &mut [Slopes; A],
+    shape: &Shape<S>,
+    machine: &impl Machine<S, A>,
+) {
+    let (powers, inverse) = powers(shape, machine);
     for (slopes, [c, d, e, f, g]) in slopes.iter_mut().zip(powers) {
-        slopes.first = largest([
-            c,
-            c + 0.5 * d,
-            c + d + 0.5 * e,
-            c + 1.5 * (d + e) + f,
-            c + 2.0 * d + 3.0 * e + 4.0 * f + 5.0 * g,
-        ]);
-        slopes.second = largest([
-            2.0 * d,
-            2.0 * (d + e),
-            2.0 * d + 4.0 * (e + f),
-            2.0 * d + 6.0 * e + 12.0 * f + 20.0 * g,
-        ]);
-        slopes.third = largest([6.0 * e, 6.0 * e + 12.0 * f, 6.0 * e + 24.0 * f + 60.0 * g]);
-        slopes.first *= inverse;
-        slopes.second *= inverse * inverse;
-        slopes.third *= inverse * inverse * inverse;
+        slopes.is_round = false;
+        slopes.first = inverse
+            * largest([
+                c,
+                c + 0.5 * d,
+                c + d + 0.5 * e,
+                c + 1.5 * (d + e) + f,
+                c + 2.0 * d + 3.0 * e + 4.0 * f + 5.0 * g,
+            ]);
     }
-    slopes
+}
+
+/// The same of the second and the third ones.
+pub(crate) fn put_bends_of_blend<const S: usize, const A: usize>(
+    slopes: &mut [Slopes; A],
+    shape: &Shape<S>,
+    machine: &impl Machine<S, A>,
+) {
+    let (powers, inverse) = powers(shape, machine);
+    let square = inverse * inverse;
+    for (slopes, [_, d, e, f, g]) in slopes.iter_mut().zip(powers) {
+        slopes.second = square
+            * largest([
+                2.0 * d,
+                2.0 * (d + e),
+                2.0 * d + 4.0 * (e + f),
+                2.0 * d + 6.0 * e + 12.0 * f + 20.0 * g,
+            ]);
+        slopes.third = square
+            * inverse
+            * largest([6.0 * e, 6.0 * e + 12.0 * f, 6.0 * e + 24.0 * f + 60.0 * g]);
+    }
 }
 
 fn largest<const N: usize>(values: [f32; N]) -> f32 {
@@ -245,4 +266,45 @@ fn largest<const N: usize>(values: [f32; N]) -> f32 {
         if size > most { size } else { most }
     };
     values.into_iter().fold(0.0, larger)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The parts of the jerk of an axis, each at its largest: together they use the limit up and do not exceed it.
+    #[test]
+    fn the_parts_of_the_jerk_add_up_to_its_limit() {
+        // No acceleration is too large for these.
+        let limits = Limits::new(1e4, 1e4, 0.04).unwrap();
+        let filter = 100.0;
+        for (first, second, third) in [
+            (1.0, 0.0, 0.0),
+            (1.0, 0.01, 0.0),
+            (3.0, 0.002, 0.0),
+            (1.0, 0.01, 1e-8),
+            (0.2, 0.05, 1e-9),
+        ] {
+            for is_round in [false, true] {
+                let slopes = Slopes {
+                    first,
+                    second,
+                    third,
+                    is_round,
+                };
+                for velocity in [1.0_f32, 10.0, 100.0] {
+                    let a = slopes.acceleration(&limits, velocity, filter);
+                    // The acceleration goes from one limit to the other while it is averaged.
+                    let along = first * 2.0 * a / filter;
+                    let turning = 3.0 * second * velocity * a;
+                    let across = third * velocity.powi(3);
+                    let share = (along + turning + across) / 0.04;
+                    assert!(
+                        (0.98..=1.0).contains(&share),
+                        "{slopes:?} {velocity}: {share}"
+                    );
+                }
+            }
+        }
+    }
 }

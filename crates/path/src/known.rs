@@ -1,11 +1,11 @@
 //! The known path: its pieces, the front in them, and how pieces are added.
 
 use crate::front::{Front, LATE_CYCLES, SEARCH_CYCLES};
+use crate::inbox::PLACES;
 use crate::length;
 use crate::order::Order as _;
 use crate::plan::{Guard, Plan};
 use crate::queue::{Piece, Ring};
-use crate::request::PLACES;
 use crate::shape::Point;
 
 /// Cycles that limits are in force before and behind what the average needs: set-points are compared over three cycles.
@@ -257,5 +257,23 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
             slot.leave = leave;
         }
         self.ring.push(next);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A blend and the piece behind it are added one after the other: neither may be left out.
+    #[test]
+    fn a_queue_with_one_place_has_no_room() {
+        let mut known: Known<2, 4> = Known::nothing(1);
+        let mut room = std::vec::Vec::new();
+        for _ in 0..5 {
+            room.push(known.has_room());
+            known.ring.push(&Piece::EMPTY);
+        }
+        assert_eq!(room, [true, true, true, false, false]);
+        assert_eq!((known.ring.end(), known.ring.free()), (4, 0));
     }
 }

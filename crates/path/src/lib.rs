@@ -6,14 +6,17 @@
 extern crate std;
 
 mod angle;
+mod backlash;
 mod bounds;
 mod corner;
 mod error;
 mod filter;
 mod front;
+mod inbox;
 mod known;
 mod length;
 pub mod machine;
+mod measure;
 mod order;
 mod path;
 mod plan;
@@ -22,6 +25,7 @@ mod queue;
 mod request;
 mod roots;
 mod shape;
+mod step;
 pub mod tables;
 mod tool;
 

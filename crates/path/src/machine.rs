@@ -2,6 +2,8 @@
 
 use trajectory::Position;
 
+pub use crate::backlash::Backlash;
+
 /// The axes of a machine as a function of a place in space, whose coordinates are in units such as micrometres.
 ///
 /// The limits of a path are those of the axes: [`Self::rates`] says how much an axis moves for a small move in space. For a machine that
@@ -158,79 +160,35 @@ impl Machine<2, 2> for DifferentialDrive {
     }
 }
 
-/// A gantry: two motors on the first coordinate, one on the second.
+/// A motor of one coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gantry {
-    /// The two motors of the first coordinate.
-    pub pair: [Scale; 2],
-    /// The motor of the second one.
-    pub cross: Scale,
+pub struct Motor {
+    /// Counted from 0; a motor of a coordinate that the space does not have stands still.
+    pub coordinate: usize,
+    /// Counts per unit; negative when it is mounted the other way round.
+    pub scale: Scale,
 }
 
-impl Machine<2, 3> for Gantry {
-    fn axes(&self, [along, across]: [Position; 2]) -> [Position; 3] {
-        let [one, other] = self.pair;
-        [
-            one.counts(along),
-            other.counts(along),
-            self.cross.counts(across),
-        ]
-    }
-
-    fn rates(&self, [along, across]: &[f32; 2]) -> [f32; 3] {
-        let [one, other] = self.pair;
-        [
-            along * one.counts_per_unit,
-            along * other.counts_per_unit,
-            across * self.cross.counts_per_unit,
-        ]
-    }
+/// Motors of which several may share a coordinate: a gantry has two on one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gantry<const AXES: usize> {
+    /// In the order of the axes.
+    pub motors: [Motor; AXES],
 }
 
-/// Takes up the play of an axis where it turns: an option behind a machine.
-///
-/// The counts are moved by half of the play in the direction in which the axis went last. At a turn they get there in steps of at most
-/// [`Self::new`]'s counts per cycle, which come on top of the limits of the path: leave room for them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Backlash {
-    half: i64,
-    step: i64,
-    latest: i64,
-    offset: i64,
-    direction: i64,
-}
-
-impl Backlash {
-    /// An axis that stands at a position, with so much play, taken up by at most so much in a cycle.
-    #[must_use]
-    pub const fn new(at: Position, play: Position, step: Position) -> Self {
-        Self {
-            half: play.units().saturating_abs() / 2,
-            step: step.units().saturating_abs(),
-            latest: at.units(),
-            offset: 0,
-            direction: 0,
-        }
+impl<const SPACE: usize, const AXES: usize> Machine<SPACE, AXES> for Gantry<AXES> {
+    fn axes(&self, place: [Position; SPACE]) -> [Position; AXES] {
+        self.motors.map(|motor| {
+            let coordinate = place.get(motor.coordinate).copied();
+            motor.scale.counts(coordinate.unwrap_or(Position::ZERO))
+        })
     }
 
-    /// The set-point of the next cycle.
-    pub const fn apply(&mut self, position: Position) -> Position {
-        let units = position.units();
-        if units > self.latest {
-            self.direction = 1;
-        } else if units < self.latest {
-            self.direction = -1;
-        }
-        self.latest = units;
-        let left = self.direction * self.half - self.offset;
-        self.offset += if left > self.step {
-            self.step
-        } else if left < -self.step {
-            -self.step
-        } else {
-            left
-        };
-        position.moved_by(Position::from_units(self.offset))
+    fn rates(&self, vector: &[f32; SPACE]) -> [f32; AXES] {
+        self.motors.map(|motor| {
+            let coordinate = vector.get(motor.coordinate).copied();
+            motor.scale.counts_per_unit * coordinate.unwrap_or(0.0)
+        })
     }
 }
 
@@ -267,25 +225,17 @@ mod tests {
     #[test]
     fn both_motors_of_a_gantry_go_the_same_way() {
         let other = Scale::from_fixed(-2 << 32).unwrap();
+        let motor = |coordinate, scale| Motor { coordinate, scale };
         let machine = Gantry {
-            pair: [Scale::ONE, other],
-            cross: Scale::ONE,
+            motors: [
+                motor(0, Scale::ONE),
+                motor(0, other),
+                motor(1, Scale::ONE),
+                motor(2, Scale::ONE),
+            ],
         };
         let axes = machine.axes([Position::from_counts(50), Position::from_counts(7)]);
-        assert_eq!(axes.map(Position::counts), [50, -100, 7]);
-        assert_eq!(machine.rates(&[1.0, 0.5]), [1.0, -2.0, 0.5]);
-    }
-
-    #[test]
-    fn play_is_taken_up_in_steps_where_the_axis_turns() {
-        let mut axis = Backlash::new(
-            Position::ZERO,
-            Position::from_counts(10),
-            Position::from_counts(2),
-        );
-        let mut at = |counts| axis.apply(Position::from_counts(counts)).counts();
-        assert_eq!([0, 1, 2, 3, 4].map(&mut at), [0, 3, 6, 8, 9]);
-        assert_eq!(at(4), 9);
-        assert_eq!([3, 2, 1, 0, -1, -2].map(&mut at), [6, 3, 0, -3, -6, -7]);
+        assert_eq!(axes.map(Position::counts), [50, -100, 7, 0]);
+        assert_eq!(machine.rates(&[1.0, 0.5]), [1.0, -2.0, 0.5, 0.0]);
     }
 }

@@ -5,10 +5,11 @@ use trajectory::{Limits, Position};
 use crate::bounds;
 use crate::error::PathError;
 use crate::filter::LONGEST;
+use crate::inbox::Inbox;
 use crate::known::Known;
 use crate::machine::Machine;
 use crate::preparation::{Axes, LEAST_ACCELERATION, Preparation, Progress};
-use crate::request::{Arc, Inbox, Join, LEAST_RADIUS, inside};
+use crate::request::{Arc, Join, LEAST_RADIUS, inside};
 use crate::tool::Tool;
 
 /// A path in a space of `SPACE` coordinates, for a machine of `AXES` axes, with a queue of `QUEUE` pieces; a blend is one of them.
@@ -35,7 +36,7 @@ pub struct Path<M, const SPACE: usize, const AXES: usize, const QUEUE: usize> {
 }
 
 /// Instructions of a cycle, about, after which nothing more is prepared in it.
-const BUDGET: u32 = 1_150;
+const BUDGET: u32 = 1_110;
 /// What a cycle takes that prepares nothing, and what a piece takes that is added.
 const CYCLE: u32 = 590;
 const LINE: u32 = 250;

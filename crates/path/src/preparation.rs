@@ -2,15 +2,18 @@
 
 use trajectory::Limits;
 
+use crate::angle::Radius;
 use crate::bounds::{self, Slopes};
 use crate::corner::{Corner, corner};
 use crate::known::Known;
 use crate::length;
 use crate::machine::Machine;
+use crate::measure::Measure;
 use crate::order::Order as _;
 use crate::queue::Piece;
 use crate::request::{Join, Request};
 use crate::shape::{Direction, Passage, Shape};
+use crate::step::Step;
 
 /// What the axes can do.
 #[derive(Debug, Clone)]
@@ -19,35 +22,6 @@ pub(crate) struct Axes<M, const A: usize> {
     pub(crate) limits: [Limits; A],
     /// Cycles of the average.
     pub(crate) cycles: f32,
-}
-
-/// The next step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
-    Turned,
-    Shape,
-    Start,
-    Slopes,
-    Velocity,
-    Acceleration,
-    LastEnd,
-    Corner,
-    BlendFrom,
-    BlendDeparts,
-    BlendTo,
-    BlendArrives,
-    Blend,
-    BlendSlopes,
-    BlendVelocity,
-    BlendAcceleration,
-    BlendFollows,
-    FollowBlend,
-    GuardBlend,
-    AddBlend,
-    AddAfterBlend,
-    Follow,
-    Add,
-    FromRest,
 }
 
 /// What came of a step.
@@ -65,8 +39,10 @@ pub(crate) enum Progress {
 #[derive(Debug, Clone)]
 pub(crate) struct Preparation<const S: usize, const A: usize> {
     step: Step,
-    /// Of an arc, from its start to its end in its plane.
+    /// Of an arc, and from its start to its end in its plane.
+    radius: Radius,
     turned: [i64; 2],
+    length: Measure,
     piece: Piece<S>,
     blend: Piece<S>,
     slopes: [Slopes; A],
@@ -81,17 +57,15 @@ pub(crate) struct Preparation<const S: usize, const A: usize> {
     to: Passage<S>,
 }
 
-const fn either(is_round: bool, arc: u32, line: u32) -> u32 {
-    if is_round { arc } else { line }
-}
-
 /// What the velocity of the front can still be changed by.
 pub(crate) const LEAST_ACCELERATION: f32 = 1.0 / 262_144.0;
 
 impl<const S: usize, const A: usize> Preparation<S, A> {
     pub(crate) const IDLE: Self = Self {
         step: Step::Turned,
+        radius: Radius::NONE,
         turned: [0; 2],
+        length: Measure::NONE,
         piece: Piece::EMPTY,
         blend: Piece::EMPTY,
         slopes: [Slopes::NONE; A],
@@ -109,27 +83,10 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
         self.step = Step::Turned;
     }
 
-    /// Instructions of the next step for three axes on a Cortex-M4, at most: an arc takes more than a line.
+    /// Instructions of the next step, about.
     pub(crate) const fn cost(&self) -> u32 {
-        let piece = self.piece.shape.is_round();
-        let last = self.last_is_round;
-        match self.step {
-            Step::Turned => 190,
-            Step::Shape => 430,
-            Step::Start | Step::BlendArrives => either(piece, 290, 135),
-            Step::Slopes => either(piece, 265, 110),
-            Step::Velocity => either(piece, 285, 130),
-            Step::Acceleration => either(piece, 270, 200),
-            Step::LastEnd | Step::BlendDeparts => either(last, 305, 145),
-            Step::BlendFrom => either(last, 355, 175),
-            Step::BlendTo => either(piece, 330, 155),
-            Step::GuardBlend | Step::BlendAcceleration => 190,
-            Step::Blend | Step::AddAfterBlend => 270,
-            Step::BlendFollows | Step::FollowBlend => 325,
-            Step::Corner | Step::AddBlend | Step::Add | Step::FromRest => 340,
-            Step::BlendVelocity => 360,
-            Step::BlendSlopes | Step::Follow => 415,
-        }
+        self.step
+            .cost(self.piece.shape.is_round(), self.last_is_round)
     }
 
     /// The next step with a request, which stays the same until the piece is added.
@@ -143,8 +100,10 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
     ) -> Progress {
         self.step = match self.step {
             Step::Turned => {
+                self.length = request.measure();
                 if request.is_round {
-                    self.turned = request.round.turned();
+                    self.radius = Radius::of(request.round.radial);
+                    self.turned = self.radius.turned(request.round.sweep as u32);
                 }
                 Step::Shape
             }
@@ -178,7 +137,11 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
             }
             Step::Blend => self.blend(),
             Step::BlendSlopes => {
-                self.slopes = bounds::slopes_of_blend(&self.blend.shape, &axes.machine);
+                bounds::put_slopes_of_blend(&mut self.slopes, &self.blend.shape, &axes.machine);
+                Step::BlendBends
+            }
+            Step::BlendBends => {
+                bounds::put_bends_of_blend(&mut self.slopes, &self.blend.shape, &axes.machine);
                 Step::BlendVelocity
             }
             Step::BlendVelocity => {
@@ -218,7 +181,14 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
                 return self.added(false);
             }
             Step::Follow => {
-                if known.follow_last(&mut self.piece, 0) && known.guard(&self.piece) {
+                if known.follow_last(&mut self.piece, 0) {
+                    Step::Guard
+                } else {
+                    Step::FromRest
+                }
+            }
+            Step::Guard => {
+                if known.guard(&self.piece) {
                     Step::Add
                 } else {
                     Step::FromRest
@@ -243,15 +213,19 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
     }
 
     fn shape(&mut self, request: &Request<S>) -> Step {
-        let length = request.length();
         let ends = (request.from, request.end);
         self.piece.shape = if request.is_round {
-            Shape::arc(ends, &request.round, self.turned, length)
+            Shape::arc(
+                ends,
+                &request.round,
+                (self.radius, self.turned),
+                &self.length,
+            )
         } else {
-            Shape::line(ends.0, ends.1, length)
+            Shape::line(ends.0, ends.1, &self.length)
         };
         self.piece.begin = 0;
-        self.piece.length = length;
+        self.piece.length = self.length.length;
         self.piece.feed = request.feed;
         Step::Start
     }

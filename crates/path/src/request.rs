@@ -4,6 +4,7 @@ use trajectory::Position;
 
 use crate::error::PathError;
 use crate::length;
+use crate::measure::Measure;
 use crate::roots::square_root;
 use crate::shape::{self, Point, Round};
 
@@ -83,7 +84,7 @@ const fn check_coordinate(coordinate: usize, units: i64) -> Result<(), PathError
 }
 
 impl<const S: usize> Request<S> {
-    const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         from: [0; S],
         end: [0; S],
         is_round: false,
@@ -94,7 +95,7 @@ impl<const S: usize> Request<S> {
     };
 
     /// A line. Tells whether it is long enough to be one.
-    fn line(&mut self, from: &Point<S>, end: &[Position; S]) -> Result<bool, PathError> {
+    pub(crate) fn line(&mut self, from: &Point<S>, end: &[Position; S]) -> Result<bool, PathError> {
         self.end_at(end)?;
         let mut square = 0.0;
         for (end, from) in self.end.iter().zip(from) {
@@ -108,7 +109,7 @@ impl<const S: usize> Request<S> {
     }
 
     /// An arc. Tells whether it is long enough to be one.
-    fn arc(&mut self, from: &Point<S>, arc: &Arc<S>) -> Result<bool, PathError> {
+    pub(crate) fn arc(&mut self, from: &Point<S>, arc: &Arc<S>) -> Result<bool, PathError> {
         self.end_at(&arc.end)?;
         let plane = arc.plane;
         let (Some(first), Some(second)) = (from.get(plane.0), from.get(plane.1)) else {
@@ -143,25 +144,9 @@ impl<const S: usize> Request<S> {
     }
 
     /// Its length.
-    pub(crate) fn length(&self) -> i64 {
-        length::from_units(square_root(self.square))
+    pub(crate) fn measure(&self) -> Measure {
+        Measure::of(length::from_units(square_root(self.square)))
     }
-}
-
-fn check(feed: f32, join: Join) -> Result<(), PathError> {
-    let tolerance = match join {
-        Join::Blend(tolerance) => tolerance,
-        Join::Exact | Join::Rest => 1.0,
-    };
-    if (LEAST_FEED..f32::MAX).contains(&feed) && tolerance > 0.0 && tolerance < f32::MAX {
-        return Ok(());
-    }
-    for actual in [feed, tolerance] {
-        if !(actual > 0.0 && actual < f32::MAX) {
-            return Err(PathError::NotPositive { actual });
-        }
-    }
-    Err(PathError::Slow { actual: feed })
 }
 
 /// The square of the length of an arc that is possible. Squares are compared: no root is needed.
@@ -215,92 +200,4 @@ fn sine_about(phase: u32) -> f32 {
     let half_turns = phase.cast_signed() as f32 * (1.0 / 2_147_483_648.0);
     let parabola = 4.0 * half_turns * (1.0 - half_turns.abs());
     parabola + 0.225 * (parabola * parabola.abs() - parabola)
-}
-
-/// Requests in their order.
-#[derive(Debug, Clone)]
-pub(crate) struct Inbox<const S: usize> {
-    requests: [Request<S>; PLACES],
-    first: usize,
-    count: usize,
-    /// Where the path ends.
-    pub(crate) end: Point<S>,
-}
-
-/// Requests that wait at most.
-pub(crate) const PLACES: usize = 4;
-
-impl<const S: usize> Inbox<S> {
-    /// Empty; what comes starts at a place.
-    pub(crate) const fn at(place: Point<S>) -> Self {
-        Self {
-            requests: [Request::NONE; PLACES],
-            first: 0,
-            count: 0,
-            end: place,
-        }
-    }
-
-    pub(crate) const fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    pub(crate) const fn has_room(&self) -> bool {
-        self.count < PLACES
-    }
-
-    pub(crate) fn first(&self) -> Option<&Request<S>> {
-        if self.count == 0 {
-            return None;
-        }
-        self.requests.get(self.first % PLACES)
-    }
-
-    /// Adds a line.
-    pub(crate) fn line(
-        &mut self,
-        end: &[Position; S],
-        feed: f32,
-        join: Join,
-    ) -> Result<(), PathError> {
-        self.add(feed, join, |request, from| request.line(from, end))
-    }
-
-    /// Adds an arc.
-    pub(crate) fn arc(&mut self, arc: &Arc<S>, feed: f32, join: Join) -> Result<(), PathError> {
-        self.add(feed, join, |request, from| request.arc(from, arc))
-    }
-
-    /// Adds what is written into a free place, if that is no error and long enough.
-    fn add(
-        &mut self,
-        feed: f32,
-        join: Join,
-        write: impl FnOnce(&mut Request<S>, &Point<S>) -> Result<bool, PathError>,
-    ) -> Result<(), PathError> {
-        check(feed, join)?;
-        let place = (self.first + self.count) % PLACES;
-        let has_room = self.has_room();
-        let slot = self.requests.get_mut(place).filter(|_| has_room);
-        let slot = slot.ok_or(PathError::Full)?;
-        if write(slot, &self.end)? {
-            slot.feed = feed;
-            slot.join = join;
-            self.end = slot.end;
-            self.count += 1;
-        }
-        Ok(())
-    }
-
-    /// Forgets everything; what comes starts at a place.
-    pub(crate) const fn restart(&mut self, place: Point<S>) {
-        self.count = 0;
-        self.end = place;
-    }
-
-    /// Forgets the first one.
-    pub(crate) const fn pop(&mut self) {
-        self.first = (self.first + 1) % PLACES;
-        self.count = self.count.saturating_sub(1);
-    }
 }

@@ -6,8 +6,9 @@
 
 use trajectory::fixed::part_of;
 
-use crate::angle::{self, sine_cosine};
+use crate::angle::{self, Radius, sine_cosine};
 use crate::length;
+use crate::measure::Measure;
 use crate::roots::square_root;
 
 /// Bits behind the point of a coordinate.
@@ -51,11 +52,6 @@ impl Round {
         radial: [0; 2],
         sweep: 0,
     };
-
-    /// From its start to its end in the plane.
-    pub(crate) fn turned(&self) -> [i64; 2] {
-        turned(self.radial, self.sweep as u32)
-    }
 }
 
 /// A place of a path, and how it is passed.
@@ -89,9 +85,9 @@ pub(crate) enum Kind<const S: usize> {
     },
     Arc {
         way: Point<S>,
-        /// From the centre to the start, and a quarter turn ahead of it, in the two coordinates of the plane.
+        /// The two coordinates of the plane, and what goes from the centre to the start in it.
         plane: (usize, usize),
-        radial: [i64; 2],
+        radius: Radius,
         /// Angle in 2^-32 turns.
         turn: i64,
         /// Radians per unit of length.
@@ -121,16 +117,14 @@ impl<const S: usize> Shape<S> {
     }
 
     /// A straight line of a length, which is that between its ends to 24 bits.
-    pub(crate) fn line(from: Point<S>, end: Point<S>, length: i64) -> Self {
+    pub(crate) fn line(from: Point<S>, end: Point<S>, measure: &Measure) -> Self {
         let way = difference_of_points(&end, &from);
-        let scale = length.leading_zeros();
-        let inverse = Inverse::of(length, scale);
         Self {
             from,
             kind: Kind::Line {
-                way: way.map(|way| inverse.times(way)),
+                way: way.map(|way| measure.times(way)),
             },
-            scale,
+            scale: measure.scale,
         }
     }
 
@@ -138,20 +132,14 @@ impl<const S: usize> Shape<S> {
     pub(crate) fn arc(
         (from, end): (Point<S>, Point<S>),
         round: &Round,
-        turned: [i64; 2],
-        length: i64,
+        (radius, turned): (Radius, [i64; 2]),
+        measure: &Measure,
     ) -> Self {
-        let Round {
-            plane,
-            radial,
-            sweep,
-        } = *round;
-        let scale = length.leading_zeros();
-        let inverse = Inverse::of(length, scale);
+        let Round { plane, sweep, .. } = *round;
         let mut way = [0; S];
         for (place, (way, (end, from))) in way.iter_mut().zip(end.iter().zip(from)).enumerate() {
             let rest = end - from - of_plane(plane, turned, place);
-            *way = inverse.times(rest);
+            *way = measure.times(rest);
         }
         let turns = length::to_float(sweep, 32);
         Self {
@@ -159,11 +147,11 @@ impl<const S: usize> Shape<S> {
             kind: Kind::Arc {
                 way,
                 plane,
-                radial,
-                turn: inverse.times(sweep),
-                rate: turns * core::f32::consts::TAU / length::units(length),
+                radius,
+                turn: measure.times(sweep),
+                rate: turns * core::f32::consts::TAU / length::units(measure.length),
             },
-            scale,
+            scale: measure.scale,
         }
     }
 
@@ -222,12 +210,12 @@ impl<const S: usize> Shape<S> {
             Kind::Arc {
                 way,
                 plane,
-                radial,
+                radius,
                 turn,
                 ..
             } => {
                 self.put_straight(way, share, point);
-                let [first, second] = turned(*radial, part_of(*turn, share) as u32);
+                let [first, second] = radius.turned(part_of(*turn, share) as u32);
                 if let Some(point) = point.get_mut(plane.0) {
                     *point += first;
                 }
@@ -271,7 +259,7 @@ impl<const S: usize> Shape<S> {
         }
         if let Kind::Arc {
             plane,
-            radial,
+            radius,
             turn,
             rate,
             ..
@@ -280,7 +268,7 @@ impl<const S: usize> Shape<S> {
             let share = at.cast_unsigned().wrapping_shl(self.scale);
             let (sine, cosine) = sine_cosine(part_of(*turn, share) as u32);
             let (sine, cosine) = (sine as f32 * SINE_UNIT, cosine as f32 * SINE_UNIT);
-            let [first, second] = radial.map(coordinate);
+            let [first, second] = radius.parts().map(coordinate);
             let (first, second) = (
                 first * cosine - second * sine,
                 second * cosine + first * sine,
@@ -323,20 +311,6 @@ pub(crate) fn difference_of_points<const S: usize>(to: &Point<S>, from: &Point<S
     difference
 }
 
-/// What the end of a radius moves by when it turns by a phase.
-fn turned(radial: [i64; 2], phase: u32) -> [i64; 2] {
-    let (sine, cosine) = sine_cosine(phase);
-    let [first, second] = rotated(radial, sine, cosine);
-    [first - radial[0], second - radial[1]]
-}
-
-fn rotated([first, second]: [i64; 2], sine: i32, cosine: i32) -> [i64; 2] {
-    [
-        angle::part(first, cosine) - angle::part(second, sine),
-        angle::part(second, cosine) + angle::part(first, sine),
-    ]
-}
-
 fn of_plane(plane: (usize, usize), [first, second]: [i64; 2], place: usize) -> i64 {
     if place == plane.0 {
         first
@@ -344,58 +318,5 @@ fn of_plane(plane: (usize, usize), [first, second]: [i64; 2], place: usize) -> i
         second
     } else {
         0
-    }
-}
-
-/// A power of two divided by a length: from one to two, less one, as a share with 64 bits behind the point, to 2^-45.
-struct Inverse(u64);
-
-impl Inverse {
-    /// Of a length above 0 and its leading zeros.
-    fn of(length: i64, scale: u32) -> Self {
-        // From a half to below 1.
-        let share = length.cast_unsigned().wrapping_shl(scale);
-        let first = 1.0 / ((share >> 40) as i32 as f32 / 16_777_216.0);
-        let first = (first * (1_u32 << 29) as f32) as u32;
-        // One step of Newton: 1 - share * first, with 60 bits behind the point.
-        let (high, low) = (share >> 32, share & 0xFFFF_FFFF);
-        let product = ((high * u64::from(first)) >> 1).wrapping_add((low * u64::from(first)) >> 33);
-        let error = (1_u64 << 60).wrapping_sub(product).cast_signed();
-        // The error is below 2^38, so eight of its bits are spare.
-        let step = ((error >> 8) * i64::from(first)) >> 21;
-        let inverse = (u64::from(first) << 31).wrapping_add_signed(step);
-        let more_than_one = inverse.saturating_sub(1 << 60);
-        // Two, of a length that is a power of two, is the largest share.
-        Self(if more_than_one >> 60 == 0 {
-            more_than_one << 4
-        } else {
-            u64::MAX
-        })
-    }
-
-    /// For values below 2^61.
-    const fn times(&self, value: i64) -> i64 {
-        value.wrapping_add(part_of(value, self.0))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_inverse_is_right_to_45_bits() {
-        let mut length = 4_096_i64;
-        while length < 1 << 49 {
-            for length in [length, length + 1, length - 1, length * 3 / 2] {
-                let scale = length.leading_zeros();
-                let power = 1_i128 << (64 - scale);
-                let value = 1_i64 << 55;
-                let exact = i128::from(value) * power / i128::from(length);
-                let error = i128::from(Inverse::of(length, scale).times(value)) - exact;
-                assert!(error.abs() < 1 << 11, "{length}: {error}");
-            }
-            length += length / 7 + 1;
-        }
     }
 }

@@ -8,7 +8,7 @@ use crate::queue::Ring;
 use crate::shape::Point;
 
 /// Instructions on a Cortex-M4, about: more of an arc than of a line, and of a border between pieces.
-const OF_AN_ARC: u32 = 190;
+const OF_AN_ARC: u32 = 150;
 const OF_A_PIECE: u32 = 40;
 
 #[derive(Debug, Clone)]

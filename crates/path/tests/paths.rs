@@ -45,6 +45,11 @@ fn a_circle() {
 fn a_circle_at_the_limits() {
     let circle = Piece::Arc([50_000.0, 0.0], 2.0, [0.0, 0.0, 0.0]);
     check("fast circle", &[circle], 400.0, Join::Exact, 0.05);
+    // The smaller they are, the more of the jerk comes from the direction that turns while the tool accelerates.
+    for radius in [500.0, 2_000.0, 5_000.0, 10_000.0] {
+        let circle = Piece::Arc([radius, 0.0], 3.0, [0.0, 0.0, 0.0]);
+        check("small circle", &[circle], 400.0, Join::Exact, 0.05);
+    }
 }
 
 /// Pieces in one direction, passed at speed with `Exact` and at rest with `Rest`.
@@ -184,6 +189,35 @@ fn sharp_corners_and_reversals() {
     let run = check("reversals", &back, 300.0, Join::Blend(50.0), 0.05);
     let tips = run.places.iter().map(|[x, ..]| *x).fold(0.0, f64::max);
     assert!(tips > 2_999.95, "the tool gets to the tips: {tips}");
+}
+
+/// How near the tool comes to a corner where its direction turns by an angle.
+fn nearest_to_corner(degrees: f64, join: Join) -> f64 {
+    let corner = [20_000.0, 0.0, 0.0];
+    let angle = degrees.to_radians();
+    let end = [
+        20_000.0 + 20_000.0 * angle.cos(),
+        20_000.0 * angle.sin(),
+        0.0,
+    ];
+    let pieces = [Piece::Line(corner), Piece::Line(end)];
+    let run = check("corner", &pieces, 100.0, join, 50.0);
+    let distance = |place: &[f64; 3]| (place[0] - corner[0]).hypot(place[1]);
+    run.places.iter().map(distance).fold(f64::MAX, f64::min)
+}
+
+#[test]
+fn a_corner_of_more_than_160_degrees_is_passed_at_rest() {
+    for degrees in [90.0, 150.0, 159.5] {
+        let missed = nearest_to_corner(degrees, Join::Blend(50.0));
+        assert!(missed > 10.0, "{degrees}: {missed}");
+        let missed = nearest_to_corner(degrees, Join::Exact);
+        assert!(missed < 0.01, "{degrees}: {missed}");
+    }
+    for degrees in [160.5, 170.0, 180.0] {
+        let missed = nearest_to_corner(degrees, Join::Blend(50.0));
+        assert!(missed < 0.01, "{degrees}: {missed}");
+    }
 }
 
 #[test]

@@ -96,7 +96,7 @@ fn number(value: &Value) -> Result<f64, Error> {
 
 const SECTION: &str = "\n## A path of three axes
 
-Instructions of the crate `path` for three axes at 1 kHz with a queue of 32 pieces, the worst of 30,000 cycles each of long lines, short lines,
+Instructions of the crate `path` for three axes at 1 kHz with a queue of 32 pieces, the worst of 120,000 cycles each (four seeds) of long lines, short lines,
 arcs, helices, chords of 20 um, tiny arcs, lines from rest to rest, and all of them mixed, with blended corners, overrides and pauses. A piece is
 prepared and planned over several cycles.
 

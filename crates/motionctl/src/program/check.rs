@@ -4,9 +4,11 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 
 use dyn_can::{Counts28, StepLimit};
+use trajectory::Position;
 
 use super::error::ProgramFileError;
-use super::player::{Machine, Player};
+use super::machine::{MOST_MOTORS, Machine};
+use super::player::{Player, Row};
 use super::source::ProgramFile;
 
 /// The largest values of one axis, in command counts and cycles.
@@ -22,13 +24,13 @@ pub(crate) struct Peaks {
 pub(crate) struct Checked {
     file: ProgramFile,
     machine: Machine,
-    axes: usize,
-    letters: [char; 3],
+    /// Of the motors.
+    names: Vec<String>,
     pub(crate) cycles: usize,
     pub(crate) lines: u32,
     pub(crate) moves: usize,
     pub(crate) peaks: Vec<Peaks>,
-    last: [i32; 3],
+    last: [i32; MOST_MOTORS],
     cursor: RefCell<Option<Cursor>>,
 }
 
@@ -41,7 +43,7 @@ struct Cursor {
     player: Player,
     /// The cycle of the first of the rows.
     first: usize,
-    rows: VecDeque<[i32; 3]>,
+    rows: VecDeque<[i32; MOST_MOTORS]>,
 }
 
 impl Cursor {
@@ -49,19 +51,17 @@ impl Cursor {
         Self {
             player,
             first: 0,
-            rows: VecDeque::from([[0; 3]]),
+            rows: VecDeque::from([[0; MOST_MOTORS]]),
         }
     }
 
     /// Adds the next row, or the same again where the program has none that `is_checked`.
-    fn play_on(&mut self, is_checked: impl Fn([i32; 3], [i32; 3]) -> bool) {
+    fn play_on(&mut self, is_checked: impl Fn([i32; MOST_MOTORS], [i32; MOST_MOTORS]) -> bool) {
         let before = self.rows.back().copied().unwrap_or_default();
         // After an error, the way to rest.
         let next = self.player.next().or_else(|_| self.player.next());
-        let row = match next.map(|next| next.map(|row| row.map(i32::try_from))) {
-            Ok(Some([Ok(x), Ok(y), Ok(z)])) if is_checked([x, y, z], before) => [x, y, z],
-            _ => before,
-        };
+        let row = next.ok().flatten().and_then(in_32_bits);
+        let row = row.filter(|row| is_checked(*row, before)).unwrap_or(before);
         if self.rows.len() > REMEMBERED {
             self.rows.pop_front();
             self.first += 1;
@@ -75,28 +75,27 @@ impl Checked {
     pub(crate) fn new(
         file: ProgramFile,
         machine: Machine,
-        axes: usize,
+        names: Vec<String>,
         max_step: StepLimit,
         most_s: f64,
     ) -> Result<Self, ProgramFileError> {
         let mut player = Player::new(file.lines(), &machine)?;
-        let most_cycles = (most_s * 1e6 / f64::from(machine.cycle_us)).floor() as usize;
+        let most_cycles = (most_s * 1e6 / f64::from(machine.manner.cycle_us)).floor() as usize;
         let mut checked = Self {
             file,
             machine,
-            axes,
-            letters: ['X', 'Y', 'Z'],
+            peaks: vec![Peaks::default(); names.len()],
+            names,
             // The start is the first row.
             cycles: 1,
             lines: 0,
             moves: 0,
-            peaks: vec![Peaks::default(); axes],
-            last: [0; 3],
+            last: [0; MOST_MOTORS],
             cursor: RefCell::new(None),
         };
         checked.play(&mut player, max_step, most_cycles)?;
         (checked.lines, checked.moves) = (player.line(), player.moves);
-        if machine.most_percent > 100 {
+        if machine.manner.most_percent > 100 {
             checked.play_fastest(max_step, most_cycles)?;
         }
         Ok(checked)
@@ -111,7 +110,7 @@ impl Checked {
     ) -> Result<(), ProgramFileError> {
         while let Some(row) = player.next()? {
             if self.cycles > most_cycles {
-                let cycle_s = f64::from(self.machine.cycle_us) * 1e-6;
+                let cycle_s = f64::from(self.machine.manner.cycle_us) * 1e-6;
                 return Err(ProgramFileError::Long {
                     path: self.file.path.clone(),
                     line: player.line(),
@@ -131,7 +130,7 @@ impl Checked {
         most_cycles: usize,
     ) -> Result<(), ProgramFileError> {
         let (cycles, last) = (self.cycles, self.last);
-        (self.cycles, self.last) = (1, [0; 3]);
+        (self.cycles, self.last) = (1, [0; MOST_MOTORS]);
         let mut player = self.fastest()?;
         self.play(&mut player, max_step, most_cycles)?;
         (self.cycles, self.last) = (cycles, last);
@@ -140,7 +139,7 @@ impl Checked {
 
     fn fastest(&self) -> Result<Player, ProgramFileError> {
         let mut player = self.player()?;
-        player.set_override(self.machine.most_percent);
+        player.set_override(self.machine.manner.most_percent);
         Ok(player)
     }
 
@@ -151,18 +150,13 @@ impl Checked {
             let row = player.as_mut()?.next().ok()??;
             // The travel has been checked.
             let row = row.map(|counts| i32::try_from(counts).unwrap_or(i32::MAX));
-            Some(row.into_iter().take(self.axes).collect())
+            Some(row.into_iter().take(self.axes()).collect())
         })
     }
 
-    fn note(
-        &mut self,
-        row: [i64; 3],
-        line: u32,
-        max_step: StepLimit,
-    ) -> Result<(), ProgramFileError> {
+    fn note(&mut self, row: Row, line: u32, max_step: StepLimit) -> Result<(), ProgramFileError> {
         let path = || self.file.path.clone();
-        let axes = row.iter().zip(&mut self.last).zip(self.letters);
+        let axes = row.iter().zip(&mut self.last).zip(&self.names);
         for (((&counts, last), axis), peaks) in axes.zip(&mut self.peaks) {
             let most = Counts28::MAX.get();
             let position = i32::try_from(counts).ok();
@@ -172,7 +166,7 @@ impl Checked {
                 return Err(ProgramFileError::Travel {
                     path: path(),
                     line,
-                    axis,
+                    axis: axis.clone(),
                     counts,
                     most,
                 });
@@ -185,7 +179,7 @@ impl Checked {
                     return Err(ProgramFileError::Step {
                         path: path(),
                         line,
-                        axis,
+                        axis: axis.clone(),
                         counts: step,
                         most: allowed,
                     });
@@ -211,8 +205,24 @@ impl Checked {
         Player::new(self.file.lines(), &self.machine)
     }
 
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Positions in counts at every cycle, the start included, not rounded.
+    pub(crate) fn exact_rows(&self) -> Result<Vec<Vec<f64>>, ProgramFileError> {
+        let mut player = self.player()?;
+        let mut rows = vec![vec![0.0; self.axes()]];
+        while let Some(row) = player.next_exact()? {
+            let counts = row.map(|at| at.units() as f64 / Position::UNITS as f64);
+            rows.push(counts.into_iter().take(self.axes()).collect());
+        }
+        Ok(rows)
+    }
+
+    /// Motors.
     pub(crate) const fn axes(&self) -> usize {
-        self.axes
+        self.names.len()
     }
 
     pub(super) const fn machine(&self) -> &Machine {
@@ -229,13 +239,17 @@ impl Checked {
             *slot = self.player().ok().map(Cursor::new);
         }
         let Some(cursor) = slot.as_mut() else {
-            return vec![0; self.axes];
+            return vec![0; self.axes()];
         };
         while cycle >= cursor.first + cursor.rows.len() {
             cursor.play_on(|row, before| self.is_checked(row, before));
         }
         let row = cursor.rows.get(cycle - cursor.first);
-        row.into_iter().flatten().copied().take(self.axes).collect()
+        row.into_iter()
+            .flatten()
+            .copied()
+            .take(self.axes())
+            .collect()
     }
 
     /// The counts between two cycles, in a straight line from one to the next; in ascending order too.
@@ -250,7 +264,7 @@ impl Checked {
     }
 
     /// Whether a row is one that the check may have seen.
-    fn is_checked(&self, row: [i32; 3], before: [i32; 3]) -> bool {
+    fn is_checked(&self, row: [i32; MOST_MOTORS], before: [i32; MOST_MOTORS]) -> bool {
         let axes = row.iter().zip(before).zip(&self.peaks);
         axes.into_iter().all(|((&counts, before), peaks)| {
             (peaks.lowest..=peaks.highest).contains(&counts)
@@ -260,6 +274,14 @@ impl Checked {
 
     /// Where the check ended.
     pub(crate) fn last(&self) -> Vec<i32> {
-        self.last.iter().copied().take(self.axes).collect()
+        self.last.iter().copied().take(self.axes()).collect()
     }
+}
+
+fn in_32_bits(row: Row) -> Option<[i32; MOST_MOTORS]> {
+    let mut counts = [0; MOST_MOTORS];
+    for (counts, wide) in counts.iter_mut().zip(row) {
+        *counts = i32::try_from(wide).ok()?;
+    }
+    Some(counts)
 }

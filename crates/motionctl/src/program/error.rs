@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use path::PathError;
 use program::ProgramError;
 
+use crate::settings_file::FileError;
+
 /// A program that is refused, or that cannot be read any further.
 #[derive(Debug)]
 pub(crate) enum ProgramFileError {
@@ -21,6 +23,14 @@ pub(crate) enum ProgramFileError {
     },
     /// The program is not usable.
     Program { path: PathBuf, source: ProgramError },
+    /// The machine file is not usable.
+    Machine { path: PathBuf, source: FileError },
+    /// A motor whose play cannot be taken up on the way.
+    Backlash {
+        path: PathBuf,
+        line: u32,
+        source: trajectory::PlanError,
+    },
     /// A move that makes no path.
     Path {
         path: PathBuf,
@@ -39,7 +49,7 @@ pub(crate) enum ProgramFileError {
     Travel {
         path: PathBuf,
         line: u32,
-        axis: char,
+        axis: String,
         counts: i64,
         most: i32,
     },
@@ -47,7 +57,7 @@ pub(crate) enum ProgramFileError {
     Step {
         path: PathBuf,
         line: u32,
-        axis: char,
+        axis: String,
         counts: i64,
         most: u16,
     },
@@ -61,6 +71,12 @@ impl fmt::Display for ProgramFileError {
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Write { path, source } => write!(f, "cannot write {}: {source}", path.display()),
             Self::Program { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Machine { path, source } => write!(f, "{}: {source}", path.display()),
+            Self::Backlash { path, line, source } => write!(
+                f,
+                "{}: line {line}: the backlash cannot be taken up: {source}",
+                path.display()
+            ),
             Self::Path { path, line, source } => {
                 write!(f, "{}: line {line}: {source}", path.display())
             }
@@ -93,7 +109,7 @@ impl fmt::Display for ProgramFileError {
                 most,
             } => write!(
                 f,
-                "{}: line {line}: {axis} must move at most {most} counts in a cycle, it would move {counts}: lower --axis-rpm",
+                "{}: line {line}: {axis} must move at most {most} counts in a cycle, it would move {counts}: lower --axis-rpm, or rpm in the machine file",
                 path.display()
             ),
             Self::Option(text) => f.write_str(text),

@@ -38,7 +38,7 @@ impl<'a> ProgramInMotion<'a> {
 
     /// The highest override, in percent of the programmed feeds.
     fn most_percent(&self) -> u16 {
-        self.checked.machine().most_percent
+        self.checked.machine().manner.most_percent
     }
 
     /// The next row, or how it ended.
@@ -65,9 +65,6 @@ impl<'a> ProgramInMotion<'a> {
             *to = i32::try_from(counts).unwrap_or(*to);
         }
         self.cycles += 1;
-        if self.is_stopping && self.player.is_at_rest() {
-            return Some(Step::Stopped);
-        }
         None
     }
 }

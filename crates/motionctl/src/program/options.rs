@@ -2,19 +2,18 @@
 
 use std::path::PathBuf;
 
-use path::machine::Scale;
-use program::Settings;
-use trajectory::{Limits, Position};
+use dyn_can::StepLimit;
 
 use super::check::Checked;
 use super::error::ProgramFileError;
-use super::player::Machine;
+use super::machine::{COORDINATES, Kind, LETTERS, MachineSetup, Manner, MotorSetup};
+use super::machine_file;
 use super::source::ProgramFile;
-use dyn_can::StepLimit;
 
-/// Most coordinates of a program.
-const MOST_AXES: usize = 3;
-pub(crate) const LETTERS: [char; MOST_AXES] = ['X', 'Y', 'Z'];
+/// What a motor can do where nothing says it.
+pub(super) const RPM: f64 = 500.0;
+pub(super) const ACCELERATION_RPM_PER_S: f64 = 5_000.0;
+pub(super) const JERK_RPM_PER_S2: f64 = 100_000.0;
 
 /// What to run, and within which limits.
 #[derive(Debug, Clone, clap::Args)]
@@ -22,17 +21,21 @@ pub(crate) struct ProgramOptions {
     /// Program of G-code (docs/paths.md): X, Y and Z are the axes in their order, in millimetres from where the drives stand.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["trajectory", "columns", "time_column", "time_unit", "unit", "decimal_comma", "interpolation"])]
     pub(crate) program: Option<PathBuf>,
+    /// Of a program: machine file (docs/paths.md) with the drive, the scale and the limits of each motor, in the place of these options: for
+    /// two motors on one axis, a differential drive, or backlash.
+    #[arg(long, value_name = "FILE.toml", requires = "program", conflicts_with_all = ["axes", "drives", "mm_per_turn", "gear_ratio", "counts_per_turn", "counts_per_mm", "axis_rpm", "axis_acceleration", "axis_jerk"])]
+    machine: Option<PathBuf>,
     /// Of a program: command counts of one millimetre, one for all axes or one each; negative reverses. Instead of --mm-per-turn.
-    #[arg(long, value_name = "COUNTS", value_delimiter = ',', value_parser = number, allow_hyphen_values = true, requires = "program", conflicts_with = "mm_per_turn")]
+    #[arg(long, value_name = "COUNTS", value_delimiter = ',', value_parser = number, allow_hyphen_values = true, requires = "program", conflicts_with_all = ["mm_per_turn", "gear_ratio"])]
     counts_per_mm: Vec<f64>,
     /// Of a program: fastest speed of a motor in r/min, one for all axes or one each.
-    #[arg(long, value_name = "RPM", default_value = "500", value_delimiter = ',', value_parser = positive)]
+    #[arg(long, value_name = "RPM", default_values_t = [RPM], value_delimiter = ',', value_parser = positive)]
     axis_rpm: Vec<f64>,
     /// Of a program: largest acceleration of a motor in r/min per second.
-    #[arg(long, value_name = "RPM_PER_S", default_value = "5000", value_delimiter = ',', value_parser = positive)]
+    #[arg(long, value_name = "RPM_PER_S", default_values_t = [ACCELERATION_RPM_PER_S], value_delimiter = ',', value_parser = positive)]
     axis_acceleration: Vec<f64>,
     /// Of a program: largest jerk of a motor in r/min per second²; the acceleration is built up in twice the time that follows from it.
-    #[arg(long, value_name = "RPM_PER_S2", default_value = "100000", value_delimiter = ',', value_parser = positive)]
+    #[arg(long, value_name = "RPM_PER_S2", default_values_t = [JERK_RPM_PER_S2], value_delimiter = ',', value_parser = positive)]
     axis_jerk: Vec<f64>,
     /// Of a program: how far a corner may be missed with G64 without P, in millimetres.
     #[arg(long, value_name = "MM", default_value = "0.01", value_parser = positive)]
@@ -53,18 +56,16 @@ pub(crate) struct ProgramOptions {
 pub(crate) struct Axes<'a> {
     pub(crate) count: Option<usize>,
     pub(crate) mm_per_turn: &'a [Option<f64>],
-    pub(crate) gear_ratio: &'a [f64],
-    /// One each, once read.
-    pub(crate) counts_per_turn: &'a [f64],
-    pub(crate) max_duration_s: f64,
+    pub(crate) gear_ratio: Vec<f64>,
+    pub(crate) counts_per_turn: Vec<f64>,
 }
 
 impl Axes<'_> {
-    pub(crate) fn count(&self) -> Result<usize, ProgramFileError> {
-        let count = self.count.unwrap_or(MOST_AXES);
-        if count > MOST_AXES {
+    fn count(&self) -> Result<usize, ProgramFileError> {
+        let count = self.count.unwrap_or(COORDINATES);
+        if count > COORDINATES {
             return Err(ProgramFileError::Option(format!(
-                "--axes: a program has 1 to {MOST_AXES} axes, got {count}"
+                "--axes: a program has 1 to {COORDINATES} axes, got {count}"
             )));
         }
         Ok(count)
@@ -72,9 +73,40 @@ impl Axes<'_> {
 }
 
 impl ProgramOptions {
-    /// Command counts of a millimetre, axis by axis.
-    pub(crate) fn counts_per_mm(&self, axes: &Axes<'_>) -> Result<Vec<f64>, ProgramFileError> {
+    /// The machine of the file, or of the options.
+    pub(crate) fn machine(&self, axes: &Axes<'_>) -> Result<MachineSetup, ProgramFileError> {
+        if let Some(path) = &self.machine {
+            return machine_file::read(path);
+        }
         let count = axes.count()?;
+        let per_mm = self.counts_per_mm(axes, count)?;
+        let turns = each(&axes.counts_per_turn, count, "--counts-per-turn")?;
+        let rpm = each(&self.axis_rpm, count, "--axis-rpm")?;
+        let acceleration = each(&self.axis_acceleration, count, "--axis-acceleration")?;
+        let jerk = each(&self.axis_jerk, count, "--axis-jerk")?;
+        let motor = |axis: usize| MotorSetup {
+            name: LETTERS[axis].to_string(),
+            coordinate: axis,
+            drive: None,
+            counts_per_mm: per_mm[axis],
+            counts_per_turn: turns[axis],
+            rpm: rpm[axis],
+            acceleration: acceleration[axis],
+            jerk: jerk[axis],
+            backlash_mm: None,
+            source: format!(
+                "{} (--mm-per-turn, --axis-rpm, --axis-acceleration, --axis-jerk)",
+                LETTERS[axis]
+            ),
+        };
+        Ok(MachineSetup {
+            kind: Kind::Axes,
+            motors: (0..count).map(motor).collect(),
+        })
+    }
+
+    /// Command counts of a millimetre, axis by axis.
+    fn counts_per_mm(&self, axes: &Axes<'_>, count: usize) -> Result<Vec<f64>, ProgramFileError> {
         if !self.counts_per_mm.is_empty() {
             return each(&self.counts_per_mm, count, "--counts-per-mm");
         }
@@ -84,8 +116,8 @@ impl ProgramOptions {
             ));
         }
         let pitches = each(axes.mm_per_turn, count, "--mm-per-turn")?;
-        let ratios = each(axes.gear_ratio, count, "--gear-ratio")?;
-        let turns = each(axes.counts_per_turn, count, "--counts-per-turn")?;
+        let ratios = each(&axes.gear_ratio, count, "--gear-ratio")?;
+        let turns = each(&axes.counts_per_turn, count, "--counts-per-turn")?;
         let factors = pitches.into_iter().zip(ratios).zip(turns);
         let of_axis = |((pitch, ratio), turn): ((Option<f64>, f64), f64)| {
             let none = || {
@@ -100,72 +132,19 @@ impl ProgramOptions {
     pub(crate) fn check(
         &self,
         file: ProgramFile,
-        axes: &Axes<'_>,
+        setup: &MachineSetup,
         cycle_us: u32,
         max_step: StepLimit,
+        max_duration_s: f64,
     ) -> Result<Checked, ProgramFileError> {
-        let count = axes.count()?;
-        let machine = self.machine(axes, count, cycle_us)?;
-        Checked::new(file, machine, count, max_step, axes.max_duration_s)
-    }
-
-    fn machine(
-        &self,
-        axes: &Axes<'_>,
-        count: usize,
-        cycle_us: u32,
-    ) -> Result<Machine, ProgramFileError> {
-        let per_mm = self.counts_per_mm(axes)?;
-        let turns = each(axes.counts_per_turn, count, "--counts-per-turn")?;
-        let rpm = each(&self.axis_rpm, count, "--axis-rpm")?;
-        let acceleration = each(&self.axis_acceleration, count, "--axis-acceleration")?;
-        let jerk = each(&self.axis_jerk, count, "--axis-jerk")?;
-        let cycle_s = f64::from(cycle_us) * 1e-6;
-        let mut scales = [Scale::ONE; MOST_AXES];
-        let mut limits = Vec::new();
-        for axis in 0..count {
-            let turn = turns[axis].abs() / 60.0;
-            let of = |value: f64, power: i32| (value * turn * cycle_s.powi(power)) as f32;
-            let of_axis = Limits::new(
-                of(rpm[axis], 1),
-                of(acceleration[axis], 2),
-                of(jerk[axis], 3),
-            );
-            limits.push(of_axis.map_err(|source| {
-                ProgramFileError::Option(format!(
-                    "--axis-rpm, --axis-acceleration or --axis-jerk of {}: {source}",
-                    LETTERS[axis]
-                ))
-            })?);
-            scales[axis] = scale(per_mm[axis], LETTERS[axis])?;
-        }
-        // Axes that are not there do not move, and do not slow anything down.
-        let first = limits[0];
-        limits.resize(MOST_AXES, first);
-        Ok(Machine {
-            scales,
-            limits: [limits[0], limits[1], limits[2]],
-            settings: Settings {
-                axes: [0, 1, 2].map(|axis| axis < count),
-                start: [Position::ZERO; 3],
-                home: [Position::ZERO; 3],
-                rapid_um_per_min: f32::MAX / 1e10,
-                tolerance_um: (self.tolerance_mm * 1e3) as f32,
-            },
+        let machine = setup.machine(Manner {
             cycle_us,
+            tolerance_um: (self.tolerance_mm * 1e3) as f32,
             skips_pauses: self.skip_pauses,
             most_percent: self.max_override,
-        })
+        })?;
+        Checked::new(file, machine, setup.names(), max_step, max_duration_s)
     }
-}
-
-fn scale(counts_per_mm: f64, letter: char) -> Result<Scale, ProgramFileError> {
-    let fixed = counts_per_mm / 1e3 * f64::from(2_u32.pow(31)) * 2.0;
-    Scale::from_fixed(fixed.round() as i64).map_err(|_| {
-        ProgramFileError::Option(format!(
-            "{letter}: a millimetre must be 0.02 to 1e9 counts, got {counts_per_mm}"
-        ))
-    })
 }
 
 /// One value for all axes, or one each.

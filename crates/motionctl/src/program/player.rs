@@ -2,12 +2,13 @@
 
 use std::collections::VecDeque;
 
-use path::machine::{Cartesian, Scale};
+use path::machine::Backlash;
 use path::{Path, PathError};
-use program::{Action, Interpreter, Move, Settings};
-use trajectory::{Limits, Position};
+use program::{Action, Interpreter, Move};
+use trajectory::Position;
 
 use super::error::ProgramFileError;
+use super::machine::{COORDINATES, MOST_MOTORS, Machine, Mapping};
 use super::source::Lines;
 
 /// Pieces that are planned ahead: many more than on a board, for programs of very short lines.
@@ -15,20 +16,11 @@ const QUEUE: usize = 1_024;
 const US_PER_MINUTE: f32 = 60e6;
 const US_PER_MS: u64 = 1_000;
 
-/// The path in micrometres and three axes; those that the machine does not have stay where they are.
-type Tool = Path<Cartesian<3>, 3, 3, QUEUE>;
+/// The path in micrometres.
+type Tool = Path<Mapping, COORDINATES, MOST_MOTORS, QUEUE>;
 
-/// What the player needs to know of the machine.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Machine {
-    pub(crate) scales: [Scale; 3],
-    pub(crate) limits: [Limits; 3],
-    pub(crate) settings: Settings,
-    pub(crate) cycle_us: u32,
-    pub(crate) skips_pauses: bool,
-    /// Highest override, in percent.
-    pub(crate) most_percent: u16,
-}
+/// Command counts of every motor.
+pub(crate) type Row = [i64; MOST_MOTORS];
 
 /// A program under way.
 #[derive(Debug)]
@@ -39,6 +31,7 @@ pub(crate) struct Player {
     /// Actions of the line that was read last.
     actions: VecDeque<Action>,
     tool: Box<Tool>,
+    plays: [Option<Backlash>; MOST_MOTORS],
     /// Cycles that it still stands once it does.
     dwell: u64,
     waits: bool,
@@ -49,25 +42,20 @@ pub(crate) struct Player {
 impl Player {
     pub(crate) fn new(lines: Lines, machine: &Machine) -> Result<Self, ProgramFileError> {
         let start = machine.settings.start;
-        let tool = Tool::new(
-            Cartesian {
-                scales: machine.scales,
-            },
-            machine.limits,
-            start,
-        );
+        let tool = Tool::new(machine.mapping, machine.limits, start);
         let mut tool = tool.map_err(|source| ProgramFileError::Path {
             path: lines.path.clone(),
             line: 0,
             source,
         })?;
-        tool.set_most_override(machine.most_percent);
+        tool.set_most_override(machine.manner.most_percent);
         Ok(Self {
             machine: *machine,
             lines,
             interpreter: Interpreter::new(machine.settings),
             actions: VecDeque::new(),
             tool: Box::new(tool),
+            plays: machine.backlashes(),
             dwell: 0,
             waits: false,
             has_ended: false,
@@ -81,7 +69,7 @@ impl Player {
     }
 
     /// Where the tool is, in micrometres.
-    pub(crate) fn place(&self) -> [Position; 3] {
+    pub(crate) fn place(&self) -> [Position; COORDINATES] {
         self.tool.place()
     }
 
@@ -102,17 +90,25 @@ impl Player {
     pub(crate) fn stop(&mut self) {
         self.tool.stop();
         self.actions.clear();
+        self.waits = false;
         self.has_ended = true;
     }
 
-    pub(crate) fn is_at_rest(&self) -> bool {
-        self.tool.is_at_rest()
+    fn is_at_rest(&self) -> bool {
+        self.tool.is_at_rest() && self.plays.iter().flatten().all(Backlash::is_there)
     }
 
-    /// The command counts of the next cycle, relative to the start; `None` once the program has ended and the tool stands.
+    /// The command counts of the next cycle, relative to the start; `None` once the program has ended and everything stands.
     ///
     /// After an error the path is what was known of it before: it goes on to its end, at rest.
-    pub(crate) fn next(&mut self) -> Result<Option<[i64; 3]>, ProgramFileError> {
+    pub(crate) fn next(&mut self) -> Result<Option<Row>, ProgramFileError> {
+        Ok(self.next_exact()?.map(|row| row.map(Position::wide_counts)))
+    }
+
+    /// The same, not rounded to counts.
+    pub(crate) fn next_exact(
+        &mut self,
+    ) -> Result<Option<[Position; MOST_MOTORS]>, ProgramFileError> {
         let next = self.cycle();
         if next.is_err() {
             self.has_ended = true;
@@ -121,7 +117,7 @@ impl Player {
         next
     }
 
-    fn cycle(&mut self) -> Result<Option<[i64; 3]>, ProgramFileError> {
+    fn cycle(&mut self) -> Result<Option<[Position; MOST_MOTORS]>, ProgramFileError> {
         self.feed()?;
         if self.waits && self.tool.is_done() {
             if self.dwell > 0 {
@@ -132,9 +128,24 @@ impl Player {
             }
         }
         if self.has_ended && !self.waits && self.tool.is_done() {
-            return Ok(None);
+            // What runs next starts in the middle of every play, as this program did.
+            self.plays.iter_mut().flatten().for_each(Backlash::release);
+            if self.is_at_rest() {
+                return Ok(None);
+            }
         }
-        Ok(Some(self.tool.advance().map(Position::wide_counts)))
+        let mut row = self.tool.advance();
+        for (position, play) in row.iter_mut().zip(&mut self.plays) {
+            if let Some(play) = play {
+                let moved = play.apply(*position);
+                *position = moved.map_err(|source| ProgramFileError::Backlash {
+                    path: self.lines.path.clone(),
+                    line: self.interpreter.line_number(),
+                    source,
+                })?;
+            }
+        }
+        Ok(Some(row))
     }
 
     /// Moves for as long as there is room for them.
@@ -165,7 +176,7 @@ impl Player {
     }
 
     fn take(&mut self, action: Action) -> Result<(), ProgramFileError> {
-        let cycle_us = self.machine.cycle_us;
+        let cycle_us = self.machine.manner.cycle_us;
         match action {
             Action::Move {
                 path,
@@ -185,7 +196,7 @@ impl Player {
                 self.waits = true;
                 Ok(())
             }
-            Action::Pause if self.machine.skips_pauses => {
+            Action::Pause if self.machine.manner.skips_pauses => {
                 (self.dwell, self.waits) = (0, true);
                 Ok(())
             }

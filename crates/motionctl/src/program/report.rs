@@ -7,6 +7,7 @@ use comfy_table::presets::UTF8_BORDERS_ONLY;
 use serde::Serialize;
 
 use super::check::Checked;
+use super::machine::MachineSetup;
 use crate::counted::counted;
 
 /// A program in figures.
@@ -21,9 +22,11 @@ pub(crate) struct ProgramReport {
 
 #[derive(Debug, Serialize)]
 struct AxisReport {
-    axis: char,
+    axis: String,
     drive: u8,
     counts_per_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    backlash_mm: Option<f64>,
     /// From the start.
     lowest_mm: f64,
     highest_mm: f64,
@@ -33,22 +36,23 @@ struct AxisReport {
 }
 
 impl ProgramReport {
-    pub(crate) fn new(checked: &Checked, counts_per_mm: &[f64], drives: &[u8]) -> Self {
-        let cycle_s = f64::from(checked.machine().cycle_us) * 1e-6;
-        let axes = checked.peaks.iter().zip(counts_per_mm).zip(drives);
+    pub(crate) fn new(checked: &Checked, machine: &MachineSetup, drives: &[u8]) -> Self {
+        let cycle_s = f64::from(checked.machine().manner.cycle_us) * 1e-6;
+        let axes = checked.peaks.iter().zip(&machine.motors).zip(drives);
         Self {
             program: checked.path().display().to_string(),
             lines: checked.lines,
             moves: checked.moves,
             duration_s: (checked.cycles - 1) as f64 * cycle_s,
             axes: axes
-                .zip(['X', 'Y', 'Z'])
-                .map(|(((peaks, &counts_per_mm), &drive), axis)| {
+                .map(|((peaks, motor), &drive)| {
+                    let counts_per_mm = motor.counts_per_mm;
                     let ends = [peaks.lowest, peaks.highest]
                         .map(|counts| f64::from(counts) / counts_per_mm);
                     AxisReport {
-                        axis,
+                        axis: motor.name.clone(),
                         drive,
+                        backlash_mm: motor.backlash_mm,
                         counts_per_mm,
                         lowest_mm: ends[0].min(ends[1]),
                         highest_mm: ends[0].max(ends[1]),
@@ -81,7 +85,7 @@ impl fmt::Display for ProgramReport {
         ]);
         for axis in &self.axes {
             table.add_row([
-                axis.axis.to_string(),
+                axis.axis.clone(),
                 axis.drive.to_string(),
                 format!(
                     "{:.3} to {:.3}",
@@ -92,6 +96,16 @@ impl fmt::Display for ProgramReport {
                 format!("{:.1}", axis.peak_mm_per_s),
             ]);
         }
-        write!(f, "{table}")
+        write!(f, "{table}")?;
+        for axis in &self.axes {
+            if let Some(mm) = axis.backlash_mm {
+                write!(
+                    f,
+                    "\n{}: a backlash of {mm} mm is taken up where it turns",
+                    axis.axis
+                )?;
+            }
+        }
+        Ok(())
     }
 }

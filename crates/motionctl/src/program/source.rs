@@ -10,6 +10,8 @@ use program::LONGEST_LINE;
 
 use super::error::ProgramFileError;
 
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// An open program. Every reading is of the file that was opened, whatever takes its name in the meantime.
 #[derive(Debug, Clone)]
 pub(crate) struct ProgramFile {
@@ -43,6 +45,7 @@ impl ProgramFile {
                 at: 0,
             }),
             path: self.path.clone(),
+            is_first: true,
             bytes: Vec::new(),
             text: String::new(),
         }
@@ -69,6 +72,7 @@ impl Read for Reading {
 pub(crate) struct Lines {
     reader: BufReader<Reading>,
     pub(crate) path: PathBuf,
+    is_first: bool,
     bytes: Vec<u8>,
     text: String,
 }
@@ -91,6 +95,11 @@ impl Lines {
                 });
             }
         }
+        // Editors put it in front of a file.
+        if self.is_first && self.bytes.starts_with(BYTE_ORDER_MARK) {
+            self.bytes.drain(..BYTE_ORDER_MARK.len());
+        }
+        self.is_first = false;
         // What is no UTF-8 stays in comments, and is refused elsewhere.
         self.text = String::from_utf8_lossy(&self.bytes).into_owned();
         Ok(Some(&self.text))

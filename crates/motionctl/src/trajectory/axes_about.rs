@@ -6,7 +6,7 @@ use zlac8030l::NodeId;
 use super::Table;
 use super::columns::Column;
 use super::unit::AxisScale;
-use crate::program::LETTERS;
+use crate::program::MachineSetup;
 use crate::recording::{AxisAbout, AxisNaming};
 
 /// The axes of a motion file: as its columns are named.
@@ -50,14 +50,15 @@ fn name(column: &Column) -> String {
     }
 }
 
-/// The axes of a program: in millimetres from where it starts.
-pub(super) fn of_program(counts_per_mm: &[f64], drives: &[DriveId]) -> Vec<AxisAbout> {
-    let axes = LETTERS.into_iter().zip(counts_per_mm).zip(drives);
-    axes.map(|((letter, &counts_per_mm), drive)| AxisAbout {
-        name: letter.to_string(),
-        unit: "mm".to_owned(),
-        counts_per_unit: counts_per_mm,
-        ..AxisAbout::of_drive(*drive)
-    })
-    .collect()
+/// The motors of a program: in millimetres from where it starts.
+pub(super) fn of_program(machine: &MachineSetup, drives: &[DriveId]) -> Vec<AxisAbout> {
+    let motors = machine.motors.iter().zip(drives);
+    motors
+        .map(|(motor, drive)| AxisAbout {
+            name: motor.name.clone(),
+            unit: "mm".to_owned(),
+            counts_per_unit: motor.counts_per_mm,
+            ..AxisAbout::of_drive(*drive)
+        })
+        .collect()
 }

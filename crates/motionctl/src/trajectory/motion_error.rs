@@ -3,6 +3,8 @@
 use core::fmt;
 use std::path::PathBuf;
 
+use dyn_can::DriveId;
+
 use super::TrajectoryError;
 use crate::counted::counted;
 use crate::program::ProgramFileError;
@@ -24,6 +26,11 @@ pub(crate) enum MotionError {
     Program(ProgramFileError),
     /// The number of drive ids, of which there are 63, is not the number of axes.
     DriveCount { expected: usize, actual: usize },
+    /// The machine file of a program names other drives.
+    DrivesOfMachine {
+        named: Vec<DriveId>,
+        drives: Vec<DriveId>,
+    },
     /// No gear number makes so many counts of a turn.
     CountsPerTurn { actual: f64 },
     /// A stream without drives.
@@ -42,6 +49,18 @@ impl fmt::Display for MotionError {
             Self::Read { path, source } => write!(f, "cannot read {}: {source}", path.display()),
             Self::Program(source) => source.fmt(f),
             Self::Trajectory { path, source } => write!(f, "{path}: {source}"),
+            Self::DrivesOfMachine { named, drives } => {
+                let list = |drives: &[DriveId]| {
+                    let ids: Vec<String> = drives.iter().map(ToString::to_string).collect();
+                    ids.join(", ")
+                };
+                write!(
+                    f,
+                    "--machine: its motors have the drives {}, and not {}: all of them are on one bus, say it without ids",
+                    list(named),
+                    list(drives)
+                )
+            }
             Self::CountsPerTurn { actual } => write!(
                 f,
                 "--counts-per-turn must be 4 times the gear number of the drive, 2000..=65536, got {actual}"

@@ -19,7 +19,9 @@ use super::resolve;
 use super::table::Reading;
 use super::unit::{AxisScale, TimeUnit, Unit};
 use super::{ColumnChoice, FileReport, Interpolation, MotionReport, Plan, Table, TrajectoryError};
-use crate::program::{Axes, ProgramFile, ProgramFileError, ProgramOptions, ProgramReport};
+use crate::program::{
+    Axes, MachineSetup, ProgramFile, ProgramFileError, ProgramOptions, ProgramReport,
+};
 
 /// The motion that runs when no file is given.
 const EXAMPLE: &str = include_str!("../../../../examples/pick-and-place.csv");
@@ -113,7 +115,10 @@ pub(crate) struct MotionFile<'a> {
 #[derive(Debug)]
 enum Content {
     File(FileContent),
-    Program(ProgramFile),
+    Program {
+        file: ProgramFile,
+        machine: MachineSetup,
+    },
 }
 
 #[derive(Debug)]
@@ -152,9 +157,13 @@ impl MotionOptions {
             if self.hub_motors().is_some() {
                 return Err(MotionError::HubMotors);
             }
+            let machine = self.program.machine(&self.axes_of_program())?;
             return Ok(MotionFile {
                 options: self,
-                content: Content::Program(ProgramFile::open(path)?),
+                content: Content::Program {
+                    file: ProgramFile::open(path)?,
+                    machine,
+                },
             });
         }
         let table = self.table()?;
@@ -309,16 +318,15 @@ impl MotionOptions {
         or_default(&self.counts_per_turn, FACTORY_COUNTS_PER_TURN)
     }
 
-    fn axes_of_program<'a>(&'a self, counts_per_turn: &'a [f64]) -> Axes<'a> {
+    fn axes_of_program(&self) -> Axes<'_> {
+        let or_else = |given: &'_ [f64], default: &'static [f64]| -> Vec<f64> {
+            if given.is_empty() { default } else { given }.to_vec()
+        };
         Axes {
             count: self.axes,
             mm_per_turn: &self.mm_per_turn,
-            gear_ratio: match &self.gear_ratio[..] {
-                [] => &[1.0],
-                given => given,
-            },
-            counts_per_turn,
-            max_duration_s: self.max_duration,
+            gear_ratio: or_else(&self.gear_ratio, &[1.0]),
+            counts_per_turn: self.counts_per_turn(),
         }
     }
 
@@ -340,13 +348,19 @@ impl MotionFile<'_> {
     pub(crate) fn axes(&self) -> Result<usize, MotionError> {
         Ok(match &self.content {
             Content::File(file) => file.table.columns.positions.len(),
-            Content::Program(_) => self.options.axes_of_program(&[]).count()?,
+            Content::Program { machine, .. } => machine.motors.len(),
         })
     }
 
     /// The same drives as were named elsewhere, when there is one for each axis.
     pub(crate) fn takes_drives(&self, drives: Vec<DriveId>) -> Result<Vec<DriveId>, MotionError> {
         let expected = self.axes()?;
+        if let Content::Program { machine, .. } = &self.content
+            && let Some(named) = machine.drives()
+            && named != drives
+        {
+            return Err(MotionError::DrivesOfMachine { named, drives });
+        }
         if drives.len() == expected {
             return Ok(drives);
         }
@@ -359,10 +373,15 @@ impl MotionFile<'_> {
     /// The drive of each axis.
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
         let axes = self.axes()?;
-        let drives: Vec<DriveId> = match &self.options.drives {
-            Some(DriveSet::Dyn(drives)) => drives.clone(),
-            Some(DriveSet::Zlac(_)) => return Err(MotionError::HubMotors),
-            None => DriveId::all().take(axes).collect(),
+        let named = match &self.content {
+            Content::Program { machine, .. } => machine.drives(),
+            Content::File(_) => None,
+        };
+        let drives: Vec<DriveId> = match (&self.options.drives, named) {
+            (_, Some(named)) => named,
+            (Some(DriveSet::Dyn(drives)), None) => drives.clone(),
+            (Some(DriveSet::Zlac(_)), None) => return Err(MotionError::HubMotors),
+            (None, None) => DriveId::all().take(axes).collect(),
         };
         self.takes_drives(drives)
     }
@@ -371,11 +390,7 @@ impl MotionFile<'_> {
     pub(crate) fn axes_about(&self, drives: &[DriveId]) -> Result<Vec<AxisAbout>, MotionError> {
         Ok(match &self.content {
             Content::File(file) => axes_about::of_columns(&file.table, &file.scales, drives),
-            Content::Program(_) => {
-                let turns = self.options.counts_per_turn();
-                let axes = self.options.axes_of_program(&turns);
-                axes_about::of_program(&self.options.program.counts_per_mm(&axes)?, drives)
-            }
+            Content::Program { machine, .. } => axes_about::of_program(machine, drives),
         })
     }
 
@@ -386,10 +401,13 @@ impl MotionFile<'_> {
                 let counts = file.scales.iter().map(|scale| scale.counts_per_turn.abs());
                 counts.collect()
             }
-            Content::Program(_) => match self.options.counts_per_turn()[..] {
-                [all] => vec![all; self.axes()?],
-                ref each => each.to_vec(),
-            },
+            Content::Program { machine, .. } => {
+                let counts = machine
+                    .motors
+                    .iter()
+                    .map(|motor| motor.counts_per_turn.abs());
+                counts.collect()
+            }
         };
         gear_numbers(counts.into_iter())
     }
@@ -406,12 +424,10 @@ impl MotionFile<'_> {
                 &vec![max_step; file.table.columns.positions.len()],
             )
             .map_err(|source| options.in_file(source)),
-            Content::Program(file) => {
-                let turns = options.counts_per_turn();
-                let axes = options.axes_of_program(&turns);
-                let checked = options
-                    .program
-                    .check(file.clone(), &axes, cycle_us, max_step)?;
+            Content::Program { file, machine } => {
+                let most_s = options.max_duration;
+                let program = &options.program;
+                let checked = program.check(file.clone(), machine, cycle_us, max_step, most_s)?;
                 Ok(Plan::of_program(checked))
             }
         }
@@ -426,11 +442,8 @@ impl MotionFile<'_> {
     ) -> Result<MotionReport, MotionError> {
         let drives: Vec<u8> = drives.iter().map(|drive| drive.get()).collect();
         match (&self.content, plan.program()) {
-            (Content::Program(_), Some(checked)) => {
-                let turns = self.options.counts_per_turn();
-                let axes = self.options.axes_of_program(&turns);
-                let counts_per_mm = self.options.program.counts_per_mm(&axes)?;
-                let report = ProgramReport::new(checked, &counts_per_mm, &drives);
+            (Content::Program { machine, .. }, Some(checked)) => {
+                let report = ProgramReport::new(checked, machine, &drives);
                 Ok(MotionReport::Program(report))
             }
             _ => {
@@ -490,7 +503,7 @@ impl MotionFile<'_> {
     fn file(&self) -> Result<&FileContent, MotionError> {
         match &self.content {
             Content::File(file) => Ok(file),
-            Content::Program(_) => Err(MotionError::HubMotors),
+            Content::Program { .. } => Err(MotionError::HubMotors),
         }
     }
 }

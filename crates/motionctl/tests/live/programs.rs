@@ -100,6 +100,42 @@ fn a_program_runs_to_its_end() {
     });
 }
 
+/// Two motors on X, and a play of Y that is given back at the end.
+#[test]
+fn a_program_runs_on_a_gantry() {
+    undisturbed(|| {
+        let bench = BenchProcess::start("program-gantry", "1-3");
+        let file = Scratch::new(
+            "program-gantry.ngc",
+            "G21 G90 G64 P0.2\nG1 X3 Y1 F600\nY0\nM2\n",
+        );
+        let motor = |drive: u8, axis: char, more: &str| {
+            format!("[[motor]]\ndrive = {drive}\naxis = \"{axis}\"\ncounts-per-mm = {more}\n")
+        };
+        let machine = Scratch::new(
+            "program-gantry.toml",
+            &[
+                "machine = \"gantry\"\n",
+                &motor(1, 'X', "3276.8"),
+                &motor(2, 'X', "-3276.8"),
+                &motor(3, 'Y', "3276.8\nbacklash-mm = 0.05"),
+            ]
+            .concat(),
+        );
+        let mut words = vec!["run", "--slcan", bench.path(), "--program", file.path()];
+        words.extend(["--machine", machine.path(), "--yes", "--json"]);
+        words.extend(["--max-acceleration", "10000"]);
+        let output = motionctl(&words).output().expect("motionctl runs");
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let report = bench.stop();
+        let received = [0, 1, 2].map(|drive: usize| {
+            let counts = &report["drives"][drive]["received_counts"];
+            counts.as_i64().expect("a number")
+        });
+        assert_eq!(received, [counts(3.0), -counts(3.0), 0]);
+    });
+}
+
 #[test]
 fn a_program_is_paused_and_overridden_and_arrives_all_the_same() {
     undisturbed(|| {

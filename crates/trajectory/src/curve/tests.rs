@@ -140,6 +140,93 @@ fn velocities_between_chords_are_harmonic_means() {
     assert!((velocity - 27.0 / 17.0).abs() < 1e-6);
 }
 
+/// Passed at 8000 counts per second, and at rest at both ends.
+const PASSED: [Keyframe<2>; 3] = [
+    THERE_AND_BACK[0],
+    THERE_AND_BACK[1],
+    Keyframe {
+        at_ms: 2_000,
+        positions_counts: [20_000, 0],
+    },
+];
+const VELOCITIES: [[i32; 2]; 3] = [[0, 0], [8_000, -1_000], [0, 0]];
+
+#[test]
+fn keyframes_are_passed_with_their_velocities() {
+    let motion = KeyframeMotion::passing(&PASSED, &VELOCITIES).unwrap();
+    assert_eq!(motion.position(0), [0, 0]);
+    assert_eq!(motion.position(1_000_000), [16_000, -8_000]);
+    assert_eq!(motion.position(2_000_000), [20_000, 0]);
+    assert_eq!(motion.position(u64::MAX), [20_000, 0]);
+    // Cubics of Hermite by hand: in the middle half of the way, less an eighth of the velocities' difference.
+    assert_eq!(motion.position(500_000), [7_000, -3_875]);
+    assert_eq!(motion.position(1_500_000), [19_000, -4_125]);
+    // 8 counts a millisecond on both sides of the place.
+    let [before, after] = [999_000, 1_001_000].map(|us| motion.position(us));
+    assert_eq!(before, [15_992, -7_999]);
+    assert_eq!(after, [16_008, -8_001]);
+}
+
+#[test]
+fn the_peak_of_a_passage_bounds_its_steps() {
+    const PEAKS: [u64; 2] = match KeyframeMotion::passing(&PASSED, &VELOCITIES) {
+        Ok(motion) => motion.peak_step_counts(1_000),
+        Err(_) => panic!("the keyframes make no motion"),
+    };
+    // 3 * 16000 - 8000 counts per second in the middle of the first one; 3 * 8000 + 1000 of the second axis.
+    assert_eq!(PEAKS, [41, 26]);
+    let motion = KeyframeMotion::passing(&PASSED, &VELOCITIES).unwrap();
+    let mut before = [0, 0];
+    for ms in 1..=2_000 {
+        let at = motion.position(ms * 1_000);
+        for axis in 0..2 {
+            assert!(u64::from(at[axis].abs_diff(before[axis])) <= PEAKS[axis]);
+        }
+        before = at;
+    }
+}
+
+#[test]
+fn velocities_that_make_no_motion_are_refused() {
+    let refused = |velocities: &[[i32; 2]]| {
+        let motion = KeyframeMotion::passing(&PASSED, velocities);
+        motion.unwrap_err().to_string()
+    };
+    assert_eq!(
+        refused(&VELOCITIES[..2]),
+        "expected a row of velocities for each of the 3 keyframes, got 2"
+    );
+    assert_eq!(
+        refused(&[[0, 5], [0, 0], [0, 0]]),
+        "a motion starts and ends at rest: axis 1 must have velocity 0 in keyframe 0, it has 5 counts per second"
+    );
+    assert_eq!(
+        refused(&[[0, 0], [0, 0], [-1, 0]]),
+        "a motion starts and ends at rest: axis 0 must have velocity 0 in keyframe 2, it has -1 counts per second"
+    );
+    let far = [
+        PASSED[0],
+        Keyframe {
+            at_ms: 1_000,
+            ..PASSED[1]
+        },
+        Keyframe {
+            at_ms: 5_001,
+            ..PASSED[2]
+        },
+    ];
+    let fast = [[0, 0], [0, 1 << 29], [0, 0]];
+    let error = KeyframeMotion::passing(&far, &fast).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "behind keyframe 1 axis 1 would go more than 2147483647 counts with its 536870912 counts per second: put keyframes between"
+    );
+    assert_eq!(
+        KeyframeMotion::<2>::passing(&[], &[]),
+        Err(KeyframeError::Empty)
+    );
+}
+
 proptest! {
     #[test]
     fn pieces_begin_and_end_exactly(
@@ -215,5 +302,25 @@ proptest! {
             before = now;
         }
         prop_assert_eq!(before, way);
+    }
+
+    /// Against the cubic in double precision.
+    #[test]
+    fn a_passage_is_its_cubic(
+        ms in 1..60_000_u32, end in -1_000_000..1_000_000_i32, velocities in [-500_000..500_000_i32, -500_000..500_000],
+        share in 0.0..1.0_f64,
+    ) {
+        let [leaving, arriving] = velocities;
+        let at = |at_ms, counts| keyframe(at_ms, counts);
+        let keyframes = [at(0, 0), at(1_000, 77), at(1_000 + ms, 77 + end), at(2_000 + ms, 0)];
+        let rows = [[0], [leaving], [arriving], [0]];
+        let motion = KeyframeMotion::passing(&keyframes, &rows).unwrap();
+        let us = (share * f64::from(ms) * 1e3) as u64;
+        let u = us as f64 / 1e3 / f64::from(ms);
+        let [l, r] = [leaving, arriving].map(|velocity| f64::from(velocity) * f64::from(ms) * 1e-3);
+        let way = f64::from(end);
+        let exact = 77.0 + l * u + (3.0 * way - 2.0 * l - r) * u * u + (l + r - 2.0 * way) * u * u * u;
+        let [actual] = motion.position(1_000_000 + us);
+        prop_assert!((f64::from(actual) - exact).abs() <= 0.51, "{} {}", actual, exact);
     }
 }
