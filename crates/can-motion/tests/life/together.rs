@@ -164,8 +164,9 @@ fn two_groups_may_be_loaded_one_after_the_other_only() {
 fn moves_that_start_together_are_of_one_kind_of_one_group_and_each_of_another_axis() {
     let mut rig = holding(&[moving(1, 0), moving(2, 0), moving(3, 1)]);
     let (now, changes) = (rig.now, rig.master.changes());
-    let sets: [&[(usize, DriveMove)]; 5] = [
+    let sets: [&[(usize, DriveMove)]; 6] = [
         &[],
+        &[(1, TO), (0, TO), (1, TO)],
         &[(0, TO), (1, BY)],
         &[(0, BY), (1, TO)],
         &[(0, TO), (2, TO)],
@@ -215,13 +216,11 @@ fn a_drive_with_power_that_may_hold_an_old_load_keeps_the_trigger_back() {
     // One of the other kind would not start.
     assert_eq!(start(old(BY)).0, Ok(()));
     // Nor one that is loaded anew.
-    let mut rig = holding(&[
-        Axis {
-            old_load: Some(TO),
-            ..moving(1, 0)
-        },
-        moving(2, 0),
-    ]);
+    let anew = |address| Axis {
+        old_load: Some(TO),
+        ..moving(address, 0)
+    };
+    let mut rig = holding(&[anew(1), anew(2)]);
     let started = rig.master.start_moves(rig.now, &[(0, TO), (1, TO)]);
     assert_eq!(started, Ok(()));
     // Nor one without power.
@@ -318,6 +317,25 @@ fn a_trigger_is_for_the_latest_moves_alone() {
             AxisState::Loaded
         ]
     );
+}
+
+#[test]
+fn one_drive_of_a_group_may_be_started_by_a_trigger_while_another_holds_or_moves() {
+    let mut rig = holding(&[moving(1, 0), moving(2, 0)]);
+    for (axis, address) in [(0, 1), (1, 2)] {
+        rig.master
+            .start_moves(rig.now, &[(axis, TO)])
+            .expect("a drive that holds");
+        wants_load(&mut rig, address);
+        assert_eq!(rig.cycle(), [Frame::Ask(address, LOAD)]);
+        rig.says(address, LOAD_SEEN);
+        wants_trigger(&mut rig, address);
+        assert_eq!(rig.cycle(), [Frame::Trigger]);
+        assert_eq!(rig.state(axis), AxisState::DriveMoving);
+    }
+    // What started before does not wait for the trigger that comes back.
+    rig.master.on_displaced(rig.now, &Frame::Trigger);
+    assert_eq!(motions(&rig), [Motion::DriveMove, Motion::Armed]);
 }
 
 #[test]
