@@ -95,4 +95,22 @@ mod tests {
         let status = DriveStatus::new(false, true, Alarm::LostPhase, false);
         assert_eq!(status.to_byte(), 0x07);
     }
+
+    #[test]
+    fn each_bit_is_read_for_itself() {
+        let read = |byte| {
+            let status = DriveStatus::from_byte(byte);
+            (
+                status.on_position(),
+                status.is_disabled(),
+                status.motion_busy(),
+            )
+        };
+        assert_eq!(read(0x00), (true, false, false));
+        assert_eq!(read(0x01), (false, false, false));
+        assert_eq!(read(0x02), (true, true, false));
+        assert_eq!(read(0x20), (true, false, true));
+        // All others are none of them.
+        assert_eq!(read(0xDC), (true, false, false));
+    }
 }
