@@ -287,6 +287,13 @@ mod tests {
     }
 
     #[test]
+    fn a_turn_has_four_counts_for_each_unit_of_the_gear_number() {
+        let counts = [500, 4_096, 16_384]
+            .map(|number| command_counts_per_turn(GearNumber::new(number).unwrap()));
+        assert_eq!(counts, [2_000, 16_384, 65_536]);
+    }
+
+    #[test]
     fn worked_example_of_the_manual() {
         // DYN2 manual A1.8 section 7: MaxSpd 48, MaxAcl 30, 140000 counts at gear 4096.
         let move_ = SCurve::new(
