@@ -287,6 +287,53 @@ mod tests {
     }
 
     #[test]
+    fn the_gear_divides_speed_and_acceleration() {
+        // (48 + 3)^2 / 16 * 12.21 = 1984.9 r/min, 30 * 635.78 = 19073.4 r/min per second.
+        for (gear, share) in [(4_096, 1.0), (8_192, 0.5), (2_048, 2.0)] {
+            let gear = GearNumber::new(gear).unwrap();
+            let speed = max_speed_rpm(MaxSpeed::new(48).unwrap(), gear);
+            assert!(close(speed, 1_984.9 * share, 0.1), "{speed}");
+            let acceleration = max_acceleration_rpm_s(MaxAcceleration::new(30).unwrap(), gear);
+            assert!(close(acceleration, 19_073.4 * share, 0.1), "{acceleration}");
+        }
+    }
+
+    #[test]
+    fn steps_of_the_on_position_range_are_of_16_384_in_a_turn() {
+        let degrees = |range| on_position_degrees(OnPosRange::new(range).unwrap());
+        assert!(close(degrees(1), 0.022, 0.000_1));
+        assert!(close(degrees(127), 2.790_5, 0.000_1));
+    }
+
+    #[test]
+    fn a_soft_start_is_shorter_with_the_square_of_the_parameter() {
+        let parameter = |number| MaxAcceleration::new(number).unwrap();
+        assert!(close(soft_start_10_90_s(parameter(1)), 59.98, 1e-9));
+        assert!(close(soft_start_10_90_s(parameter(10)), 0.599_8, 1e-9));
+        assert!(close(soft_start_s(parameter(10)), 0.719_76, 1e-9));
+    }
+
+    #[test]
+    fn the_corner_of_the_torque_filter_rises_with_its_constant() {
+        let corner = |constant| torque_filter_rad_s(TorqueFilter::new(constant).unwrap());
+        assert!(close(corner(1), 26.0, 1e-9));
+        assert!(close(corner(100), 2_600.0, 1e-9));
+    }
+
+    #[test]
+    fn numbers_are_rounded_half_away_from_zero_and_refused_beyond_32_bits() {
+        assert_eq!([2.5, -2.5, 2.4, -2.4].map(magnitude), [2.5, 2.5, 2.4, 2.4]);
+        let rounded = [2.5, -2.5, 2.4, -2.4, 0.0].map(round_to_i32);
+        assert_eq!(rounded, [Some(3), Some(-3), Some(2), Some(-2), Some(0)]);
+        let (min, max) = (f64::from(i32::MIN), f64::from(i32::MAX));
+        assert_eq!(round_to_i32(min - 0.4), Some(i32::MIN));
+        assert_eq!(round_to_i32(max + 0.4), Some(i32::MAX));
+        for beyond in [min - 0.5, max + 0.5, f64::NAN, f64::INFINITY] {
+            assert_eq!(round_to_i32(beyond), None, "{beyond}");
+        }
+    }
+
+    #[test]
     fn a_turn_has_four_counts_for_each_unit_of_the_gear_number() {
         let counts = [500, 4_096, 16_384]
             .map(|number| command_counts_per_turn(GearNumber::new(number).unwrap()));
