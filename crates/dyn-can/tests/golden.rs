@@ -5,8 +5,8 @@ use dyn_can::{
     DriveConfig, DriveError, DriveId, DriveStatus, FrequencyHz, FunctionCode, GearNumber,
     IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange, ParamGroup1,
     ParamGroup2, ParamGroup3, PdStep, ReadSelector, Reply, ReplyKind, Request, Revision, Rotation,
-    ServoMode, ServoSwitch, SetParamGroup1, SetParamGroup2, SetParamGroup3, SpeedGain, SpeedRpm,
-    StoredDriveId, SyncKind, Torque, TorqueFilter, TorqueFullScale,
+    ServoMode, ServoSwitch, SetOriginData, SetParamGroup1, SetParamGroup2, SetParamGroup3,
+    SpeedGain, SpeedRpm, StoredDriveId, SyncKind, Torque, TorqueFilter, TorqueFullScale,
 };
 
 const DRIVE_1: Address = Address::Drive(DriveId::MIN);
@@ -493,4 +493,33 @@ fn errors_of_a_drive_are_named() {
     assert_eq!(text(0xFF), "data error");
     assert_eq!(text(0xEE), "alarm");
     assert_eq!(text(0x12), "undocumented error 0x12");
+}
+
+#[test]
+fn a_drive_with_an_empty_origin_command_takes_no_byte() {
+    let empty = Dialect {
+        set_origin: SetOriginData::Empty,
+        ..Dialect::V1_6A
+    };
+    let (none, one) = (&[][..], &[0xAB][..]);
+    let decode = |data| Request::decode(&DataFrame::new(0x20, data).expect("a frame"), &empty);
+    assert_eq!(decode(none), Ok((DRIVE_1, Request::SetOrigin)));
+    assert!(matches!(
+        decode(one),
+        Err(DecodeError::Length { max: 0, .. })
+    ));
+}
+
+#[test]
+fn what_every_drive_would_hear_is_refused_unless_it_may_be_broadcast() {
+    let trigger = DataFrame::new(0x18, &[0xEE]).expect("a frame");
+    let request = Request::SyncTrigger(SyncKind::Relative);
+    let decoded = Request::decode(&trigger, &Dialect::V1_6A);
+    assert_eq!(decoded, Ok((Address::Broadcast, request)));
+    let disable = DataFrame::new(0x19, &[0xFF]).expect("a frame");
+    let refused = DecodeError::Broadcast {
+        function: FunctionCode::ServoDisable,
+    };
+    let decoded = Request::decode(&disable, &Dialect::V1_6A);
+    assert_eq!(decoded, Err(refused));
 }
