@@ -228,3 +228,15 @@ fn what_is_only_expected_is_never_written() {
     assert_eq!(memory.run(PLAIN, &[expect(10)]), Err(error));
     assert_eq!(raw_writes(&memory), [(0x2010, 0, 1)]);
 }
+
+#[test]
+fn a_refused_transfer_ends_the_set_up_with_its_reason() {
+    let steps = [heartbeat(100)];
+    let mut set_up = SetUp::new(PLAIN);
+    let request = set_up.wanted(&steps).expect("a first transfer");
+    let (address, code) = (request.address(), AbortCode::NO_SUCH_OBJECT);
+    set_up.on_end(&steps, SdoEnd::Aborted(code));
+    let refused = SetUpError::Refused { address, code };
+    assert_eq!(set_up.outcome(), Some(Err(refused)));
+    assert_eq!(set_up.wanted(&steps), None);
+}
