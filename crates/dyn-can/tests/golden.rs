@@ -262,7 +262,7 @@ fn every_request_has_a_number_of_bytes_and_no_other() {
         for len in 0..=8 {
             let frame = DataFrame::new(0x20 | function, &[0; 8][..len]).expect("a frame");
             let refused = DecodeError::Length {
-                function: FunctionCode::from_can_id(function as u16),
+                function: FunctionCode::from_can_id(function),
                 min: min as u8,
                 max: max as u8,
                 actual: len as u8,
