@@ -213,12 +213,11 @@ impl SCurve {
     ) -> Self {
         let limit_rpm = max_speed_rpm(max_speed, gear);
         let acceleration_rpm_s = max_acceleration_rpm_s(max_acceleration, gear);
-        let distance_turns =
-            magnitude(motor_counts(command_counts, gear)) / ENCODER_COUNTS_PER_TURN;
+        let distance_turns = motor_counts(command_counts, gear).abs() / ENCODER_COUNTS_PER_TURN;
         let acceleration = acceleration_rpm_s / 60.0;
-        let speed = smaller(limit_rpm / 60.0, square_root(distance_turns * acceleration));
+        let speed = square_root(distance_turns * acceleration).min(limit_rpm / 60.0);
         let acceleration_time_s = speed / acceleration;
-        let acceleration_turns = smaller(speed * acceleration_time_s / 2.0, distance_turns / 2.0);
+        let acceleration_turns = (speed * acceleration_time_s).min(distance_turns) / 2.0;
         let cruise_turns = distance_turns - 2.0 * acceleration_turns;
         let constant_speed_time_s = if speed > 0.0 {
             cruise_turns / speed
@@ -245,17 +244,9 @@ fn largest<T: Copy, E>(new: impl Fn(i32) -> Result<T, E>, fits: impl Fn(T) -> bo
         .find(|&parameter| fits(parameter))
 }
 
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-fn magnitude(x: f64) -> f64 {
-    if x < 0.0 { -x } else { x }
-}
-
 /// Half away from zero; `None` beyond 32 bit or not a number.
 fn round_to_i32(x: f64) -> Option<i32> {
-    let rounded = if x < 0.0 { x - 0.5 } else { x + 0.5 };
+    let rounded = x + 0.5_f64.copysign(x);
     let inside = rounded > f64::from(i32::MIN) - 1.0 && rounded < f64::from(i32::MAX) + 1.0;
     inside.then_some(rounded as i32)
 }
@@ -283,7 +274,7 @@ mod tests {
     const GEAR_1: i32 = 4096;
 
     fn close(actual: f64, expected: f64, tolerance: f64) -> bool {
-        magnitude(actual - expected) <= tolerance
+        (actual - expected).abs() <= tolerance
     }
 
     #[test]
@@ -322,7 +313,6 @@ mod tests {
 
     #[test]
     fn numbers_are_rounded_half_away_from_zero_and_refused_beyond_32_bits() {
-        assert_eq!([2.5, -2.5, 2.4, -2.4].map(magnitude), [2.5, 2.5, 2.4, 2.4]);
         let rounded = [2.5, -2.5, 2.4, -2.4, 0.0].map(round_to_i32);
         assert_eq!(rounded, [Some(3), Some(-3), Some(2), Some(-2), Some(0)]);
         let (min, max) = (f64::from(i32::MIN), f64::from(i32::MAX));
