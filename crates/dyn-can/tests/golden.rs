@@ -1,8 +1,8 @@
 //! Every message with literal bytes, both ways: 1.6A and 1.2A, sections 4 to 6; those without an example in the documents by hand.
 
 use dyn_can::{
-    Address, Amplitude, CommandMode, ConfigByte, Counts28, DataFrame, DecodeError, Dialect,
-    DriveConfig, DriveError, DriveId, DriveStatus, FrequencyHz, FunctionCode, GearNumber,
+    Address, Amplitude, ByteOrder, CommandMode, ConfigByte, Counts28, DataFrame, DecodeError,
+    Dialect, DriveConfig, DriveError, DriveId, DriveStatus, FrequencyHz, FunctionCode, GearNumber,
     IntegrationGain, LineNumber, MainGain, MaxAcceleration, MaxSpeed, OnPosRange, ParamGroup1,
     ParamGroup2, ParamGroup3, PdStep, ReadSelector, Reply, ReplyKind, Request, Revision, Rotation,
     ServoMode, ServoSwitch, SetOriginData, SetParamGroup1, SetParamGroup2, SetParamGroup3,
@@ -522,4 +522,26 @@ fn what_every_drive_would_hear_is_refused_unless_it_may_be_broadcast() {
     };
     let decoded = Request::decode(&disable, &Dialect::V1_6A);
     assert_eq!(decoded, Err(refused));
+}
+
+#[test]
+fn a_position_has_its_function_and_length_whatever_the_dialect_says_of_numbers() {
+    let strict = Dialect {
+        strict_minimal: true,
+        ..Dialect::V1_6A
+    };
+    let lsb_first = Dialect {
+        number_order: ByteOrder::LsbFirst,
+        ..Dialect::V1_6A
+    };
+    for dialect in [Dialect::V1_6A, strict, lsb_first] {
+        for (id, len) in [(0x2E, 0), (0x2E, 5), (0x2E, 8), (0x2F, 1), (0x29, 1)] {
+            let frame = DataFrame::new(id, &[1; 8][..len]).expect("a frame");
+            let decoded = Reply::decode(&frame, Some(ReplyKind::Position), &dialect);
+            assert!(decoded.is_err(), "{frame}: {decoded:?}");
+        }
+        let frame = DataFrame::new(0x2E, &[5]).expect("a frame");
+        let decoded = Reply::decode(&frame, Some(ReplyKind::Position), &dialect);
+        assert_eq!(decoded, Ok((DRIVE_1, Reply::Position(5))));
+    }
 }
