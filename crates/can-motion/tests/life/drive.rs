@@ -1,5 +1,7 @@
 //! The drive of the family: its ledger is the one for absolute values, and it keeps what the master told it.
 
+use std::cell::Cell;
+
 use can_motion::facts::{Brake, Class, Facts, Work};
 use can_motion::family::{
     AbsoluteLedger, Context, Drive, Meaning, MoveReport, OutOfTravel, Outlook, ProcedureRefusal,
@@ -56,6 +58,7 @@ pub(crate) struct ScriptDrive<const CYCLIC: bool> {
     wants: Option<(Wanted<u8>, u32)>,
     calls: Vec<Call>,
     ticks: u32,
+    looks: Cell<u32>,
     own_move: Option<DriveMove>,
     has_seen_load: bool,
 }
@@ -69,6 +72,7 @@ impl<const CYCLIC: bool> ScriptDrive<CYCLIC> {
             wants: None,
             calls: Vec::new(),
             ticks: 0,
+            looks: Cell::new(0),
             own_move: None,
             has_seen_load: false,
         }
@@ -96,6 +100,7 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
             target: self.ledger.target(),
             calls: self.calls.clone(),
             ticks: self.ticks,
+            looks: self.looks.get(),
         }
     }
     fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel> {
@@ -184,6 +189,7 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
         })
     }
     fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
+        self.looks.set(self.looks.get() + 1);
         let wanted = self.wanted(view, now, cycle);
         let waits_us = self.axis.asks_from.us_since(now) as u32;
         Outlook {

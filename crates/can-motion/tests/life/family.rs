@@ -244,6 +244,8 @@ pub(crate) struct Seen {
     pub(crate) target: i32,
     pub(crate) calls: Vec<Call>,
     pub(crate) ticks: u32,
+    /// How often it was worked out when it is to be asked.
+    pub(crate) looks: u32,
 }
 
 impl<const CYCLIC: bool> Family for Script<CYCLIC> {

@@ -45,6 +45,20 @@ fn a_poll_comes_due_by_the_cycles_that_pass() {
 }
 
 #[test]
+fn what_stays_the_same_is_not_worked_out_again() {
+    let mut rig = sure([u32::MAX, u32::MAX, 20_000]);
+    let looks = |rig: &Rig| [0, 1, 2].map(|axis| rig.seen(axis).looks);
+    let before = looks(&rig);
+    for _ in 0..1_000 {
+        rig.cycle();
+    }
+    let [first, second, third] = looks(&rig);
+    assert_eq!([first, second], before[..2]);
+    // Every 16 to 20 ms.
+    assert!((50..=63).contains(&(third - before[2])), "{third}");
+}
+
+#[test]
 fn what_happens_to_a_drive_is_seen_in_the_same_cycle() {
     let mut rig = sure([u32::MAX; 3]);
     assert_eq!(asked(&mut rig, 3), []);
