@@ -535,7 +535,14 @@ fn a_position_has_its_function_and_length_whatever_the_dialect_says_of_numbers()
         ..Dialect::V1_6A
     };
     for dialect in [Dialect::V1_6A, strict, lsb_first] {
-        for (id, len) in [(0x2E, 0), (0x2E, 5), (0x2E, 8), (0x2F, 1), (0x29, 1)] {
+        for (id, len) in [
+            (0x2E, 0),
+            (0x2E, 5),
+            (0x2E, 8),
+            (0x2F, 1),
+            (0x2F, 5),
+            (0x29, 1),
+        ] {
             let frame = DataFrame::new(id, &[1; 8][..len]).expect("a frame");
             let decoded = Reply::decode(&frame, Some(ReplyKind::Position), &dialect);
             assert!(decoded.is_err(), "{frame}: {decoded:?}");
