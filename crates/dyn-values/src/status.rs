@@ -3,7 +3,7 @@
 use crate::alarm::Alarm;
 
 /// Bit 0: outside the on-position range, or busy.
-const OFF_POSITION: u8 = 1 << 0;
+const OFF_POSITION: u8 = 1;
 /// Bit 1: servo disabled, motor free.
 const SERVO_DISABLED: u8 = 1 << 1;
 /// Bits 4..2: alarm code.
