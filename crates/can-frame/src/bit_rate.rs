@@ -191,6 +191,14 @@ mod tests {
     }
 
     #[test]
+    fn a_drive_knows_the_rates_of_its_list() {
+        let list = [BitRate::Kbit125, BitRate::Kbit500];
+        let known = BitRate::ALL.map(|rate| rate.is_one_of(&list));
+        assert_eq!(known, BitRate::ALL.map(|rate| list.contains(&rate)));
+        assert!(!BitRate::Kbit500.is_one_of(&[]));
+    }
+
+    #[test]
     fn a_refused_rate_names_those_that_are_known() {
         let error = BitRate::from_kbit_per_s(333).unwrap_err();
         assert_eq!(

@@ -52,3 +52,33 @@ impl fmt::Display for FrameError {
 }
 
 impl core::error::Error for FrameError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_given_is_named_beside_what_is_expected() {
+        let golden = [
+            (
+                FrameError::Extended { id: 0x0ABC_DEF0 },
+                "expected an 11-bit identifier, got the 29-bit identifier 0x0ABCDEF0",
+            ),
+            (
+                FrameError::Remote { id: 0x1B },
+                "expected a data frame, got a remote frame for 0x01B",
+            ),
+            (
+                FrameError::Identifier { id: 0x800 },
+                "identifier must be 0..=0x7FF, got 0x800",
+            ),
+            (
+                FrameError::DataLength { actual: 9 },
+                "expected at most 8 data bytes, got 9",
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(std::format!("{error}"), text);
+        }
+    }
+}

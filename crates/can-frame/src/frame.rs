@@ -173,6 +173,7 @@ mod tests {
     fn fields_make_the_frame_that_their_bytes_make() {
         let composed = DataFrame::from_fields(0x03C, 2, [0xFF, 0x88, 0, 0, 0, 0, 0, 0]);
         assert_eq!(Ok(composed), DataFrame::new(0x03C, &[0xFF, 0x88]));
+        assert_eq!((composed.len(), composed.data()), (2, &[0xFF, 0x88][..]));
         let out_of_range = DataFrame::from_fields(0x801, 9, [1; 8]);
         assert_eq!(Ok(out_of_range), DataFrame::new(0x001, &[1; 8]));
     }
@@ -181,9 +182,65 @@ mod tests {
     fn prints_like_a_candump_log() {
         let frame = DataFrame::new(0x03C, &[0xFF, 0x88]).unwrap();
         assert_eq!(std::format!("{frame}"), "03C#FF88");
+        assert_eq!(std::format!("{frame:?}"), "DataFrame(03C#FF88)");
         assert_eq!(
             std::format!("{}", DataFrame::new(0x7E9, &[]).unwrap()),
             "7E9#"
         );
+    }
+
+    #[cfg(feature = "embedded-can")]
+    #[test]
+    fn a_frame_of_a_driver_is_the_same_frame() {
+        use embedded_can::{ExtendedId, Frame, Id, StandardId};
+
+        /// A frame as drivers have it.
+        #[derive(Debug, PartialEq, Eq)]
+        struct OfDriver {
+            id: Id,
+            is_remote: bool,
+            data: std::vec::Vec<u8>,
+        }
+        impl Frame for OfDriver {
+            fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+                Some(Self {
+                    id: id.into(),
+                    is_remote: false,
+                    data: data.into(),
+                })
+            }
+            fn new_remote(id: impl Into<Id>, _: usize) -> Option<Self> {
+                Self::new(id, &[]).map(|frame| Self {
+                    is_remote: true,
+                    ..frame
+                })
+            }
+            fn is_extended(&self) -> bool {
+                matches!(self.id, Id::Extended(_))
+            }
+            fn is_remote_frame(&self) -> bool {
+                self.is_remote
+            }
+            fn id(&self) -> Id {
+                self.id
+            }
+            fn dlc(&self) -> usize {
+                self.data.len()
+            }
+            fn data(&self) -> &[u8] {
+                &self.data
+            }
+        }
+        let id = StandardId::new(0x03C).unwrap();
+        let of_driver = OfDriver::new(id, &[0xFF, 0x88]).unwrap();
+        let frame = DataFrame::new(0x03C, &[0xFF, 0x88]).unwrap();
+        assert_eq!(DataFrame::from_can(&of_driver), Ok(frame));
+        assert_eq!(frame.to_can(), Some(of_driver));
+        let long = OfDriver::new(ExtendedId::new(0x03C).unwrap(), &[]).unwrap();
+        let refused = FrameError::Extended { id: 0x03C };
+        assert_eq!(DataFrame::from_can(&long), Err(refused));
+        let remote = OfDriver::new_remote(id, 0).unwrap();
+        let refused = FrameError::Remote { id: 0x03C };
+        assert_eq!(DataFrame::from_can(&remote), Err(refused));
     }
 }

@@ -142,6 +142,7 @@ mod tests {
             for len in 0..8 {
                 assert!(worst_bits(id, len) < worst_bits(id, len + 1));
             }
+            assert!(worst_bits(id, 8) <= bound_bits(8));
         }
     }
 

@@ -216,3 +216,114 @@ fn write_broadcast(f: &mut fmt::Formatter<'_>, function: FunctionCode) -> fmt::R
         "{function} may not be broadcast: only Sync_Trigger may, more by Dialect::zero_address"
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use dyn_values::Quantity;
+
+    use super::*;
+
+    const FUNCTION: FunctionCode = FunctionCode::GeneralRead;
+    const REFUSED: Refusal = Refusal::DriveOnly;
+    const RANGE: RangeError = RangeError {
+        quantity: Quantity::DriveId,
+        actual: 64,
+    };
+    const BROADCAST: &str = "General_Read (0x0E) may not be broadcast: only Sync_Trigger may, more by Dialect::zero_address";
+
+    #[test]
+    fn a_refused_request_says_why() {
+        let golden = [
+            (
+                EncodeError::from(REFUSED),
+                "Drive_Error (0x1D) is sent by drives only",
+            ),
+            (EncodeError::Broadcast { function: FUNCTION }, BROADCAST),
+            (EncodeError::from(RANGE), "drive id must be 1..=63, got 64"),
+        ];
+        for (error, text) in golden {
+            assert_eq!(std::format!("{error}"), text);
+        }
+    }
+
+    #[test]
+    fn a_refused_frame_says_what_was_expected_and_what_came() {
+        let length = |min, max| DecodeError::Length {
+            function: FUNCTION,
+            min,
+            max,
+            actual: 5,
+        };
+        let magic = |expected| DecodeError::Magic {
+            function: FUNCTION,
+            expected,
+            actual: 0x1D,
+        };
+        let golden = [
+            (
+                DecodeError::from(REFUSED),
+                "Drive_Error (0x1D) is sent by drives only",
+            ),
+            (DecodeError::Broadcast { function: FUNCTION }, BROADCAST),
+            (
+                length(1, 1),
+                "General_Read (0x0E) needs 1 data bytes, got 5",
+            ),
+            (
+                length(1, 4),
+                "General_Read (0x0E) needs 1..=4 data bytes, got 5",
+            ),
+            (
+                DecodeError::NotShortest {
+                    function: FUNCTION,
+                    expected: 1,
+                    actual: 4,
+                },
+                "General_Read (0x0E): the number needs 1 data bytes, got 4",
+            ),
+            (
+                magic([0x1B, 0x1B]),
+                "General_Read (0x0E) knows data 0x1B, got 0x1D",
+            ),
+            (
+                magic([0x1B, 0x1E]),
+                "General_Read (0x0E) knows data 0x1B and 0x1E, got 0x1D",
+            ),
+            (DecodeError::from(RANGE), "drive id must be 1..=63, got 64"),
+            (
+                DecodeError::SelectorUnknown,
+                "General_Read reply without its request: position and torque look alike",
+            ),
+            (
+                DecodeError::ByteOrder {
+                    on_pos_range: [0x0A, 0x80],
+                },
+                "ON_POS_RANGE must be 1..=127 in one byte order, got the bytes 0x0A 0x80",
+            ),
+            (
+                DecodeError::OrderUnknown {
+                    msb_first: 4_112,
+                    lsb_first: 4_096,
+                },
+                "the gear number is 4112 or 4096, and the document does not state the byte order: fix the byte order of this drive",
+            ),
+            (
+                DecodeError::EchoMismatch {
+                    expected: [1, 2, 3, 4],
+                    actual: [1, 2, 3, 0xFF],
+                },
+                "expected the echo [01, 02, 03, 04], got [01, 02, 03, FF]",
+            ),
+            (
+                DecodeError::Unexpected {
+                    expected: FUNCTION,
+                    actual: FunctionCode::ReadDriveStatus,
+                },
+                "expected a reply to General_Read (0x0E), got Read_Drive_Status (0x09)",
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(std::format!("{error}"), text);
+        }
+    }
+}

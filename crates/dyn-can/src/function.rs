@@ -264,4 +264,28 @@ mod tests {
             })
         );
     }
+
+    #[test]
+    fn functions_and_refusals_are_named_as_in_the_documents() {
+        let function = FunctionCode::GoRelativePosPd;
+        let revision = Revision::V1_6A;
+        let text = |refusal: Refusal| std::format!("{refusal}");
+        assert_eq!(std::format!("{function}"), "Go_Relative_Pos_PD (0x1C)");
+        assert_eq!(
+            text(Refusal::Factory),
+            "function code 0x0F is reserved for the factory: never send it"
+        );
+        assert_eq!(
+            text(Refusal::DriveOnly),
+            "Drive_Error (0x1D) is sent by drives only"
+        );
+        assert_eq!(
+            text(Refusal::NoReply { function }),
+            "Go_Relative_Pos_PD (0x1C) has no reply"
+        );
+        assert_eq!(
+            text(Refusal::Revision { function, revision }),
+            "Go_Relative_Pos_PD (0x1C) does not exist in revision 1.6A"
+        );
+    }
 }

@@ -151,4 +151,15 @@ mod tests {
         assert!(DriveId::new(64).is_err());
         assert_eq!(DriveId::all().count(), 63);
     }
+
+    #[test]
+    fn an_address_is_a_drive_or_all_of_them() {
+        let drive = DriveId::new(7).unwrap();
+        let (one, all) = (Address::from(drive), Address::Broadcast);
+        assert_eq!((one.drive(), all.drive()), (Some(drive), None));
+        assert_eq!(
+            std::format!("{drive}, {one}, {all}"),
+            "7, drive 7, all drives"
+        );
+    }
 }

@@ -125,6 +125,17 @@ mod tests {
         assert_eq!(bytes(-2000, ByteOrder::LsbFirst), [0x30, 0xF8]);
     }
 
+    #[test]
+    fn every_length_keeps_its_sign_in_both_orders() {
+        let of_each_length = [-1, 100, -129, 30_000, -32_769, 40_000, -8_388_609, 1 << 26];
+        for value in of_each_length {
+            for order in [ByteOrder::MsbFirst, ByteOrder::LsbFirst] {
+                let frame = DataFrame::new(0x021, &bytes(value, order)).unwrap();
+                assert_eq!(decode(&frame, order), value);
+            }
+        }
+    }
+
     proptest! {
         #[test]
         fn every_number_comes_back(value: i32, lsb_first: bool) {

@@ -213,12 +213,11 @@ impl SCurve {
     ) -> Self {
         let limit_rpm = max_speed_rpm(max_speed, gear);
         let acceleration_rpm_s = max_acceleration_rpm_s(max_acceleration, gear);
-        let distance_turns =
-            magnitude(motor_counts(command_counts, gear)) / ENCODER_COUNTS_PER_TURN;
+        let distance_turns = motor_counts(command_counts, gear).abs() / ENCODER_COUNTS_PER_TURN;
         let acceleration = acceleration_rpm_s / 60.0;
-        let speed = smaller(limit_rpm / 60.0, square_root(distance_turns * acceleration));
+        let speed = square_root(distance_turns * acceleration).min(limit_rpm / 60.0);
         let acceleration_time_s = speed / acceleration;
-        let acceleration_turns = smaller(speed * acceleration_time_s / 2.0, distance_turns / 2.0);
+        let acceleration_turns = (speed * acceleration_time_s).min(distance_turns) / 2.0;
         let cruise_turns = distance_turns - 2.0 * acceleration_turns;
         let constant_speed_time_s = if speed > 0.0 {
             cruise_turns / speed
@@ -245,17 +244,9 @@ fn largest<T: Copy, E>(new: impl Fn(i32) -> Result<T, E>, fits: impl Fn(T) -> bo
         .find(|&parameter| fits(parameter))
 }
 
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-fn magnitude(x: f64) -> f64 {
-    if x < 0.0 { -x } else { x }
-}
-
 /// Half away from zero; `None` beyond 32 bit or not a number.
 fn round_to_i32(x: f64) -> Option<i32> {
-    let rounded = if x < 0.0 { x - 0.5 } else { x + 0.5 };
+    let rounded = x + 0.5_f64.copysign(x);
     let inside = rounded > f64::from(i32::MIN) - 1.0 && rounded < f64::from(i32::MAX) + 1.0;
     inside.then_some(rounded as i32)
 }
@@ -283,7 +274,60 @@ mod tests {
     const GEAR_1: i32 = 4096;
 
     fn close(actual: f64, expected: f64, tolerance: f64) -> bool {
-        magnitude(actual - expected) <= tolerance
+        (actual - expected).abs() <= tolerance
+    }
+
+    #[test]
+    fn the_gear_divides_speed_and_acceleration() {
+        // (48 + 3)^2 / 16 * 12.21 = 1984.9 r/min, 30 * 635.78 = 19073.4 r/min per second.
+        for (gear, share) in [(4_096, 1.0), (8_192, 0.5), (2_048, 2.0)] {
+            let gear = GearNumber::new(gear).unwrap();
+            let speed = max_speed_rpm(MaxSpeed::new(48).unwrap(), gear);
+            assert!(close(speed, 1_984.9 * share, 0.1), "{speed}");
+            let acceleration = max_acceleration_rpm_s(MaxAcceleration::new(30).unwrap(), gear);
+            assert!(close(acceleration, 19_073.4 * share, 0.1), "{acceleration}");
+        }
+    }
+
+    #[test]
+    fn steps_of_the_on_position_range_are_of_16_384_in_a_turn() {
+        let degrees = |range| on_position_degrees(OnPosRange::new(range).unwrap());
+        assert!(close(degrees(1), 0.022, 0.000_1));
+        assert!(close(degrees(127), 2.790_5, 0.000_1));
+    }
+
+    #[test]
+    fn a_soft_start_is_shorter_with_the_square_of_the_parameter() {
+        let parameter = |number| MaxAcceleration::new(number).unwrap();
+        assert!(close(soft_start_10_90_s(parameter(1)), 59.98, 1e-9));
+        assert!(close(soft_start_10_90_s(parameter(10)), 0.599_8, 1e-9));
+        assert!(close(soft_start_s(parameter(10)), 0.719_76, 1e-9));
+    }
+
+    #[test]
+    fn the_corner_of_the_torque_filter_rises_with_its_constant() {
+        let corner = |constant| torque_filter_rad_s(TorqueFilter::new(constant).unwrap());
+        assert!(close(corner(1), 26.0, 1e-9));
+        assert!(close(corner(100), 2_600.0, 1e-9));
+    }
+
+    #[test]
+    fn numbers_are_rounded_half_away_from_zero_and_refused_beyond_32_bits() {
+        let rounded = [2.5, -2.5, 2.4, -2.4, 0.0].map(round_to_i32);
+        assert_eq!(rounded, [Some(3), Some(-3), Some(2), Some(-2), Some(0)]);
+        let (min, max) = (f64::from(i32::MIN), f64::from(i32::MAX));
+        assert_eq!(round_to_i32(min - 0.4), Some(i32::MIN));
+        assert_eq!(round_to_i32(max + 0.4), Some(i32::MAX));
+        for beyond in [min - 0.5, max + 0.5, f64::NAN, f64::INFINITY] {
+            assert_eq!(round_to_i32(beyond), None, "{beyond}");
+        }
+    }
+
+    #[test]
+    fn a_turn_has_four_counts_for_each_unit_of_the_gear_number() {
+        let counts = [500, 4_096, 16_384]
+            .map(|number| command_counts_per_turn(GearNumber::new(number).unwrap()));
+        assert_eq!(counts, [2_000, 16_384, 65_536]);
     }
 
     #[test]

@@ -122,4 +122,15 @@ mod tests {
         assert_eq!(Address::from_start_byte(127), Ok(Address::All));
         assert_eq!(DriveId::all().count(), 64);
     }
+
+    #[test]
+    fn an_id_is_its_number_and_an_address_names_it() {
+        let drive = DriveId::new(7).unwrap();
+        assert_eq!((drive.get(), DriveId::FRESH.get()), (7, 0));
+        let (one, all) = (Address::from(drive), Address::All);
+        assert_eq!(
+            std::format!("{drive}, {one}, {all}"),
+            "7, drive 7, all drives"
+        );
+    }
 }

@@ -208,3 +208,102 @@ fn write_broadcast(f: &mut fmt::Formatter<'_>, function: RequestFunction) -> fmt
         "{function} may not go to the general id 127: only coordinated moves may, more by Dialect::general_id"
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use dyn_values::Quantity;
+
+    use super::*;
+
+    const RANGE: RangeError = RangeError {
+        quantity: Quantity::SerialDriveId,
+        actual: 64,
+    };
+    const FUNCTION: RequestFunction = RequestFunction::SetOrigin;
+    const BROADCAST: &str = "Set_Origin (0x00) may not go to the general id 127: only coordinated moves may, more by Dialect::general_id";
+
+    #[test]
+    fn bytes_that_are_no_packet_say_what_was_expected() {
+        let golden = [
+            (
+                PacketError::Length {
+                    expected: 4,
+                    actual: 5,
+                },
+                "expected a packet of 4 bytes, got 5",
+            ),
+            (
+                PacketError::StartByte { actual: 0x83 },
+                "expected a start byte below 0x80, got 0x83",
+            ),
+            (
+                PacketError::InnerByte {
+                    index: 2,
+                    actual: 0x03,
+                },
+                "expected byte 2 to be 0x80 or more, got 0x03",
+            ),
+            (
+                PacketError::Checksum {
+                    expected: 0x9E,
+                    actual: 0x9F,
+                },
+                "expected checksum 0x9E, got 0x9F",
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(error.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn a_refused_request_says_why() {
+        let broadcast = EncodeError::Broadcast { function: FUNCTION };
+        assert_eq!(broadcast.to_string(), BROADCAST);
+        let range = EncodeError::Range(RANGE);
+        assert_eq!(range.to_string(), "drive id must be 0..=63, got 64");
+    }
+
+    #[test]
+    fn a_refused_packet_says_what_was_expected_and_what_came() {
+        let length = |function, min, max| DecodeError::Length {
+            function,
+            min,
+            max,
+            actual: 4,
+        };
+        let golden = [
+            (
+                DecodeError::Factory,
+                "function code 0x0F is reserved for the factory: never send it",
+            ),
+            (
+                DecodeError::UnknownReply { code: 0x1F },
+                "expected a reply code, got 0x1F: no drive sends it",
+            ),
+            (DecodeError::Broadcast { function: FUNCTION }, BROADCAST),
+            (
+                length(FUNCTION.into(), 1, 1),
+                "Set_Origin (0x00) needs 1 data bytes, got 4",
+            ),
+            (
+                length(ReplyFunction::IsStatus.into(), 1, 3),
+                "Is_Status (0x19) needs 1..=3 data bytes, got 4",
+            ),
+            (
+                DecodeError::Selector { actual: 0x1C },
+                "General_Read knows 0x1B and 0x1E, got 0x1C",
+            ),
+            (DecodeError::from(RANGE), "drive id must be 0..=63, got 64"),
+            (
+                DecodeError::ReplyFromAll,
+                "expected a reply from one drive, got one from the general id 127",
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(error.to_string(), text);
+        }
+    }
+}

@@ -242,6 +242,10 @@ mod tests {
             (lost.as_bytes(), good),
             (&stream[..4], packet(&stream[4..]))
         );
+        assert_eq!(
+            std::format!("{lost} {lost:?}"),
+            "08 EA B2 C4 Fragment(08 EA B2 C4)"
+        );
     }
 
     #[test]

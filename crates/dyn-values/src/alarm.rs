@@ -94,4 +94,23 @@ mod tests {
         }
         assert!(Alarm::from_code(7).is_alarm());
     }
+
+    #[test]
+    fn each_code_has_its_name_and_only_0_is_none() {
+        let names = [
+            "no alarm",
+            "lost phase",
+            "over-current",
+            "overheat or over-power",
+            "command refused",
+            "undocumented alarm 5",
+            "undocumented alarm 6",
+            "undocumented alarm 7",
+        ];
+        for (code, name) in (0..).zip(names) {
+            let alarm = Alarm::from_code(code);
+            assert_eq!(std::format!("{alarm}"), name);
+            assert_eq!(alarm.is_alarm(), code != 0, "{name}");
+        }
+    }
 }

@@ -204,4 +204,41 @@ mod tests {
         assert_eq!(ConfigByte::from_byte(0xD8).servo_mode_code(), 3);
         assert!(ConfigByte::from_byte(0xD8).config().is_err());
     }
+
+    #[test]
+    fn each_mode_has_its_code() {
+        use CommandMode::{Analog, CwCcw, PulseDirection, Rs232};
+        for (code, mode) in (0..).zip([Rs232, CwCcw, PulseDirection, Analog]) {
+            assert_eq!(CommandMode::new(code), Ok(mode));
+        }
+        assert!(CommandMode::new(4).is_err());
+        for (code, mode) in (0..).zip([ServoMode::Position, ServoMode::Speed, ServoMode::Torque]) {
+            assert_eq!(ServoMode::new(code), Ok(mode));
+        }
+        assert!(ServoMode::new(3).is_err());
+    }
+
+    #[test]
+    fn each_bit_is_read_for_itself() {
+        let read = |byte| {
+            let read = ConfigByte::from_byte(byte);
+            assert_eq!(read.to_byte(), byte);
+            (read.absolute_mode(), read.servo_free())
+        };
+        assert_eq!(read(0x04), (true, false));
+        assert_eq!(read(0x20), (false, true));
+        // All others are none of them.
+        assert_eq!(read(0xDB), (false, false));
+    }
+
+    #[test]
+    fn what_may_be_written_is_read_back_as_it_was() {
+        let bytes =
+            (0..=u8::MAX).filter_map(|byte| DriveConfig::from_byte(byte).ok().zip(Some(byte)));
+        // Four command modes, three servo modes, two bits.
+        assert_eq!(bytes.clone().count(), 4 * 3 * 4);
+        for (config, byte) in bytes {
+            assert_eq!(config.to_byte(), byte);
+        }
+    }
 }

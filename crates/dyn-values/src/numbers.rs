@@ -225,4 +225,11 @@ mod tests {
         const STEP: Result<PdStep, RangeError> = PdStep::new(250);
         assert_eq!(STEP.map(PdStep::get), Ok(250));
     }
+
+    #[test]
+    fn the_largest_on_position_range_makes_a_brake_output() {
+        let makes =
+            [1, 126, 127].map(|range| OnPosRange::new(range).unwrap().enables_brake_output());
+        assert_eq!(makes, [false, false, true]);
+    }
 }

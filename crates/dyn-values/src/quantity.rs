@@ -208,4 +208,39 @@ mod tests {
         assert!(Quantity::GearNumberInTwoBytes.check(16_384).is_err());
         assert_eq!(Quantity::GearNumber.check(16_384), Ok(16_384));
     }
+
+    #[test]
+    fn the_limits_are_those_that_the_documents_print() {
+        let printed = [
+            (Quantity::DriveId, 1, 63),
+            (Quantity::StoredDriveId, 0, 63),
+            (Quantity::SerialDriveId, 0, 63),
+            (Quantity::Counts28, -134_217_728, 134_217_727),
+            (Quantity::PdStep, -16_384, 16_384),
+            (Quantity::StepLimit, 1, 16_384),
+            (Quantity::SpeedRpm, -20_000, 20_000),
+            (Quantity::Amplitude, 0, 4_096),
+            (Quantity::FrequencyHz, 0, 50),
+            (Quantity::MainGain, 1, 127),
+            (Quantity::SpeedGain, 1, 127),
+            (Quantity::IntegrationGain, 1, 127),
+            (Quantity::TorqueFilter, 1, 127),
+            (Quantity::MaxSpeed, 1, 127),
+            (Quantity::MaxAcceleration, 1, 127),
+            (Quantity::OnPosRange, 1, 127),
+            (Quantity::GearNumber, 500, 16_384),
+            (Quantity::GearNumberInTwoBytes, 500, 16_383),
+            (Quantity::LineNumber, 500, 4_095),
+            (Quantity::ConfigByte, 0, 63),
+            (Quantity::SerialConfigByte, 0, 127),
+            (Quantity::ServoMode, 0, 2),
+            (Quantity::CommandMode, 0, 3),
+            (Quantity::SerialTorque, -32_768, 32_767),
+            (Quantity::FeedRate, 1, 127),
+            (Quantity::Dummy, 0, 127),
+        ];
+        for (quantity, min, max) in printed {
+            assert_eq!(quantity.limits(), (min, max), "{quantity}");
+        }
+    }
 }

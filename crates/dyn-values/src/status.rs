@@ -3,7 +3,7 @@
 use crate::alarm::Alarm;
 
 /// Bit 0: outside the on-position range, or busy.
-const OFF_POSITION: u8 = 1 << 0;
+const OFF_POSITION: u8 = 1;
 /// Bit 1: servo disabled, motor free.
 const SERVO_DISABLED: u8 = 1 << 1;
 /// Bits 4..2: alarm code.
@@ -94,5 +94,23 @@ mod tests {
     fn parts_make_the_byte() {
         let status = DriveStatus::new(false, true, Alarm::LostPhase, false);
         assert_eq!(status.to_byte(), 0x07);
+    }
+
+    #[test]
+    fn each_bit_is_read_for_itself() {
+        let read = |byte| {
+            let status = DriveStatus::from_byte(byte);
+            (
+                status.on_position(),
+                status.is_disabled(),
+                status.motion_busy(),
+            )
+        };
+        assert_eq!(read(0x00), (true, false, false));
+        assert_eq!(read(0x01), (false, false, false));
+        assert_eq!(read(0x02), (true, true, false));
+        assert_eq!(read(0x20), (true, false, true));
+        // All others are none of them.
+        assert_eq!(read(0xDC), (true, false, false));
     }
 }

@@ -181,4 +181,37 @@ mod tests {
             assert_eq!(Mode::from_value(value).map(Mode::value), expected);
         }
     }
+
+    #[test]
+    fn a_target_is_refused_beyond_its_limit_and_nowhere_else() {
+        for (kind, limit) in [
+            (MoveKind::Relative, 0x7FFF_FFFF),
+            (MoveKind::Absolute, 0x3FFF_FFFF),
+        ] {
+            assert_eq!(kind.check(limit), Ok(limit));
+            assert_eq!(kind.check(-limit), Ok(-limit));
+            let actual = -limit - 1;
+            let refused = TargetPositionError { kind, actual };
+            assert_eq!(kind.check(actual), Err(refused));
+        }
+        let kind = MoveKind::Absolute;
+        let refused = TargetPositionError {
+            kind,
+            actual: 0x4000_0000,
+        };
+        assert_eq!(kind.check(0x4000_0000), Err(refused));
+        assert_eq!(
+            std::format!("{refused}"),
+            "the target must be -1073741823..=1073741823 counts, got 1073741824"
+        );
+    }
+
+    #[test]
+    fn words_and_modes_print_as_in_the_guide() {
+        let [first, _] = ControlWord::start_move(MoveKind::Relative);
+        assert_eq!(std::format!("{first}"), "004Fh");
+        let modes = [Mode::Position, Mode::Velocity, Mode::Torque];
+        let names = modes.map(|mode| std::format!("{mode}"));
+        assert_eq!(names, ["position", "velocity", "torque"]);
+    }
 }

@@ -112,4 +112,17 @@ mod tests {
         assert_eq!(Sync::decode(&Sync.encode()), Ok(Sync));
         assert!(Emcy::decode(&Sync.encode()).is_err());
     }
+
+    #[test]
+    fn an_emergency_message_prints_all_that_it_has() {
+        let emcy = Emcy {
+            error_code: 0x3210,
+            error_register: 5,
+            manufacturer: [1, 2, 3, 4, 0xFF],
+        };
+        assert_eq!(
+            std::format!("{emcy}"),
+            "emergency 3210h, error register 05h, maker's bytes [01, 02, 03, 04, FF]"
+        );
+    }
 }

@@ -164,3 +164,78 @@ impl fmt::Display for WriteError {
 }
 
 impl core::error::Error for WriteError {}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn a_refused_frame_says_what_was_expected_and_what_came() {
+        let golden = [
+            (
+                DecodeError::Service { can_id: 0x7FF },
+                "no message expected here has the identifier 0x7FF",
+            ),
+            (
+                DecodeError::Node { can_id: 0x080 },
+                "a node is 1..=127, the identifier 0x080 is of node 0",
+            ),
+            (
+                DecodeError::Length {
+                    can_id: 0x704,
+                    expected: 1,
+                    actual: 2,
+                },
+                "0x704 needs 1 data bytes, got 2",
+            ),
+            (
+                DecodeError::Specifier { actual: 0xE0 },
+                "expected an expedited SDO, got the command specifier 0xE0",
+            ),
+            (
+                DecodeError::NmtState { actual: 0x06 },
+                "a heartbeat has 0x00, 0x04, 0x05 or 0x7F, got 0x06",
+            ),
+            (
+                DecodeError::NmtCommand { actual: 0x03 },
+                "an NMT command is 0x01, 0x02, 0x80, 0x81 or 0x82, got 0x03",
+            ),
+            (
+                DecodeError::NmtNode { actual: 128 },
+                "an NMT command goes to 0 or 1..=127, got 128",
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(error.to_string(), text);
+        }
+        let node = NodeError { actual: 128 };
+        assert_eq!(node.to_string(), "a node is 1..=127, got 128");
+    }
+
+    #[test]
+    fn a_refused_write_names_the_object_and_its_range() {
+        let address = ObjectAddress::new(0x6081, 0);
+        let golden = [
+            (
+                WriteError::NoSuchObject { address },
+                "the object dictionary has no 6081h:00",
+            ),
+            (WriteError::ReadOnly { address }, "6081h:00 is read-only"),
+            (
+                WriteError::Range {
+                    address,
+                    data_type: DataType::U32,
+                    min: 0,
+                    max: 3_000,
+                    actual: 3_001,
+                },
+                "6081h:00 (U32) must be 0..=3000, got 3001",
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(error.to_string(), text);
+        }
+    }
+}

@@ -88,4 +88,13 @@ mod tests {
             "0204h: over-current, Hall"
         );
     }
+
+    #[test]
+    fn what_a_drive_sent_is_kept() {
+        for code in [0, 1, 0x0204, u16::MAX] {
+            assert_eq!(FaultCode::new(code).get(), code);
+        }
+        let names: std::vec::Vec<_> = FaultCode::new(0x0105).names().collect();
+        assert_eq!(names, ["over-voltage", "over-current", "EEPROM"]);
+    }
 }

@@ -84,4 +84,14 @@ mod tests {
         assert_eq!(again, Some(HeartbeatEvent::BootUp));
         assert!(!watch.is_lost(700_000));
     }
+
+    #[test]
+    fn the_latest_state_is_kept() {
+        let mut watch = HeartbeatWatch::new(300_000);
+        assert_eq!(watch.state(), None);
+        for state in [NmtState::BootUp, NmtState::Operational] {
+            watch.on_heartbeat(0, state);
+            assert_eq!(watch.state(), Some(state));
+        }
+    }
 }

@@ -102,6 +102,12 @@ mod tests {
         assert!(Message::decode(&DataFrame::new(0x080, &[1, 2]).unwrap()).is_err());
     }
 
+    #[test]
+    fn a_sync_is_read_as_one() {
+        let sync = DataFrame::new(0x080, &[]).unwrap();
+        assert_eq!(Message::decode(&sync), Ok(Message::Sync));
+    }
+
     proptest! {
         /// What decodes encodes to the same frame, but for unused bytes, which are sent as 0.
         #[test]

@@ -190,4 +190,46 @@ mod tests {
             Err(DecodeError::NmtNode { actual: 128 })
         );
     }
+
+    #[test]
+    fn node_0_is_every_node() {
+        let frame = DataFrame::new(0x000, &[0x80, 0]).unwrap();
+        let request = NmtRequest {
+            command: NmtCommand::PreOperational,
+            node: None,
+        };
+        assert_eq!(request.encode(), frame);
+        assert_eq!(NmtRequest::decode(&frame), Ok(request));
+    }
+
+    #[test]
+    fn commands_and_states_are_named_as_in_cia_301() {
+        let commands = [
+            NmtCommand::Start,
+            NmtCommand::Stop,
+            NmtCommand::PreOperational,
+            NmtCommand::ResetNode,
+            NmtCommand::ResetCommunication,
+        ];
+        assert_eq!(
+            commands.map(|command| std::format!("{command}")),
+            [
+                "start",
+                "stop",
+                "enter pre-operational",
+                "reset node",
+                "reset communication"
+            ]
+        );
+        let states = [
+            NmtState::BootUp,
+            NmtState::Stopped,
+            NmtState::Operational,
+            NmtState::PreOperational,
+        ];
+        assert_eq!(
+            states.map(|state| std::format!("{state}")),
+            ["boot-up", "stopped", "operational", "pre-operational"]
+        );
+    }
 }

@@ -211,4 +211,14 @@ mod tests {
         assert_eq!(NodeId::new(128), Err(NodeError { actual: 128 }));
         assert_eq!(NodeId::all().count(), 127);
     }
+
+    #[test]
+    fn nodes_and_pdos_print_as_their_numbers() {
+        let node = NodeId::new(127).unwrap();
+        let numbers = PdoNumber::ALL.map(|number| std::format!("{number}"));
+        assert_eq!(
+            (std::format!("{node}"), numbers.concat()),
+            ("127".into(), "0123".into())
+        );
+    }
 }

@@ -293,6 +293,33 @@ mod tests {
         );
     }
 
+    #[test]
+    fn objects_and_types_print_as_in_the_guide() {
+        let address = ObjectAddress::new(0x6081, 0);
+        assert_eq!(std::format!("{address}"), "6081h:00");
+        let types = [
+            DataType::I8,
+            DataType::U8,
+            DataType::I16,
+            DataType::U16,
+            DataType::I32,
+            DataType::U32,
+        ];
+        let names = types.map(|data_type| std::format!("{data_type}"));
+        assert_eq!(names.join(" "), "I8 U8 I16 U16 I32 U32");
+        let error = WidthError {
+            expected: 4,
+            actual: 2,
+        };
+        assert_eq!(std::format!("{error}"), "the object has 4 bytes, got 2");
+    }
+
+    #[test]
+    fn bytes_beyond_the_width_do_not_count() {
+        let raw = [1, 2, 3, 4].map(|len| ObjectData::from_raw(0x8765_4321, len).raw());
+        assert_eq!(raw, [0x21, 0x4321, 0x65_4321, 0x8765_4321]);
+    }
+
     proptest! {
         #[test]
         fn every_value_comes_back(value in any::<i64>()) {

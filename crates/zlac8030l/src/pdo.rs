@@ -321,4 +321,62 @@ mod tests {
             Err(MappingError::Bits { actual: 24, .. })
         ));
     }
+
+    #[test]
+    fn a_sub_index_stands_between_index_and_length() {
+        let entry = MappingEntry::new(crate::object::ObjectAddress::new(0x1018, 4), DataType::U8);
+        assert_eq!(entry.to_word(), 0x1018_0408);
+        assert_eq!(MappingEntry::from_word(0x1018_0408), entry);
+    }
+
+    #[test]
+    fn a_mapping_without_objects_is_empty() {
+        assert!(PdoMapping::EMPTY.is_empty());
+        assert!(!mapping(&[MappingEntry::of(objects::ACTUAL_SPEED)]).is_empty());
+    }
+
+    #[test]
+    fn a_value_takes_its_own_bits_alone() {
+        let address = crate::object::ObjectAddress::new(0x2000, 1);
+        let entry = |data_type| MappingEntry::new(address, data_type);
+        let mapping = mapping(&[
+            entry(DataType::I8),
+            entry(DataType::U16),
+            entry(DataType::U32),
+        ]);
+        let all = ObjectData::from_raw(u32::MAX, 4);
+        let none = ObjectData::from_raw(0, 4);
+        let frame = |values: [ObjectData; 3]| {
+            let frame = mapping.tpdo(NodeId::FACTORY, PdoNumber::Pdo0, &values);
+            *frame.bytes()
+        };
+        assert_eq!(frame([all, none, none]), [0xFF, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(frame([none, all, none]), [0, 0xFF, 0xFF, 0, 0, 0, 0, 0]);
+        assert_eq!(
+            frame([none, none, all]),
+            [0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF, 0]
+        );
+    }
+
+    #[test]
+    fn a_refused_mapping_says_why() {
+        let address = crate::object::ObjectAddress::new(0x2000, 1);
+        let golden = [
+            (
+                MappingError::Entries { actual: 5 },
+                "a PDO holds at most 4 objects, got 5",
+            ),
+            (
+                MappingError::Bits { address, actual: 7 },
+                "2000h:01 must have 8, 16 or 32 bits, got 7",
+            ),
+            (
+                MappingError::Length { bits: 72 },
+                "a PDO holds at most 64 bits, got 72",
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(std::format!("{error}"), text);
+        }
+    }
 }

@@ -217,6 +217,34 @@ mod tests {
     }
 
     #[test]
+    fn transfers_print_as_what_they_do() {
+        let data = 100_i32.to_data();
+        let code = AbortCode::VALUE_RANGE;
+        let requests = [
+            SdoRequest::Read(TARGET_SPEED),
+            SdoRequest::Write(TARGET_SPEED, data),
+            SdoRequest::Abort(TARGET_SPEED, code),
+        ];
+        let expected = [
+            "read 60FFh:00".into(),
+            "write 60FFh:00 = 0x64".into(),
+            std::format!("abort 60FFh:00: {code}"),
+        ];
+        assert_eq!(requests.map(|request| std::format!("{request}")), expected);
+        let replies = [
+            SdoReply::Value(TARGET_SPEED, data),
+            SdoReply::Written(TARGET_SPEED),
+            SdoReply::Abort(TARGET_SPEED, code),
+        ];
+        let expected = [
+            "60FFh:00 is 0x64".into(),
+            "60FFh:00 written".into(),
+            std::format!("60FFh:00 refused: {code}"),
+        ];
+        assert_eq!(replies.map(|reply| std::format!("{reply}")), expected);
+    }
+
+    #[test]
     fn write_and_confirmation_as_printed() {
         // Guide section 3.3: 0x604 23 FF 60 00 64 00 00 00, answered with 60 FF 60 00.
         let request = SdoRequest::Write(TARGET_SPEED, ObjectData::from_raw(100, 4));

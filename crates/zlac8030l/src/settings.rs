@@ -78,3 +78,35 @@ pub fn bit_rate(rate: BitRate) -> Option<[SetUpStep; 1]> {
     let (code, _) = codes.find(|(_, known)| *known == rate)?;
     Some([value(objects::CAN_BIT_RATE, code)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_speed_resolution_is_one_of_ten() {
+        for n in 1..=10 {
+            assert_eq!(
+                speed_resolution(n),
+                Some([value(objects::SPEED_RESOLUTION, n)])
+            );
+        }
+        assert_eq!([0, 11].map(speed_resolution), [None; 2]);
+    }
+
+    #[test]
+    fn the_switch_sets_the_lowest_nodes() {
+        let of = |number| node(NodeId::new(number).unwrap());
+        assert_eq!([1, 2, 3].map(of), [None; 3]);
+        assert_eq!(of(4), Some([value(objects::CAN_NODE, 4)]));
+        assert_eq!(of(127), Some([value(objects::CAN_NODE, 127)]));
+    }
+
+    #[test]
+    fn a_bit_rate_is_stored_as_its_place() {
+        for (code, rate) in (0_u16..).zip(BIT_RATES) {
+            assert_eq!(bit_rate(rate), Some([value(objects::CAN_BIT_RATE, code)]));
+        }
+        assert_eq!(bit_rate(BitRate::Kbit10), None);
+    }
+}

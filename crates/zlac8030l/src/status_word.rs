@@ -193,4 +193,30 @@ mod tests {
         assert_eq!(state.toward_enabled(), None);
         assert_eq!(State::Undocumented.toward_enabled(), None);
     }
+
+    #[test]
+    fn a_status_word_prints_its_state_and_what_is_set() {
+        let text = |word| std::format!("{}", StatusWord::new(word));
+        assert_eq!(text(0x0020), "0020h, not enabled");
+        assert_eq!(text(0x0021), "0021h, ready to switch on");
+        assert_eq!(text(0x0023), "0023h, switched on");
+        assert_eq!(
+            text(0x4427),
+            "4427h, operation enabled, running, target reached"
+        );
+        assert_eq!(
+            text(0x8008),
+            "8008h, undocumented state, quick stop, emergency stop input"
+        );
+    }
+
+    #[test]
+    fn bit_12_is_the_speed_in_one_mode_and_the_target_in_the_other() {
+        let read = |word| {
+            let word = StatusWord::new(word);
+            (word.zero_speed(), word.target_valid())
+        };
+        assert_eq!(read(0x1000), (true, true));
+        assert_eq!(read(0xEFFF), (false, false));
+    }
 }

@@ -87,6 +87,7 @@ mod tests {
             prop_assert_eq!(u64::from(stamp.age_us(now)), now.us_since(at));
             prop_assert_eq!(stamp.has_come(now), now >= at);
             prop_assert_eq!(stamp.after(7), Stamp::of(at + 7));
+            prop_assert_eq!(Stamp::of(at + 7).before(7), stamp);
         }
 
         /// Whatever the pauses are: a point never looks younger than it is, up to the greatest age.

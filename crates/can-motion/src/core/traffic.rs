@@ -188,11 +188,9 @@ impl<const N: usize, F: Family> Master<N, F> {
         }
     }
 
-    /// Whether there may be something to send.
+    /// Whether there may be something to send beside the frames of the cycle.
     fn has_more(&self) -> bool {
-        self.axes.due | self.axes.switching != 0
-            || self.schedule.next.is_some()
-            || self.frame_of_bus().is_some()
+        self.axes.switching != 0 || self.schedule.next.is_some() || self.frame_of_bus().is_some()
     }
 
     /// Makes the most urgent frame and offers it, unless it is one of the cycle.

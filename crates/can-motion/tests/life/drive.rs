@@ -1,14 +1,24 @@
 //! The drive of the family: its ledger is the one for absolute values, and it keeps what the master told it.
 
+use std::cell::Cell;
+
 use can_motion::facts::{Brake, Class, Facts, Work};
 use can_motion::family::{
-    AbsoluteLedger, Context, Drive, Meaning, OutOfTravel, ProcedureRefusal, Returned, ValueKind,
-    View, Wanted,
+    AbsoluteLedger, Context, Drive, Meaning, MoveReport, OutOfTravel, Outlook, ProcedureRefusal,
+    Returned, ValueKind, View, Wanted,
 };
 use can_motion::plan::ResponseWindow;
-use can_motion::{AxisState, Confirmation, EventLog, GroupId, Instant, Reaction, Stage};
+use can_motion::{
+    AxisState, Confirmation, DriveMove, EventLog, GroupId, Instant, MoveEnd, MoveRefusal, Reaction,
+    Stage,
+};
 
-use crate::family::{Axis, Fault, Frame, Kind, Script, Seen};
+use crate::family::{Axis, Bus, Fault, Frame, Kind, Script, Seen};
+
+/// The requests that are about a motion of the drive itself.
+pub(crate) const MOVE: u8 = 200;
+pub(crate) const LOAD: u8 = 201;
+pub(crate) const TRIGGER: u8 = 202;
 
 /// What the master told the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +42,11 @@ pub(crate) enum Call {
     WasLost,
     /// Cycle, and since when nothing has changed.
     Heard(u32, Instant),
+    BeginMove(DriveMove),
+    EndMove(Instant, Option<MoveEnd>),
+    KeepStamps {
+        is_long_ago: bool,
+    },
 }
 
 #[derive(Debug)]
@@ -39,9 +54,13 @@ pub(crate) struct ScriptDrive<const CYCLIC: bool> {
     axis: Axis,
     ledger: AbsoluteLedger,
     position: i32,
-    wants: Option<Wanted<u8>>,
+    /// What it is to be asked, and the cycle in which that was said.
+    wants: Option<(Wanted<u8>, u32)>,
     calls: Vec<Call>,
     ticks: u32,
+    looks: Cell<u32>,
+    own_move: Option<DriveMove>,
+    has_seen_load: bool,
 }
 
 impl<const CYCLIC: bool> ScriptDrive<CYCLIC> {
@@ -53,6 +72,9 @@ impl<const CYCLIC: bool> ScriptDrive<CYCLIC> {
             wants: None,
             calls: Vec::new(),
             ticks: 0,
+            looks: Cell::new(0),
+            own_move: None,
+            has_seen_load: false,
         }
     }
 }
@@ -78,6 +100,7 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
             target: self.ledger.target(),
             calls: self.calls.clone(),
             ticks: self.ticks,
+            looks: self.looks.get(),
         }
     }
     fn set_target(&mut self, target: i32) -> Result<(), OutOfTravel> {
@@ -151,11 +174,34 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
     fn switch(&self, on: bool) -> Option<Frame> {
         (!CYCLIC).then_some(Frame::Switch(self.axis.address, on))
     }
-    fn wanted(&self, _: &View, _: Instant, _: u32) -> Option<Wanted<u8>> {
-        self.wants
+    fn wanted(&self, _: &View, now: Instant, cycle: u32) -> Option<Wanted<u8>> {
+        if now < self.axis.asks_from {
+            return None;
+        }
+        let (wanted, since) = self.wants?;
+        // One that knows when it is to be asked counts the cycles until then.
+        let counts = self.axis.sure_for_us > 0;
+        let cycles = if counts { cycle.wrapping_sub(since) } else { 0 };
+        let overdue_cycles = wanted.overdue_cycles.saturating_add_unsigned(cycles);
+        Some(Wanted {
+            overdue_cycles,
+            ..wanted
+        })
+    }
+    fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
+        self.looks.set(self.looks.get() + 1);
+        let wanted = self.wanted(view, now, cycle);
+        let waits_us = self.axis.asks_from.us_since(now) as u32;
+        Outlook {
+            overdue_cycles: wanted.map(|wanted| wanted.overdue_cycles),
+            for_us: self.axis.sure_for_us.max(waits_us),
+        }
     }
     fn request_frame(&self, request: u8) -> Option<Frame> {
-        Some(Frame::Ask(self.axis.address, request))
+        Some(match request {
+            TRIGGER => Frame::Trigger,
+            _ => Frame::Ask(self.axis.address, request),
+        })
     }
     fn request_accepted(
         &mut self,
@@ -182,6 +228,8 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
             Frame::Stop(_) => Returned::OfCycle,
             Frame::Switch(_, true) => Returned::Switch(Class::SwitchOn),
             Frame::Switch(_, false) => Returned::Switch(Class::SwitchOff),
+            Frame::Ask(_, MOVE) => Returned::Switch(Class::DriveMove),
+            Frame::Ask(_, LOAD) => Returned::Switch(Class::Load),
             Frame::Ask(..) => Returned::Request,
             _ => Returned::Foreign,
         }
@@ -207,9 +255,12 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
                 if context.view.is_lost {
                     self.calls.push(Call::WasLost);
                 }
+                if meaning.own_move == Some(MoveReport::LoadSeen) {
+                    self.has_seen_load = true;
+                }
                 return meaning;
             }
-            Frame::Wants(_, wanted) => self.wants = wanted,
+            Frame::Wants(_, wanted) => self.wants = wanted.map(|wanted| (wanted, context.cycle)),
             Frame::IsAt(_, position) => self.position = position,
             _ => {}
         }
@@ -222,6 +273,51 @@ impl<const CYCLIC: bool> Drive for ScriptDrive<CYCLIC> {
         self.ledger.begin_cycle();
         self.ticks += 1;
         Meaning::NONE
+    }
+    fn keep_stamps(&mut self, _: Instant, is_long_ago: bool) {
+        self.calls.push(Call::KeepStamps { is_long_ago });
+    }
+    fn admit_move(
+        &self,
+        wanted: DriveMove,
+        by_trigger: bool,
+        _: &Bus,
+        _: Instant,
+    ) -> Result<(), MoveRefusal> {
+        let (min, max) = (self.axis.limits.min, self.axis.limits.max);
+        match wanted {
+            _ if !self.axis.moves => Err(MoveRefusal::Unsupported),
+            DriveMove::Speed(_) | DriveMove::Wave { .. } if by_trigger => {
+                Err(MoveRefusal::Unsupported)
+            }
+            DriveMove::To(end) if !(min..=max).contains(&end) => Err(MoveRefusal::Travel {
+                min,
+                max,
+                actual: end.into(),
+            }),
+            _ => Ok(()),
+        }
+    }
+    fn begin_move(&mut self, wanted: DriveMove, _: &Bus) {
+        self.calls.push(Call::BeginMove(wanted));
+        self.own_move = Some(wanted);
+        self.has_seen_load = false;
+    }
+    fn has_seen_load(&self) -> bool {
+        self.has_seen_load
+    }
+    fn loaded_move(&self) -> Option<DriveMove> {
+        self.own_move
+    }
+    fn may_hold_load(&self, kind: DriveMove) -> bool {
+        let discriminant = std::mem::discriminant(&kind);
+        self.axis
+            .old_load
+            .is_some_and(|load| std::mem::discriminant(&load) == discriminant)
+    }
+    fn end_move(&mut self, now: Instant, how: Option<MoveEnd>) {
+        self.calls.push(Call::EndMove(now, how));
+        self.own_move = None;
     }
     fn abandon_request(&mut self, _: &mut Context<'_, Script<CYCLIC>>) {
         self.calls.push(Call::Abandon);

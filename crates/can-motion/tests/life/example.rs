@@ -14,7 +14,7 @@ use can_motion::facts::{Brake, Facts};
 use can_motion::family::{
     CycleConfig, CycleUs, Drive, Family, Outlook, Plan, ValueLimits, View, Wanted,
 };
-use can_motion::{AxisState, GroupId, Instant, Master, Reaction, Stage};
+use can_motion::{AxisState, DriveMove, GroupId, Instant, Master, MoveRefusal, Reaction, Stage};
 use third_family::{SimulatedToy, Toy, ToyAxis, ToyFault, cycle};
 
 const LIMITS: ValueLimits = ValueLimits::new(0, 500, 10, 2);
@@ -107,6 +107,14 @@ fn a_drive_that_says_nothing_of_its_own_has_no_brake_no_rearming_and_no_length()
     assert!(!drive.must_rearm() && !drive.streams_on(Instant::default()));
     assert_eq!((drive.cycle_frame_bits(), drive.poll_bits()), (0, 0));
     assert_eq!(drive.response_window(), None);
+    // Nor a motion of its own.
+    let wanted = DriveMove::To(5);
+    for by_trigger in [false, true] {
+        let admitted = drive.admit_move(wanted, by_trigger, &CYCLE, Instant::default());
+        assert_eq!(admitted, Err(MoveRefusal::Unsupported));
+    }
+    assert!(!drive.has_seen_load() && !drive.may_hold_load(wanted));
+    assert_eq!(drive.loaded_move(), None);
     let view = View::new(
         Facts::start(Brake::Absent),
         Stage::Probing,

@@ -8,7 +8,7 @@ use can_motion::family::{
     ValueLimits, Wanted,
 };
 use can_motion::plan::ResponseWindow;
-use can_motion::{AxisState, BusFrame, CommonEvent, Instant, Reaction};
+use can_motion::{AxisState, BusFrame, CommonEvent, DriveMove, Instant, Reaction};
 
 use crate::drive::{Call, ScriptDrive};
 
@@ -50,6 +50,8 @@ pub(crate) enum Frame {
     Stop(u8),
     Switch(u8, bool),
     Ask(u8, u8),
+    /// It starts the moves that were loaded.
+    Trigger,
     /// Of the whole bus.
     Sync,
     // From a drive.
@@ -139,9 +141,11 @@ impl RequestPlacement for Place {
     fn request_leaves(&self, now: Instant, cycle_started: Instant, frames: u32) -> Instant {
         // Everything that it knows can be read from this time.
         let (cycle, axes, window) = self.heard.unwrap_or_default();
-        let waits = now.us_since(cycle_started) as u32;
+        let waits = now.us_since(cycle_started);
         let window = window.map_or(0, |window| window.max_us);
-        now + 1_000_000 * cycle + 100_000 * u32::from(axes) + 1_000 * window + 10 * frames + waits
+        let frames = 10 * u64::from(frames) + 1_000 * u64::from(window);
+        let us = 1_000_000 * u64::from(cycle) + 100_000 * u64::from(axes) + frames + waits;
+        Instant::from_us(now.as_us() + us)
     }
     fn before(&self) -> u64 {
         self.before
@@ -171,6 +175,14 @@ pub(crate) struct Axis {
     pub(crate) window: Option<ResponseWindow>,
     pub(crate) frame_bits: u8,
     pub(crate) poll_bits: u8,
+    /// Its drive can move by itself, within the travel.
+    pub(crate) moves: bool,
+    /// A move that its drive may have been loaded with before.
+    pub(crate) old_load: Option<DriveMove>,
+    /// For so long what it is to be asked stays the same.
+    pub(crate) sure_for_us: u32,
+    /// Before this time it is not to be asked anything.
+    pub(crate) asks_from: Instant,
 }
 
 /// An axis of group 0 whose set-points change by 10 at most.
@@ -187,6 +199,10 @@ pub(crate) const fn axis(address: u8) -> Axis {
         window: None,
         frame_bits: 0,
         poll_bits: 0,
+        moves: false,
+        old_load: None,
+        sure_for_us: 0,
+        asks_from: Instant::from_us(0),
     }
 }
 
@@ -228,6 +244,8 @@ pub(crate) struct Seen {
     pub(crate) target: i32,
     pub(crate) calls: Vec<Call>,
     pub(crate) ticks: u32,
+    /// How often it was worked out when it is to be asked.
+    pub(crate) looks: u32,
 }
 
 impl<const CYCLIC: bool> Family for Script<CYCLIC> {
@@ -261,7 +279,7 @@ impl<const CYCLIC: bool> Family for Script<CYCLIC> {
     }
     fn address(frame: &Frame) -> Option<u8> {
         match *frame {
-            Frame::Sync => None,
+            Frame::Sync | Frame::Trigger => None,
             Frame::SetPoint(address, _)
             | Frame::Stop(address)
             | Frame::Switch(address, _)
@@ -270,6 +288,9 @@ impl<const CYCLIC: bool> Family for Script<CYCLIC> {
             | Frame::Wants(address, _)
             | Frame::IsAt(address, _) => Some(address),
         }
+    }
+    fn is_trigger(frame: &Frame) -> bool {
+        *frame == Frame::Trigger
     }
     fn foreign(frame: &Frame) -> Option<Kind> {
         Some(Kind::Foreign(*frame))

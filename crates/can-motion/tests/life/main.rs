@@ -6,10 +6,15 @@ mod example;
 mod family;
 mod rig;
 
+mod ages;
 mod commands;
 mod faults;
 mod groups;
+mod many;
+mod outlook;
+mod own_moves;
 mod power;
 mod requests;
 mod time;
+mod together;
 mod traffic;

@@ -51,10 +51,13 @@ impl Sink<Frame> for Controller {
     }
 }
 
-/// A master with its controller.
+/// A master for up to 3 axes with its controller; drives without a frame in every cycle.
+pub(crate) type Rig<const CYCLIC: bool = false> = RigOf<CYCLIC, 3>;
+
+/// A master for up to `N` axes with its controller.
 #[derive(Debug)]
-pub(crate) struct Rig<const CYCLIC: bool = false> {
-    pub(crate) master: Master<3, Script<CYCLIC>>,
+pub(crate) struct RigOf<const CYCLIC: bool, const N: usize> {
+    pub(crate) master: Master<N, Script<CYCLIC>>,
     pub(crate) can: Controller,
     pub(crate) now: Instant,
     pub(crate) progress: Progress,
@@ -69,7 +72,7 @@ pub(crate) const FINE: Meaning<Fault> = Meaning {
     ..Meaning::NONE
 };
 
-impl Rig {
+impl<const N: usize> RigOf<false, N> {
     pub(crate) fn new(axes: &[Axis]) -> Self {
         Self::on(BUS, axes)
     }
@@ -103,7 +106,7 @@ impl Rig {
     }
 }
 
-impl<const CYCLIC: bool> Rig<CYCLIC> {
+impl<const CYCLIC: bool, const N: usize> RigOf<CYCLIC, N> {
     pub(crate) fn on(bus: Bus, axes: &[Axis]) -> Self {
         Self {
             master: Master::new(bus, axes).expect("a plan that is admitted"),

@@ -69,6 +69,30 @@ fn end_of(client: &mut Client, mut now_us: u64) -> Poll {
 }
 
 #[test]
+fn a_command_that_has_come_back_is_not_waited_for_any_longer() {
+    let slow = Timing {
+        echo_us: 20_000,
+        ..Timing::ONE_DRIVE
+    };
+    let start = || {
+        let mut client = Client::new(Dialect::MANUAL, slow);
+        let at_us = send(&mut client, START_US, &Request::SetMainGain(gain(33)));
+        assert_eq!(client.poll(at_us), Poll::Done(Ok(Answer::Sent)));
+        (client, at_us)
+    };
+    let sent_us = 4 * 261;
+    let (mut client, at_us) = start();
+    hear(&mut client, at_us + 1_100, &IS_33);
+    let next_us = send(&mut client, at_us + 1_100, &Request::ReadMainGain);
+    assert_eq!(next_us, at_us + 1_100 + 2_000);
+    // What somebody else said is not what was sent.
+    let (mut client, at_us) = start();
+    hear(&mut client, at_us + 1_100, &IS_20);
+    let next_us = send(&mut client, at_us + 1_100, &Request::ReadMainGain);
+    assert_eq!(next_us, at_us + sent_us + 20_000);
+}
+
+#[test]
 fn a_setting_that_comes_back_late_is_not_its_read_back() {
     let (mut client, at_us) = asked_after_set();
     hear(&mut client, at_us + 500, &IS_33);

@@ -13,7 +13,6 @@ impl Job {
     fn after_echo(self, echo: Option<EchoOf>) -> Self {
         match echo {
             Some(EchoOf::Latest) => Self {
-                held: None,
                 is_doubtful: false,
                 is_echoed: true,
                 ..self

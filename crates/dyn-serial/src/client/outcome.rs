@@ -143,3 +143,48 @@ pub struct Traffic {
     /// Requests sent again.
     pub retries: u32,
 }
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+    use crate::function::RequestFunction;
+
+    #[test]
+    fn what_went_wrong_is_told_with_what_was_expected() {
+        let error = DecodeError::ReplyFromAll;
+        let golden = [
+            (
+                Failure::NoReply { attempts: 3 },
+                "expected a reply, got none in 3 attempts",
+            ),
+            (
+                Failure::BadReply { attempts: 2, error },
+                "bad reply in 2 attempts: expected a reply from one drive, got one from the general id 127",
+            ),
+            (
+                Failure::Doubtful { attempts: 1 },
+                "expected a reply, got in 1 attempts only what may be the echo of a request sent before: is the line two-wire, or is noise on it?",
+            ),
+            (
+                Failure::NotTaken { taken: 3 },
+                "expected the port to take a whole packet, it took 3 bytes",
+            ),
+            (
+                Failure::NotQuiet { waited_us: 100_000 },
+                "expected a quiet line, got bytes for 100000 us: is another host on it?",
+            ),
+        ];
+        for (failure, text) in golden {
+            assert_eq!(failure.to_string(), text);
+        }
+        let function = RequestFunction::ReadDriveId;
+        let error = EncodeError::Broadcast { function };
+        assert_eq!(Busy::Encode(error).to_string(), error.to_string());
+        assert_eq!(
+            Busy::Outstanding.to_string(),
+            "expected no outstanding request, got one"
+        );
+    }
+}

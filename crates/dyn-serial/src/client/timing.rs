@@ -51,3 +51,23 @@ impl Timing {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_further_drive_of_a_chain_may_hold_back_a_packet_on_each_way() {
+        let chain = |drives| Timing::chain(NonZeroU8::new(drives).unwrap());
+        assert_eq!(chain(1), Timing::ONE_DRIVE);
+        // Two further drives, 7 bytes of 261 us each: 3654 us one way, 7308 us both ways.
+        let three = Timing {
+            quiet_us: 5_654,
+            quiet_timeout_us: 107_308,
+            echo_us: 9_308,
+            reply_timeout_us: 57_308,
+            ..Timing::ONE_DRIVE
+        };
+        assert_eq!(chain(3), three);
+    }
+}

@@ -163,3 +163,66 @@ impl Entry {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENTRY: Entry = Entry::row(
+        0x2000,
+        1,
+        "an object",
+        DataType::I16,
+        Access::RwS,
+        false,
+        Default::CanId(0x180),
+        Some((-5, 9)),
+        "",
+        None,
+    );
+
+    #[test]
+    fn what_is_written_and_stored_follows_the_access() {
+        let kinds = [Access::Ro, Access::Rw, Access::RwS];
+        assert_eq!(kinds.map(Access::is_writable), [false, true, true]);
+        assert_eq!(kinds.map(Access::is_stored), [false, false, true]);
+        let read_only = Entry {
+            access: Access::Ro,
+            ..ENTRY
+        };
+        let refused = WriteError::ReadOnly {
+            address: ENTRY.address,
+        };
+        assert_eq!(read_only.write(1), Err(refused));
+    }
+
+    #[test]
+    fn the_node_is_added_to_an_identifier_alone() {
+        let node = NodeId::new(7).unwrap();
+        assert_eq!(Default::CanId(0x180).of(node), Some(0x187));
+        assert_eq!(Default::Value(3).of(node), Some(3));
+        assert_eq!(Default::Unstated.of(node), None);
+    }
+
+    #[test]
+    fn a_value_is_refused_beyond_either_end_of_its_range() {
+        for value in [-5, 0, 9] {
+            let data = DataType::I16.data(value).unwrap();
+            assert_eq!(ENTRY.check(value), Ok(data));
+            assert_eq!(
+                ENTRY.write(value),
+                Ok(SdoRequest::Write(ENTRY.address, data))
+            );
+        }
+        for actual in [-6, 10, 40_000] {
+            let refused = WriteError::Range {
+                address: ENTRY.address,
+                data_type: DataType::I16,
+                min: -5,
+                max: 9,
+                actual,
+            };
+            assert_eq!(ENTRY.check(actual), Err(refused));
+        }
+    }
+}

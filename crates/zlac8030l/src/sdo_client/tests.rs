@@ -198,6 +198,54 @@ fn the_printed_wrong_confirmation_needs_its_quirk() {
 }
 
 #[test]
+fn a_request_that_came_back_unsent_leaves_the_client_free() {
+    let mut client = reading_speed();
+    client.withdraw();
+    assert_eq!(client.poll_at_us(), None);
+    assert!(client.start(10, objects::ACTUAL_SPEED.read()).is_ok());
+    // A late reply is still awaited although nothing more is sent.
+    client.abandon(20);
+    let until = client.poll_at_us();
+    client.withdraw();
+    assert_eq!(client.poll_at_us(), until);
+}
+
+#[test]
+fn refusals_and_ends_say_what_happened() {
+    let address = objects::ACTUAL_SPEED.address();
+    let busy = [
+        SdoBusy::Running { address },
+        SdoBusy::Quarantined { until_us: 7 },
+        SdoBusy::Settling { until_us: 8 },
+        SdoBusy::NoTransfer,
+    ];
+    let texts = [
+        "the transfer of 606Ch:00 has not ended",
+        "a late reply may come until 7 us",
+        "the same object can be asked again at 8 us",
+        "an abort starts no transfer",
+    ];
+    assert_eq!(busy.map(|busy| std::format!("{busy}")), texts);
+    let code = AbortCode::VALUE_RANGE;
+    let ends = [
+        SdoEnd::Value(ObjectData::from_raw(0x3ED, 4)),
+        SdoEnd::Written,
+        SdoEnd::Aborted(code),
+        SdoEnd::TimedOut,
+        SdoEnd::Specifier { actual: 0x41 },
+    ];
+    let texts = [
+        "the drive answered 0x3ED".into(),
+        "the drive took the value".into(),
+        std::format!("the drive refused: {code}"),
+        "the drive did not answer in time".into(),
+        "the drive answered with the specifier 0x41, which is not that of an expedited transfer"
+            .into(),
+    ];
+    assert_eq!(ends.map(|end| std::format!("{end}")), texts);
+}
+
+#[test]
 fn an_abandoned_transfer_is_quarantined_too() {
     let mut client = writing_speed();
     client.abandon(10);

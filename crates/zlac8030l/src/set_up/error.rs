@@ -93,3 +93,62 @@ impl fmt::Display for SetUpError {
 }
 
 impl core::error::Error for SetUpError {}
+
+#[cfg(test)]
+mod tests {
+    use std::format;
+
+    use super::*;
+
+    #[test]
+    fn a_set_up_that_stops_says_where_and_why() {
+        let address = ObjectAddress::new(0x1017, 0);
+        let (expected, actual) = (0x64, 0xC8);
+        let code = AbortCode::VALUE_RANGE;
+        let error = WidthError {
+            expected: 2,
+            actual: 4,
+        };
+        let golden = [
+            (
+                SetUpError::Identity {
+                    address,
+                    expected,
+                    actual,
+                },
+                "this is another drive or firmware: 1017h:00 should be 0x64, it is 0xC8".into(),
+            ),
+            (
+                SetUpError::Differs {
+                    address,
+                    expected,
+                    actual,
+                },
+                "1017h:00 must be 0x64, it is 0xC8".into(),
+            ),
+            (
+                SetUpError::Refused { address, code },
+                format!("the drive refuses 1017h:00: {code}"),
+            ),
+            (
+                SetUpError::Silent { address },
+                "no answer about 1017h:00".into(),
+            ),
+            (
+                SetUpError::Width { address, error },
+                "1017h:00: the object has 2 bytes, got 4".into(),
+            ),
+            (
+                SetUpError::NotTaken {
+                    address,
+                    expected,
+                    actual,
+                },
+                "1017h:00 was written as 0x64 and reads 0xC8".into(),
+            ),
+        ];
+        for (error, text) in golden {
+            assert_eq!(format!("{error}"), text);
+        }
+    }
+}

@@ -228,3 +228,34 @@ fn what_is_only_expected_is_never_written() {
     assert_eq!(memory.run(PLAIN, &[expect(10)]), Err(error));
     assert_eq!(raw_writes(&memory), [(0x2010, 0, 1)]);
 }
+
+#[test]
+fn a_refused_transfer_ends_the_set_up_with_its_reason() {
+    let steps = [heartbeat(100)];
+    let mut set_up = SetUp::new(PLAIN);
+    let request = set_up.wanted(&steps).expect("a first transfer");
+    let (address, code) = (request.address(), AbortCode::NO_SUCH_OBJECT);
+    set_up.on_end(&steps, SdoEnd::Aborted(code));
+    let refused = SetUpError::Refused { address, code };
+    assert_eq!(set_up.outcome(), Some(Err(refused)));
+    assert_eq!(set_up.wanted(&steps), None);
+}
+
+#[test]
+fn what_must_be_known_to_be_done_is_not_taken_for_done_without_its_confirmation() {
+    // Of an open mapping, and of a save.
+    let step = speed_on_rpdo1();
+    let gate = step.gate().expect("a mapping is opened first").address();
+    let mut memory = Memory::factory();
+    memory.mute = Some(gate);
+    let silent = |address| Err(SetUpError::Silent { address });
+    assert_eq!(memory.run(PLAIN, &[step]), silent(gate));
+    let save = SetUpOptions {
+        save: true,
+        ..PLAIN
+    };
+    let store = objects::STORE.address();
+    let mut memory = Memory::factory();
+    memory.mute = Some(store);
+    assert_eq!(memory.run(save, &[heartbeat(100)]), silent(store));
+}
