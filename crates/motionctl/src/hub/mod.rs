@@ -11,7 +11,9 @@ mod disable;
 mod enable;
 mod error;
 mod family;
+mod for_now;
 mod frames;
+mod home;
 mod identity;
 mod jog;
 mod look;
@@ -69,6 +71,8 @@ enum Command {
     AssignId(assign_id::Arguments),
     /// Show the position of a drive, or make it 0.
     Origin(origin::Arguments),
+    /// Find where an axis is: at a hard stop, at a switch, or where it stands.
+    Home(Box<home::Arguments>),
     /// Clear the fault of a drive, or restore its factory settings.
     Reset(reset::Arguments),
     /// Enable drives and hold them at speed 0, until Ctrl-C.
@@ -108,6 +112,7 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
         Command::Restore(arguments) => restore::run(arguments).map_err(Failure::coded),
         Command::AssignId(arguments) => assign_id::run(arguments).map_err(Failure::coded),
         Command::Origin(arguments) => origin::run(arguments).map_err(Failure::coded),
+        Command::Home(arguments) => home::run(arguments).map_err(Failure::coded),
         Command::Reset(arguments) => reset::run(arguments).map_err(Failure::coded),
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
