@@ -117,6 +117,6 @@ pub use serial_line::{SerialDevice, SerialLine};
 pub use split_mix::SplitMix64;
 pub use wire::WireLength;
 pub use zlac_drive::{
-    EepromWear, OfflineReaction, ReplyDamage, ZlacBooks, ZlacDrive, ZlacDriveConfig, ZlacFaults, ZlacLoop, ZlacMechanics,
-    ZlacQuirks, ZlacSurroundings,
+    EepromWear, OfflineReaction, ReplyDamage, ZlacBooks, ZlacDrive, ZlacDriveConfig, ZlacFaults,
+    ZlacLoop, ZlacMechanics, ZlacQuirks, ZlacSurroundings,
 };

@@ -26,10 +26,10 @@ pub(crate) use arguments::Arguments;
 pub(crate) use error::HomeError;
 pub(crate) use options::{Family, SearchOptions, Turning};
 pub(crate) use outcome::{Kept, Outcome, Whose};
-pub(crate) use scale::Scale;
-pub(crate) use switch_lines::SwitchLines;
 use plan::Plan;
+pub(crate) use scale::Scale;
 use search::{Ended, search};
+pub(crate) use switch_lines::SwitchLines;
 
 /// Checks, asks, searches, and keeps what was found.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, HomeError> {
@@ -83,9 +83,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, HomeError> {
         Ended::Failed(abort, enabled) => {
             Outcome::failed(whose, search_options, abort.to_string(), enabled)
         }
-        Ended::Interrupted(enabled) => {
-            Outcome::failed(whose, search_options, "stopped by the user".to_owned(), enabled)
-        }
+        Ended::Interrupted(enabled) => Outcome::failed(
+            whose,
+            search_options,
+            "stopped by the user".to_owned(),
+            enabled,
+        ),
     };
     if arguments.json {
         print_json(&outcome).map_err(HomeError::Print)?;
@@ -108,10 +111,7 @@ fn frames(arguments: &Arguments) -> Vec<Step> {
     let mut add = |when, request| steps.extend(Frames::on_can(when, drive, request));
     if arguments.search.moves() {
         add(When::Always, Request::ServoDisable(ServoSwitch::Enable));
-        add(
-            When::Always,
-            Request::GoRelativePosPd(first),
-        );
+        add(When::Always, Request::GoRelativePosPd(first));
         add(When::Always, Request::ServoDisable(ServoSwitch::Disable));
     }
     if arguments.origins.is_some() {

@@ -139,7 +139,12 @@ impl SearchOptions {
             most,
         };
         if self.torque > self.max_torque {
-            return Err(order("--torque", "--max-torque", self.torque, self.max_torque));
+            return Err(order(
+                "--torque",
+                "--max-torque",
+                self.torque,
+                self.max_torque,
+            ));
         }
         let (contact, most) = (self.contact_degrees(family), self.max_degrees(family));
         if contact >= most {
@@ -296,4 +301,3 @@ fn travel(text: &str) -> Result<(f64, f64), String> {
     }
     Ok((min, max))
 }
-

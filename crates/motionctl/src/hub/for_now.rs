@@ -80,11 +80,7 @@ impl ForNow {
     ///
     /// # Errors
     /// That of the command, or [`HubError::NotBack`] with that of the command behind it.
-    pub(super) fn end<T>(
-        self,
-        bus: &mut Bus,
-        done: Result<T, HubError>,
-    ) -> Result<T, HubError> {
+    pub(super) fn end<T>(self, bus: &mut Bus, done: Result<T, HubError>) -> Result<T, HubError> {
         match (self.bring_back(bus), done) {
             (Ok(()), done) => done,
             (

@@ -34,6 +34,7 @@ mod speed;
 mod state;
 mod station;
 mod store;
+mod tune;
 mod write;
 
 use std::ffi::OsString;
@@ -83,6 +84,8 @@ enum Command {
     Move(move_to::Arguments),
     /// Turn wheels at a speed, for a time.
     Speed(speed::Arguments),
+    /// Measure how a wheel answers to steps, for up to three sets of gains side by side.
+    Tune(Box<tune::Arguments>),
     /// Run speeds from a file, or twists of a vehicle, on the drives of a real bus.
     Run(Box<run::Arguments>),
     /// Work out before anything moves whether a bus carries its wheels in time.
@@ -118,6 +121,7 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
         Command::Move(arguments) => move_to::run(arguments).map_err(Failure::coded),
         Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
+        Command::Tune(arguments) => tune::run(arguments).map_err(Failure::coded),
         Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
         Command::Plan(arguments) => plan::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),

@@ -19,6 +19,8 @@ use crate::station::{Clock, Pace, PaceCounts, serve_until};
 
 /// Wheels that a station can hold.
 pub(super) const MOST_WHEELS: usize = 16;
+/// 20 ms as the guide counts ticks, 40 ms as CiA 301 does (Z11); a PC is no more regular than that.
+const FEEDBACK_TICKS: u16 = 40;
 /// All wheels of this tool are in one group.
 const GROUP: GroupId = GroupId(0);
 /// Time for the wheels to become ready, and again to be enabled.
@@ -73,11 +75,23 @@ impl<'link> WheelStation<'link> {
         wheels: &[WheelConfig],
         cycle_us: u32,
     ) -> Result<Self, HubError> {
+        Self::with_feedback(link, wheels, cycle_us, FEEDBACK_TICKS)
+    }
+
+    /// The same with feedback in so many ticks of the drives' timers.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn with_feedback(
+        link: &'link mut Link,
+        wheels: &[WheelConfig],
+        cycle_us: u32,
+        ticks: u16,
+    ) -> Result<Self, HubError> {
         let config = WheelMasterConfig {
             cycle_us,
             bit_rate: link.bit_rate(),
-            // 20 ms as the guide counts ticks, 40 ms as CiA 301 does (Z11); a PC is no more regular than that.
-            feedback: FeedbackTiming::Timer { ticks: 40 },
+            feedback: FeedbackTiming::Timer { ticks },
             timeouts: TIMEOUTS,
             ..WheelMasterConfig::DEFAULT
         };

@@ -8,6 +8,7 @@ mod documents;
 mod first_hour;
 mod home;
 mod hub;
+mod hub_home;
 mod identity;
 mod other_signals;
 mod own_moves;

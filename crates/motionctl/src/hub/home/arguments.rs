@@ -91,7 +91,9 @@ impl Arguments {
             (
                 Abort::TorqueWithoutError { .. } | Abort::TorqueAtRest { .. },
                 CurrentUnit::Deciampere,
-            ) => ". Where 6077h counts mA every torque looks a hundred times too large: see --current-unit (Z25)",
+            ) => {
+                ". Where 6077h counts mA every torque looks a hundred times too large: see --current-unit (Z25)"
+            }
             (Abort::ErrorWithoutTorque { .. }, CurrentUnit::Milliampere) => {
                 ". Where 6077h counts 0.1 A every torque looks a hundred times too small: see --current-unit (Z25)"
             }

@@ -71,7 +71,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
         let searched = plan
             .lower_current(&mut lowered, &mut bus)
             .and_then(|()| search::search(&mut bus, &plan, lines.as_ref()));
-        lowered.end(&mut bus, searched)?
+        let stopped = |error| match error {
+            // Before anything moved: the same end as later.
+            HubError::Interrupted => Ok(Ended::Interrupted),
+            error => Err(error),
+        };
+        lowered.end(&mut bus, searched.or_else(stopped))?
     } else {
         search::stand(&mut bus, &plan)?
     };

@@ -47,11 +47,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(
-        arguments: &Arguments,
-        bus: &mut Bus,
-        look: &Look,
-    ) -> Result<Self, HubError> {
+    pub(super) fn new(arguments: &Arguments, bus: &mut Bus, look: &Look) -> Result<Self, HubError> {
         let node = look.node;
         let search = &arguments.search;
         let position = bus.read(node, objects::ACTUAL_POSITION)?;
