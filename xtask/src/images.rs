@@ -15,6 +15,8 @@ const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";
 /// Configuration of two servo axes that are homed before they move.
 const HOMING: &str = "firmware-tests/configs/homing.rs";
+/// Configuration of two hub motors that are homed before they move.
+const HUB_HOMING: &str = "firmware-tests/configs/hub_homing.rs";
 /// Configuration of two hub motors.
 const HUB_MOTORS: &str = "firmware-tests/configs/hub_motors.rs";
 /// Names the configuration for the build script of the firmware.
@@ -77,10 +79,12 @@ pub(crate) struct Image {
 
 impl Image {
     /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
-    /// command, one with eight axes, one that homes its axes, two with hub motors, of which one fails on command, and the one that sets the option bytes.
-    pub(crate) fn for_tests(board: Board) -> [Self; 7] {
+    /// command, one with eight axes, one that homes its axes, three with hub motors, of which one homes
+    /// them and one fails on command, and the one that sets the option bytes.
+    pub(crate) fn for_tests(board: Board) -> [Self; 8] {
         let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
         let homing = vec![(CONFIG.into(), HOMING.into())];
+        let hub_homing = vec![(CONFIG.into(), HUB_HOMING.into())];
         let hub_motors = || vec![(CONFIG.into(), HUB_MOTORS.into())];
         let misbehaving = "hub-motors-misbehaving";
         [
@@ -90,6 +94,7 @@ impl Image {
             Self::for_test(board, "misbehaving", PACKAGE, &["misbehave"], Vec::new()),
             Self::for_test(board, "axes-8", PACKAGE, &[], many),
             Self::for_test(board, "homing", PACKAGE, &[], homing),
+            Self::for_test(board, "hub-homing", PACKAGE, &[], hub_homing),
             Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
         ]
     }

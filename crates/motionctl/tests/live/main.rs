@@ -9,6 +9,7 @@ mod first_hour;
 mod home;
 mod hub;
 mod hub_home;
+mod hub_tune;
 mod identity;
 mod other_signals;
 mod own_moves;

@@ -19,7 +19,7 @@ pub(super) const CYCLE_US: u32 = 20_000;
 pub(super) const HUB: Family = Family {
     contact_degrees: 15.0,
     max_degrees: 90.0,
-    max_age_us: 150_000,
+    max_age_us: 200_000,
     still_counts: Watch::DEFAULT.still_counts,
 };
 const MA_PER_DECIAMPERE: f64 = 100.0;
