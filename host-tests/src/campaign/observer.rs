@@ -8,6 +8,7 @@ use embedded_can::{Frame as _, Id};
 
 use super::application::Permission;
 use super::injection::Kind;
+use super::observed_moves::Moving;
 use super::scenario::Scenario;
 use super::tap::Note;
 use super::violation::{Promise, Violation};
@@ -20,7 +21,9 @@ const OUTAGE_SHOWS_US: u64 = 60_000;
 
 /// What the observer knows of one axis.
 #[derive(Debug, Clone, Default)]
-struct Watched {
+pub(super) struct Watched {
+    /// A motion that the drive makes by itself.
+    pub(super) own: Option<Moving>,
     /// Steps accepted by the controller and not given back.
     handed_counts: i64,
     /// Steps accepted and not yet on the wire, oldest first.
@@ -32,7 +35,7 @@ struct Watched {
     /// Frames read by the master that answer what was outstanding.
     answers: u32,
     /// An injected fault may have changed what the drive received.
-    disturbed: bool,
+    pub(super) disturbed: bool,
     /// The drive was taken off the bus until it is repaired, so that nobody may hear its alarm.
     muted: bool,
     /// A disturbance may have driven the drive off the bus, and no repair brings it back.
@@ -49,23 +52,27 @@ struct Base {
 
 /// What the observer knows of one group.
 #[derive(Debug, Clone, Copy, Default)]
-struct Stopped {
-    by_alarm: bool,
-    by_fault: bool,
+pub(super) struct Stopped {
+    pub(super) by_alarm: bool,
+    pub(super) by_fault: bool,
 }
 
 /// A drive and its axis at the end of a cycle.
 pub(super) struct Seen {
     pub(super) snapshot: AxisSnapshot,
     pub(super) commanded_counts: i64,
+    /// Of the shaft, since the start.
+    pub(super) travel_counts: i64,
 }
 
 #[derive(Debug)]
 pub(super) struct Observer {
-    axes: Vec<Watched>,
-    groups: Vec<Stopped>,
+    pub(super) axes: Vec<Watched>,
+    pub(super) groups: Vec<Stopped>,
     of_drive: [Option<usize>; 64],
-    group_of: Vec<usize>,
+    pub(super) group_of: Vec<usize>,
+    /// Motions of drives that have ended.
+    pub(super) arrivals: u32,
     ramping: Vec<bool>,
     /// Alarm and loss that must still show as an event.
     unnoticed: Vec<(usize, Kind)>,
@@ -74,7 +81,7 @@ pub(super) struct Observer {
     faults: u32,
 }
 
-fn broken(promise: Promise, now: Instant, what: String) -> Result<(), Violation> {
+pub(super) fn broken(promise: Promise, now: Instant, what: String) -> Result<(), Violation> {
     Err(Violation {
         promise,
         at_us: now.as_us(),
@@ -119,6 +126,7 @@ impl Observer {
             ramping: vec![false; scenario.axes.len()],
             unnoticed: Vec::new(),
             outages: Vec::new(),
+            arrivals: 0,
             faults: 0,
         }
     }
@@ -220,6 +228,9 @@ impl Observer {
         now: Instant,
     ) -> Result<(), Violation> {
         let (drive, function) = split(frame);
+        if (drive, function) == (0, FunctionCode::SyncTrigger) {
+            return self.trigger(frame, now);
+        }
         let Some(index) = self.of_drive[usize::from(drive)] else {
             return broken(
                 Promise::Commands,
@@ -230,6 +241,10 @@ impl Observer {
         match function {
             FunctionCode::GoRelativePosPd => self.set_point(index, frame, scenario, now),
             FunctionCode::ServoDisable => self.switch(index, frame, now),
+            FunctionCode::GoAbsolutePosPtp
+            | FunctionCode::GoRelativePosPtp
+            | FunctionCode::GoAbsolutePosSync
+            | FunctionCode::GoRelativePosSync => self.move_frame(index, (function, frame), now),
             FunctionCode::EchoFunction
             | FunctionCode::ReadParamGroup3
             | FunctionCode::ReadDriveConfig
@@ -255,6 +270,13 @@ impl Observer {
                 Promise::Limits,
                 now,
                 format!("axis {index}: step {step}, limit {limit}"),
+            );
+        }
+        if self.streams_into_a_move(index) {
+            return broken(
+                Promise::Commands,
+                now,
+                format!("axis {index}: set-point {frame} in a move of its drive"),
             );
         }
         let group = self.groups[self.group_of[index]];
@@ -319,6 +341,16 @@ impl Observer {
         let Some(index) = self.of_drive[usize::from(drive)] else {
             return;
         };
+        if matches!(
+            function,
+            FunctionCode::GoAbsolutePosPtp
+                | FunctionCode::GoRelativePosPtp
+                | FunctionCode::GoAbsolutePosSync
+                | FunctionCode::GoRelativePosSync
+        ) {
+            self.move_frame_returns(index, function);
+            return;
+        }
         let axis = &mut self.axes[index];
         match function {
             FunctionCode::GoRelativePosPd => {
@@ -410,6 +442,9 @@ impl Observer {
             let what = format!("axis {axis} streams on, and no frame gets through");
             return broken(Promise::Noticed, now, what);
         }
+        for (index, seen) in seen.iter().enumerate() {
+            self.move_goes_on(index, seen, now)?;
+        }
         for (index, (axis, seen)) in self.axes.iter_mut().zip(seen).enumerate() {
             let snapshot = &seen.snapshot;
             if snapshot.counters.replies > axis.answers {
@@ -421,7 +456,8 @@ impl Observer {
             }
             let is_anchored = snapshot.facts.knowledge == Knowledge::Anchored;
             let own_fault = snapshot.fault.is_some_and(|fault| fault != Fault::Group);
-            if !snapshot.state.is_enabled() || !is_anchored || own_fault {
+            let moves = axis.own.is_some() || snapshot.facts.has_own_move();
+            if !snapshot.state.is_enabled() || !is_anchored || own_fault || moves {
                 axis.base = None;
                 continue;
             }
@@ -485,6 +521,7 @@ impl Observer {
                 format!("axis {axis}: {kind:?} showed as no event"),
             );
         }
+        self.moves_have_ended(!scenario.injections.is_empty(), now)?;
         if scenario.injections.is_empty() && self.faults > 0 {
             return broken(
                 Promise::NoFalseAlarm,
