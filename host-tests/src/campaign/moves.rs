@@ -1,6 +1,6 @@
 //! Motions that drives make by themselves: what is drawn of them, and how the application lets them happen.
 
-use can_motion::{AxisSnapshot, AxisState, DriveMove, GroupId, Instant, ServoMaster};
+use can_motion::{AxisSnapshot, AxisState, DriveMove, GroupId, Instant, Limits, ServoMaster};
 use dyn_can::{MaxAcceleration, MaxSpeed, ParamGroup2};
 
 use super::draw::Draw;
@@ -39,10 +39,7 @@ pub(super) fn draw(scenario: &mut Scenario) {
         return;
     }
     for axis in &mut scenario.axes {
-        let curve = ParamGroup2 {
-            max_speed: MaxSpeed::new(draw.between(3, 8) as i32).expect("1..=127"),
-            max_acceleration: MaxAcceleration::new(draw.between(1, 5) as i32).expect("1..=127"),
-        };
+        let curve = curve_within(&axis.config.limits);
         axis.config.drive_curve = Some(curve);
         axis.curve = Some(curve);
     }
@@ -65,6 +62,21 @@ pub(super) fn draw(scenario: &mut Scenario) {
         .collect();
     moves.sort_by_key(|order| order.at_us);
     scenario.moves = moves;
+}
+
+/// The fastest curve within the limits of an axis: a slower one would slow down how its drive follows set-points, too.
+fn curve_within(limits: &Limits) -> ParamGroup2 {
+    // Counts a millisecond for (value + 3) squared, and a millisecond more in each for 1: manual section 7.4.1, at gear number 4096.
+    const SPEED: f64 = 12.21 / 16.0 * 16_384.0 / 60_000.0;
+    const ACCELERATION: f64 = 635.78 * 16_384.0 / 60.0 * 1e-6;
+    let speed = (f64::from(limits.max_step.get()) / SPEED).sqrt() - 3.5;
+    let change = f64::from(limits.max_step_change.per_256_cycles()) / 256.0;
+    let value = |real: f64| real.floor().clamp(1.0, 127.0) as i32;
+    ParamGroup2 {
+        max_speed: MaxSpeed::new(value(speed)).expect("1..=127"),
+        max_acceleration: MaxAcceleration::new(value(change / ACCELERATION * 0.98))
+            .expect("1..=127"),
+    }
 }
 
 /// What one axis was told, in the counts of the master.

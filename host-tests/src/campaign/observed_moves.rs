@@ -8,18 +8,15 @@ use dyn_can::FunctionCode;
 use embedded_can::Frame as _;
 
 use super::moves::Asked;
-use super::observer::{Observer, Seen, broken};
+use super::observer::{Observer, Seen, Stopped, broken};
 use super::violation::{Promise, Violation};
-
-/// How far a drive that has arrived may stand beside where it was told: its on-position range, and what its shaft still swings.
-const ARRIVAL_COUNTS: i64 = 60;
 
 /// A motion of one drive.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moving {
     asked: Asked,
-    /// Where the shaft was.
-    travel_counts: i64,
+    /// Where the commands until then led its drive, with what was still to go out.
+    led_counts: i64,
     /// The frame that begins it was taken.
     is_sent: bool,
     stops: u32,
@@ -35,10 +32,13 @@ fn number_of(frame: &Frame) -> i64 {
 
 impl Observer {
     /// The application told an axis to move, and the master took it.
-    pub(super) fn asked_to_move(&mut self, axis: usize, asked: Asked, travel_counts: i64) {
+    pub(super) fn asked_to_move(&mut self, axis: usize, asked: Asked, led_counts: i64) {
+        // A word of the application, after which its group may move again.
+        self.groups[self.group_of[axis]] = Stopped::default();
+        let pending = self.axes[axis].pending.iter().sum::<i64>();
         self.axes[axis].own = Some(Moving {
             asked,
-            travel_counts,
+            led_counts: led_counts + pending,
             is_sent: false,
             stops: 0,
         });
@@ -144,11 +144,12 @@ impl Observer {
             return Ok(());
         };
         let snapshot = &seen.snapshot;
-        if snapshot.fault.is_some() || !snapshot.state.is_enabled() {
+        let has_own_move = snapshot.facts.has_own_move();
+        if snapshot.fault.is_some() || !(has_own_move || snapshot.state.is_enabled()) {
             axis.own = None;
             return Ok(());
         }
-        let holds = snapshot.state == AxisState::Holding && !snapshot.facts.has_own_move();
+        let holds = snapshot.state == AxisState::Holding && !has_own_move;
         let is_anchored = snapshot.facts.knowledge == Knowledge::Anchored;
         if !holds || !is_anchored {
             return Ok(());
@@ -159,13 +160,10 @@ impl Observer {
             return Ok(());
         }
         let sent = i64::from(snapshot.sent_counts);
-        let (told, turned) = (
-            sent - own.asked.start,
-            seen.travel_counts - own.travel_counts,
-        );
-        if (told - turned).abs() > ARRIVAL_COUNTS {
+        let (told, led) = (sent - own.asked.start, seen.led_counts - own.led_counts);
+        if told != led {
             let what = format!(
-                "axis {index}: after {:?} the master counts {told} on, the shaft has turned {turned}",
+                "axis {index}: after {:?} the master counts {told} on, its drive was led by {led}",
                 own.asked
             );
             return broken(Promise::Books, now, what);

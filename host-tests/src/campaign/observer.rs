@@ -27,7 +27,7 @@ pub(super) struct Watched {
     /// Steps accepted by the controller and not given back.
     handed_counts: i64,
     /// Steps accepted and not yet on the wire, oldest first.
-    pending: Vec<i64>,
+    pub(super) pending: Vec<i64>,
     /// Handed, sent and commanded counts when the axis began to stream; `None` while it is not enabled.
     base: Option<Base>,
     /// The request that the drive has not answered, and when it was accepted.
@@ -61,8 +61,8 @@ pub(super) struct Stopped {
 pub(super) struct Seen {
     pub(super) snapshot: AxisSnapshot,
     pub(super) commanded_counts: i64,
-    /// Of the shaft, since the start.
-    pub(super) travel_counts: i64,
+    /// Where its commands lead the drive.
+    pub(super) led_counts: i64,
 }
 
 #[derive(Debug)]

@@ -247,8 +247,8 @@ impl<'a> Run<'a> {
         }
         for (axis, asked) in self.application.take_asked() {
             let drive = self.bench.device(self.devices[axis]);
-            let travel_counts = drive.travel_counts(self.bench.now_ns());
-            self.observer.asked_to_move(axis, asked, travel_counts);
+            let led_counts = drive.target_counts(self.bench.now_ns());
+            self.observer.asked_to_move(axis, asked, led_counts);
         }
         self.observer.cycle_begins(&permissions);
         self.mutant().begin_cycle(now);
@@ -331,11 +331,11 @@ impl<'a> Run<'a> {
         let see = |(axis, &device): (usize, &DeviceId)| {
             let drive = self.bench.device(device);
             let commanded_counts = drive.commanded_counts();
-            let travel_counts = drive.travel_counts(self.bench.now_ns());
+            let led_counts = drive.target_counts(self.bench.now_ns());
             self.master.snapshot(axis).map(|snapshot| Seen {
                 snapshot,
                 commanded_counts,
-                travel_counts,
+                led_counts,
             })
         };
         self.devices.iter().enumerate().filter_map(see).collect()
