@@ -145,7 +145,8 @@ impl Observer {
         };
         let snapshot = &seen.snapshot;
         let has_own_move = snapshot.facts.has_own_move();
-        if snapshot.fault.is_some() || !(has_own_move || snapshot.state.is_enabled()) {
+        let is_over = snapshot.fault.is_some() || !snapshot.state.is_enabled();
+        if is_over && !has_own_move {
             axis.own = None;
             return Ok(());
         }
@@ -155,7 +156,6 @@ impl Observer {
             return Ok(());
         }
         axis.own = None;
-        self.arrivals += 1;
         if self.axes[index].disturbed {
             return Ok(());
         }

@@ -71,8 +71,6 @@ pub(super) struct Observer {
     pub(super) groups: Vec<Stopped>,
     of_drive: [Option<usize>; 64],
     pub(super) group_of: Vec<usize>,
-    /// Motions of drives that have ended.
-    pub(super) arrivals: u32,
     ramping: Vec<bool>,
     /// Alarm and loss that must still show as an event.
     unnoticed: Vec<(usize, Kind)>,
@@ -126,7 +124,6 @@ impl Observer {
             ramping: vec![false; scenario.axes.len()],
             unnoticed: Vec::new(),
             outages: Vec::new(),
-            arrivals: 0,
             faults: 0,
         }
     }
