@@ -15,7 +15,6 @@ use crate::home::HomeError;
 use crate::interrupt;
 use crate::link::LinkOptions;
 use crate::origins::Origins;
-use crate::output::tell;
 
 /// A jog is for looking whether a wheel turns and which way round. More is for `speed` and `run`.
 const MOST_TURNS: f64 = 10.0;
@@ -80,11 +79,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     );
     confirm(&question, arguments.yes).map_err(HubError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(HubError::Interrupt)?;
-    if !arguments.json {
-        tell(format_args!(
-            "node {node} is being enabled and moved; Ctrl-C stops it"
-        ));
-    }
     let wanted = OwnMove {
         to: Target::By(counts),
         rpm: arguments.rpm,

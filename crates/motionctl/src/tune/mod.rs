@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use dyn_can::{PdStep, Request, ServoSwitch};
 
-use crate::backup::create_file;
+use crate::backup::{create_file, require_room};
 use crate::confirm::confirm;
 use crate::drives::{CanDrives, Drives as _, DrivesError, Frames, Parameter, Step, When, WriteEnd};
 use crate::dry_run;
@@ -36,6 +36,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, TuneError> {
     if arguments.dry_run {
         dry_run::show(frames(arguments)?, arguments.json).map_err(TuneError::Print)?;
         return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(path) = &arguments.svg {
+        require_room(path, arguments.force).map_err(TuneError::Write)?;
     }
     let link = arguments.link.open().map_err(DrivesError::Open)?;
     let drive = arguments.drive;

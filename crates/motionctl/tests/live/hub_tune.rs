@@ -285,3 +285,23 @@ fn ctrl_c_ends_the_wave_of_a_drive() {
         assert!(position.abs() < 50, "{report}");
     });
 }
+
+#[test]
+fn a_picture_that_cannot_be_written_is_refused_before_anything_moves() {
+    undisturbed(|| {
+        let bench = BenchProcess::start("tune-picture", "3");
+        bench.disable("3");
+        let there = crate::bench::Scratch::new("tune-picture.svg", "");
+        for (path, expected) in [
+            ("/nonexistent/a.svg", "cannot write /nonexistent/a.svg"),
+            (there.path(), "exists: choose another name"),
+        ] {
+            let words = ["tune", "--drive", "3", "--yes", "--svg", path];
+            let (status, _, errors) = on(&bench, &words);
+            assert_eq!(status, Some(2), "{errors}");
+            assert!(errors.contains(expected), "{errors}");
+        }
+        let report = bench.stop();
+        assert_eq!(report["drives"][0]["set_points"], 0);
+    });
+}

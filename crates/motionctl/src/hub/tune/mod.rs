@@ -14,7 +14,7 @@ use super::error::HubError;
 use super::for_now::ForNow;
 use super::frames;
 use super::look::Look;
-use crate::backup::create_file;
+use crate::backup::{create_file, require_room};
 use crate::confirm::confirm;
 use crate::drives::{Step as Frame, When};
 use crate::dry_run;
@@ -35,6 +35,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     if arguments.dry_run {
         dry_run::show(frames(arguments, given)?, arguments.json).map_err(HubError::Print)?;
         return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(path) = &arguments.svg {
+        require_room(path, arguments.force).map_err(|error| HubError::File(error.to_string()))?;
     }
     let mut bus = Bus::open(&arguments.link)?;
     let look = Look::at(&mut bus, node)?;
