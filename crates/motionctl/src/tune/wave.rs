@@ -262,7 +262,7 @@ fn upward(samples: &[Sample], level: f64) -> Vec<f64> {
     let crosses = |(before, after): (&Sample, &Sample)| {
         let (from, to) = (f64::from(before.actual), f64::from(after.actual));
         let share = (level - from) / (to - from);
-        (from < level && to >= level).then(|| before.at_ms + share * (after.at_ms - before.at_ms))
+        (from < level && to >= level).then_some(before.at_ms + share * (after.at_ms - before.at_ms))
     };
     pairs.filter_map(crosses).collect()
 }
