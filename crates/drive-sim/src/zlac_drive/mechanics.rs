@@ -20,7 +20,7 @@ pub enum ZlacLoop {
 pub struct ZlacMechanics {
     /// End stops, in turns.
     pub stops_turns: Option<(f64, f64)>,
-    /// A switch, in turns; operated from there on, away from 0.
+    /// A switch, in turns; operated from there on, away from 0. It is wired to X1 too, whose level counts where X1 has no function.
     pub switch_turns: Option<f64>,
     /// Current with which a position loop pushes, in mA for each degree between target and shaft. No document has a figure.
     pub push_ma_per_degree: f64,

@@ -7,8 +7,8 @@ use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelEventKind, WheelFault, WheelMaster, WheelMasterConfig,
     WheelSnapshot, WheelTimeouts,
 };
-use can_motion::{AxisState, Event, GroupId, Instant};
-use zlac8030l::{NodeId, SdoTimeouts};
+use can_motion::{AxisState, Confirmation, Event, GroupId, Instant};
+use zlac8030l::{NodeId, ObjectAddress, SdoEnd, SdoEvent, SdoRequest, SdoTimeouts};
 
 use super::error::HubError;
 use super::nodes::named;
@@ -21,6 +21,8 @@ use crate::station::{Clock, Pace, PaceCounts, serve_until};
 pub(super) const MOST_WHEELS: usize = 16;
 /// 20 ms as the guide counts ticks, 40 ms as CiA 301 does (Z11); a PC is no more regular than that.
 const FEEDBACK_TICKS: u16 = 40;
+/// Bit 0 X0, bit 1 X1.
+const INPUT_LEVELS: ObjectAddress = ObjectAddress::new(0x2003, 0);
 /// All wheels of this tool are in one group.
 const GROUP: GroupId = GroupId(0);
 /// Time for the wheels to become ready, and again to be enabled.
@@ -63,6 +65,8 @@ pub(super) struct WheelStation<'link> {
     nodes: Vec<NodeId>,
     /// Power may be on by a command of this station.
     is_switched_on: bool,
+    /// 2003h, by [`Self::ask_inputs`].
+    inputs: Option<(u16, Instant)>,
 }
 
 impl<'link> WheelStation<'link> {
@@ -102,6 +106,7 @@ impl<'link> WheelStation<'link> {
             pace: Pace::new(cycle_us),
             nodes: wheels.iter().map(|wheel| wheel.node).collect(),
             is_switched_on: false,
+            inputs: None,
         })
     }
 
@@ -206,7 +211,30 @@ impl<'link> WheelStation<'link> {
     }
 
     fn next_event(&mut self) -> Option<Event<WheelEventKind>> {
-        self.master.next_event()
+        let event = self.master.next_event()?;
+        if let WheelEventKind::Transfer(SdoEvent {
+            request,
+            end: SdoEnd::Value(data),
+        }) = event.kind
+            && request.address() == INPUT_LEVELS
+        {
+            // 16 bits of the reply are the object.
+            self.inputs = Some((data.raw() as u16, event.at));
+        }
+        Some(event)
+    }
+
+    /// Asks the first wheel for the levels of its inputs, unless it still owes an answer.
+    pub(super) fn ask_inputs(&mut self) {
+        let now = self.now();
+        let read = SdoRequest::Read(INPUT_LEVELS);
+        // Refused while another transfer waits: the next cycle asks again.
+        let _ = self.master.start(now, 0, read, Confirmation::None);
+    }
+
+    /// What was read of them last, and when it came.
+    pub(super) const fn input_levels(&self) -> Option<(u16, Instant)> {
+        self.inputs
     }
 
     /// Slows the wheels down, in proportion; they hold then. Ctrl-C meanwhile stops them at once.

@@ -220,7 +220,7 @@ fn ctrl_c_slows_down_and_switches_off() {
 }
 
 #[test]
-fn a_switch_is_found_by_the_lines_of_another_program() {
+fn a_switch_is_found_by_the_lines_of_another_program_and_by_an_input_of_the_drive() {
     undisturbed(|| {
         let lines = scratch("hub-home-switch-lines");
         let _ = std::fs::remove_file(&lines);
@@ -243,6 +243,15 @@ fn a_switch_is_found_by_the_lines_of_another_program() {
         let found = number(&outcome["found_counts"]);
         let uncertainty = number(&outcome["uncertainty_counts"]);
         assert!((found - 819).abs() <= uncertainty.max(60), "{outcome}");
+        // The same switch hangs on the input X1 of the drive.
+        let back = ["jog", "--drives", "zlac", "--turns", "-0.1", "--yes"];
+        assert_eq!(on(&bench, &back).0, Some(0));
+        let outcome = json_of(home(&bench, &[&switch[..], &["X1", "--json"]].concat()));
+        let found = number(&outcome["found_counts"]);
+        let uncertainty = number(&outcome["uncertainty_counts"]);
+        assert!((found - 819).abs() <= uncertainty.max(60), "{outcome}");
+        let expected = "input X0 of node 4 must have no function to be a switch, 2030h:02 is 9";
+        ends(&bench, 2, expected, &[&switch[..], &["X0"]].concat());
         let nonsense = Scratch::new("hub-home-nonsense", "0\nopen\n");
         let expected = "expected 1 or 0 on a line of --switch-input, got \"open\"";
         ends(

@@ -15,13 +15,14 @@ const EXAMPLES: &str = "\
 Examples:
   motionctl home --drives zlac --slcan /dev/ttyACM0 --method stop --direction negative --max-turns 2 --travel 0:1.5 --origins machine.toml
   motionctl home --drives zlac:5 --can can0 --method here --travel -1:1 --origins machine.toml
-  motionctl home --drives zlac --slcan /dev/ttyACM0 --method switch --direction positive --max-turns 2 --switch-input /dev/ttyUSB1
+  motionctl home --drives zlac --slcan /dev/ttyACM0 --method switch --direction positive --max-turns 2 --switch-input X1
 
 For a hub motor that moves an axis: a lift, a steering, a slide. A wheel on the ground has neither stop nor switch: `here` is for it.
 The methods are those of servo drives (`motionctl home --help`). The drive moves in position mode, and its largest current (2015h) is
 lowered to --max-torque for the time of the search, in its RAM: percents are of that current as it was before. Whether 2015h counts at once is
 not stated, so --torque and --max-degrees end the search without it too.
-The encoder is incremental: the origin is lost with the power. --origins notes it (1803h:04), so that `jog --origins` refuses it then.
+--switch-input X0 or X1 is an input of the drive (2003h), which must have no function (2030h:02, :03); anything else is a file, a pipe or a terminal
+on which another program writes the level, as for servo drives. The encoder is incremental: the origin is lost with the power. --origins notes it (1803h:04), so that `jog --origins` refuses it then.
 
 Exit status: 0 found, and kept where --origins says; 1 not found, or the drive did not confirm that its power is off; 2 not confirmed,
 enabled already, or options that cannot work, and nothing has moved; 3 the link failed; 130 stopped by Ctrl-C.";

@@ -4,6 +4,7 @@ mod arguments;
 mod plan;
 mod search;
 mod store;
+mod switch;
 
 use std::process::ExitCode;
 
@@ -19,13 +20,14 @@ use crate::confirm::confirm;
 use crate::drives::{Step, When};
 use crate::dry_run;
 use crate::exit;
-use crate::home::{HomeError, Outcome, SwitchLines, Whose};
+use crate::home::{HomeError, Outcome, Whose};
 use crate::interrupt;
 use crate::origins::Origins;
 use crate::output::{print, print_json, tell};
 pub(super) use arguments::Arguments;
 use plan::Plan;
 pub(super) use store::life;
+use switch::Switch;
 
 /// How a search ended.
 #[derive(Debug, Clone, Copy)]
@@ -50,8 +52,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     let mut bus = Bus::open(&arguments.link)?;
     let look = Look::at(&mut bus, node)?;
     let plan = Plan::new(arguments, &mut bus, &look)?;
-    let lines = match &arguments.search.switch_input {
-        Some(path) => Some(SwitchLines::open(path).map_err(HomeError::SwitchLines)?),
+    let switch = match &arguments.search.switch_input {
+        Some(path) => Some(Switch::open(path, &mut bus, node)?),
         None => None,
     };
     confirm(&arguments.question(&look)?, arguments.yes).map_err(HubError::NotConfirmed)?;
@@ -70,7 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
         let mut lowered = ForNow::new(&mut bus, node)?;
         let searched = plan
             .lower_current(&mut lowered, &mut bus)
-            .and_then(|()| search::search(&mut bus, &plan, lines.as_ref()));
+            .and_then(|()| search::search(&mut bus, &plan, switch.as_ref()));
         let stopped = |error| match error {
             // Before anything moved: the same end as later.
             HubError::Interrupted => Ok(Ended::Interrupted),

@@ -7,7 +7,8 @@ use zlac8030l::objects;
 
 use super::Ended;
 use super::plan::{CYCLE_US, Plan};
-use crate::home::{HomeError, SwitchLines};
+use super::switch::Switch;
+use crate::home::HomeError;
 use crate::hub::bus::Bus;
 use crate::hub::error::HubError;
 use crate::hub::station::WheelStation;
@@ -17,10 +18,10 @@ use crate::interrupt;
 pub(super) fn search(
     bus: &mut Bus,
     plan: &Plan,
-    lines: Option<&SwitchLines>,
+    switch: Option<&Switch>,
 ) -> Result<Ended, HubError> {
     let mut station = WheelStation::new(bus.link(), &[plan.wheel], CYCLE_US)?;
-    let sought = seek(&mut station, plan, lines);
+    let sought = seek(&mut station, plan, switch);
     let (ended, _) = station.end(sought)?;
     Ok(ended)
 }
@@ -29,7 +30,7 @@ pub(super) fn search(
 fn seek(
     station: &mut WheelStation<'_>,
     plan: &Plan,
-    lines: Option<&SwitchLines>,
+    switch: Option<&Switch>,
 ) -> Result<Ended, HubError> {
     station.bring_up()?;
     let sent = station.snapshots().next().map_or(0, |wheel| wheel.sent);
@@ -37,8 +38,8 @@ fn seek(
     let mut bad_line = None;
     loop {
         let now = station.now();
-        let level = lines.and_then(|lines| lines.level(now));
-        if let Some(text) = lines.and_then(SwitchLines::fault) {
+        let level = switch.and_then(|switch| switch.level(station));
+        if let Some(text) = switch.and_then(Switch::fault) {
             bad_line = Some(text);
             homing.cancel();
         }
