@@ -21,7 +21,7 @@ pub(crate) const AXES: usize = 2;
 /// The wheels move and stop together.
 pub(crate) const GROUP: GroupId = GroupId(0);
 
-/// 100 Hz, 500 kbit/s, feedback every 10 ms: the bit rate is the one that the drives are set to (200Ah: 100, 125, 250, 500 or 1000 kbit/s).
+/// 100 Hz, 500 kbit/s, feedback every 10 ms: the bit rate is the one that the drives are set to (200Eh: 100, 125, 250, 500 or 1000 kbit/s).
 pub(crate) const MASTER: WheelMasterConfig = WheelMasterConfig::DEFAULT;
 
 /// Time from one cycle to the next in microseconds.

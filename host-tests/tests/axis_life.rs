@@ -3,8 +3,8 @@
 use core::num::NonZeroU64;
 
 use can_motion::{
-    AxisConfig, AxisState, CommandError, EventKind, Fault, GroupId, MasterConfig, Reaction,
-    Reactions, StepChange, TargetError, Travel,
+    AxisConfig, AxisState, CommandError, DriveMove, EventKind, Fault, GroupId, MasterConfig,
+    Reaction, Reactions, StepChange, TargetError, Travel,
 };
 use drive_sim::{DynDriveConfig, FrameMatch, TxOrder};
 use dyn_can::{Alarm, ConfigByte, DriveId, FunctionCode, Revision, StepLimit};
@@ -54,6 +54,51 @@ fn from_power_on_to_streaming_every_step_is_told() {
     assert!(rig.traffic[0].start_ns >= 150_000_000);
     assert_eq!(rig.drive(0).books().pd_frames_ignored, 0);
     assert_eq!(rig.drive(0).travel_counts(rig.bench.now_ns()), 0);
+}
+
+#[test]
+fn a_move_of_the_drive_begins_and_ends_where_the_axis_holds() {
+    use AxisState::{DriveMoving, DriveStopping, Holding, RampingDown, Streaming};
+    let group2 = DynDriveConfig::new(DriveId::MIN).group2;
+    let axes = [AxisConfig {
+        drive_curve: Some(group2),
+        ..host_tests::rig::axis_config(DriveId::MIN)
+    }];
+    let drives = vec![DynDriveConfig::new(DriveId::MIN)];
+    let mut rig = Rig::new(MasterConfig::DEFAULT, &axes, drives, TxOrder::Fifo);
+    rig.stream();
+    let told = rig.path(0).len();
+    for (wanted, stops) in [(DriveMove::To(3_000), false), (DriveMove::By(-9_000), true)] {
+        let now = rig.now();
+        let streams = rig.master.start_move(now, 0, wanted);
+        assert!(streams.is_err(), "a stream ends first");
+        rig.master.stop(now, GROUP);
+        rig.run_until(Holding);
+        let now = rig.now();
+        rig.master.start_move(now, 0, wanted).unwrap();
+        rig.run_until(DriveMoving);
+        if stops {
+            rig.cycles(5);
+            let now = rig.now();
+            rig.master.stop(now, GROUP);
+        }
+        rig.run_until(Holding);
+        let now = rig.now();
+        rig.master.resume(now, GROUP).unwrap();
+        rig.run_until(Streaming);
+        rig.cycles(2);
+    }
+    let path = rig.path(0);
+    let held: Vec<AxisState> = path[told..]
+        .iter()
+        .copied()
+        .filter(|state| *state != RampingDown)
+        .collect();
+    let once = [Holding, DriveMoving, Holding, Streaming];
+    assert_eq!(held[..4], once);
+    assert_eq!(held[4..7], [Holding, DriveMoving, DriveStopping]);
+    assert!(held.ends_with(&[Holding, Streaming]), "{held:?}");
+    assert_eq!(rig.axis(0).fault, None);
 }
 
 #[test]

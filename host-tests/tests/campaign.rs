@@ -80,6 +80,7 @@ fn every_broken_master_is_caught() {
         Mutation::BelievesLateReply => Some(Promise::TrueReplies),
         Mutation::AsksTogether => Some(Promise::OneRequest),
         Mutation::ResumesAfterBusOff => Some(Promise::FaultStops),
+        Mutation::RepeatsMoves | Mutation::MissesEnds => Some(Promise::Commands),
         // A queue takes set-points while the bus fails, so the master does not notice.
         Mutation::ReplaysQueue | Mutation::BridgesOutages => Some(Promise::Noticed),
     };

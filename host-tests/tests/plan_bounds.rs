@@ -1,16 +1,23 @@
 //! The bus plan against the unmodified master on the simulated bus: what is admitted is in time, and no frame ends after its bound.
 
 use can_motion::plan::{BusPlan, BusSetup, ResponseWindow, TxOrder};
-use can_motion::{AxisConfig, Limits, MasterConfig, PollPeriods, StepChange, Timeouts, Travel};
+use can_motion::{
+    AxisConfig, AxisState, DriveMove, GroupId, Limits, MasterConfig, PollPeriods, StepChange,
+    Timeouts, Travel,
+};
 use drive_sim::{DynDriveConfig, NodeId, Outcome, Record, ResponseDelay};
 use dyn_can::{DriveId, FunctionCode, StepLimit};
 use embedded_can::{Frame as _, Id};
-use host_tests::rig::Rig;
+use host_tests::rig::{GROUP, Rig};
 use proptest::prelude::*;
 
 /// One bit at 1 Mbit/s.
 const BIT_NS: u64 = 1_000;
 const CYCLES: usize = 150;
+/// A group that stands comes to hold within so many cycles.
+const HOLD_LIMIT_CYCLES: usize = 1_000;
+/// The group of the drives that move by themselves.
+const MOVERS: GroupId = GroupId(1);
 
 /// A bus with its axes, and how they move.
 #[derive(Debug, Clone)]
@@ -20,11 +27,15 @@ struct Case {
     polls: PollPeriods,
     steps: Vec<i32>,
     seed: u64,
+    /// The last axes, so many, whose drives make moves of their own meanwhile.
+    movers: usize,
 }
 
 impl Case {
     fn axes(&self) -> Vec<AxisConfig> {
-        let axis = |&drive: &DriveId| AxisConfig {
+        let axis = |(index, &drive): (usize, &DriveId)| AxisConfig {
+            group: if self.moves(index) { MOVERS } else { GROUP },
+            drive_curve: Some(DynDriveConfig::new(drive).group2),
             polls: self.polls,
             unwatched: self.polls.status_us.is_none(),
             limits: Limits {
@@ -35,7 +46,16 @@ impl Case {
             },
             ..host_tests::rig::axis_config(drive)
         };
-        self.drives.iter().map(axis).collect()
+        self.drives.iter().enumerate().map(axis).collect()
+    }
+
+    fn moves(&self, axis: usize) -> bool {
+        axis + self.movers() >= self.drives.len()
+    }
+
+    /// One axis streams in any case.
+    fn movers(&self) -> usize {
+        self.movers.min(self.drives.len() - 1)
     }
 
     /// Drives that follow any step and do not mind.
@@ -142,6 +162,7 @@ fn case() -> impl Strategy<Value = Case> {
                     },
                     steps,
                     seed: u64::from(seed),
+                    movers: 0,
                 }
             },
         )
@@ -179,9 +200,9 @@ impl Judge<'_> {
     fn judge(&mut self, record: &Record, first_cycle: u64) -> Result<(), String> {
         assert_eq!(record.outcome, Outcome::Delivered);
         let (drive, function) = meaning(record);
-        let axis = self.axis(drive);
         let (from, bound) = match function {
             FunctionCode::GoRelativePosPd => {
+                let axis = self.axis(drive);
                 // One in each cycle: the n-th is of the n-th cycle.
                 let cycle = first_cycle + self.set_points[axis];
                 self.set_points[axis] += 1;
@@ -208,6 +229,57 @@ impl Judge<'_> {
     }
 }
 
+/// Every axis streams, but the movers hold.
+fn bring_up(case: &Case, rig: &mut Rig) {
+    if case.movers() == 0 {
+        rig.stream();
+        return;
+    }
+    let axes = case.drives.len();
+    let until = |rig: &mut Rig, wanted: &dyn Fn(usize, AxisState) -> bool| {
+        for _ in 0..HOLD_LIMIT_CYCLES {
+            if (0..axes).all(|axis| wanted(axis, rig.axis(axis).state)) {
+                return;
+            }
+            rig.cycle();
+        }
+        let states: Vec<_> = (0..axes).map(|axis| rig.axis(axis).state).collect();
+        panic!("the axes are {states:?}");
+    };
+    until(rig, &|_, state| state == AxisState::FoundOn);
+    for group in [GROUP, MOVERS] {
+        let now = rig.now();
+        rig.master.adopt(now, group).expect("drives that are on");
+    }
+    until(rig, &|_, state| state == AxisState::Holding);
+    let now = rig.now();
+    rig.master.resume(now, GROUP).expect("axes that hold");
+    until(rig, &|axis, state| {
+        case.moves(axis) || state == AxisState::Streaming
+    });
+}
+
+/// Tells those drives that hold to move a little, alternately each by itself and all by the trigger; how many were told.
+fn tell_movers(case: &Case, rig: &mut Rig, cycle: usize) -> usize {
+    let first = case.drives.len() - case.movers();
+    let movers = first..case.drives.len();
+    let holds = |axis: usize| rig.axis(axis).state == AxisState::Holding;
+    if case.movers() == 0 || !movers.clone().all(holds) {
+        return 0;
+    }
+    let by = if cycle.is_multiple_of(2) { 40 } else { -40 };
+    let moves: Vec<_> = movers.map(|axis| (axis, DriveMove::By(by))).collect();
+    let now = rig.now();
+    if cycle.is_multiple_of(3) {
+        return match rig.master.start_moves(now, &moves) {
+            Ok(()) => moves.len(),
+            Err(error) => panic!("{error}"),
+        };
+    }
+    let mut tell = |&(axis, wanted): &(usize, DriveMove)| rig.master.start_move(now, axis, wanted);
+    moves.iter().filter(|one| tell(one).is_ok()).count()
+}
+
 fn run(case: &Case) -> Result<(), String> {
     let axes = case.axes();
     let order = match case.config.bus.order {
@@ -215,7 +287,7 @@ fn run(case: &Case) -> Result<(), String> {
         TxOrder::Identifier => drive_sim::TxOrder::ByIdentifier,
     };
     let mut rig = Rig::new(case.config, &axes, case.simulated(), order);
-    rig.stream();
+    bring_up(case, &mut rig);
     let cycle_bits = u64::from(case.config.cycle_us);
     let mut judge = Judge {
         plan: BusPlan::new(&case.config, &axes),
@@ -229,8 +301,10 @@ fn run(case: &Case) -> Result<(), String> {
     rig.cycles(8);
     let first_cycle = rig.now().as_us() / cycle_bits;
     let skip = rig.traffic.len();
+    let mut told = 0;
     for cycle in 0..CYCLES {
-        for axis in 0..axes.len() {
+        told += tell_movers(case, &mut rig, cycle);
+        for axis in 0..axes.len() - case.movers() {
             let target = rig.axis(axis).target_counts + case.step(axis, cycle);
             if rig.master.set_target(axis, target).is_err() {
                 let faults: Vec<_> = (0..axes.len()).map(|axis| rig.axis(axis).fault).collect();
@@ -249,8 +323,14 @@ fn run(case: &Case) -> Result<(), String> {
     for record in &rig.traffic[skip..] {
         judge.judge(record, first_cycle)?;
     }
-    let all = vec![CYCLES as u64; axes.len()];
-    if judge.set_points != all {
+    if case.movers() > 0 && told == 0 {
+        return Err("no drive moved".to_owned());
+    }
+    let streams = judge.set_points.iter().take(axes.len() - case.movers());
+    if streams
+        .copied()
+        .any(|set_points| set_points != CYCLES as u64)
+    {
         return Err(format!(
             "set-points {:?}, not {CYCLES} each",
             judge.set_points
@@ -265,6 +345,20 @@ proptest! {
     #[test]
     fn what_is_admitted_is_in_time(case in case()) {
         if let Some(case) = admitted(case) {
+            prop_assert_eq!(run(&case), Ok(()));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Commands and triggers of moves are requests of the plan, and so are the readings that show their end.
+    #[test]
+    fn what_is_admitted_is_in_time_while_other_drives_move(case in case(), movers in 1..=4_usize) {
+        let is_watched = case.polls.status_us.is_some() && case.polls.position_us.is_some();
+        let case = admitted(Case { movers, ..case });
+        if let Some(case) = case.filter(|case| is_watched && case.drives.len() > 1) {
             prop_assert_eq!(run(&case), Ok(()));
         }
     }

@@ -17,6 +17,8 @@ const AXES: &str = "FIRMWARE_TEST_AXES";
 const HOMING: &str = "firmware-tests/configs/homing.rs";
 /// A configuration that plays a program.
 const PROGRAM: &str = "firmware-tests/configs/program.rs";
+/// Configuration of two hub motors that are homed before they move.
+const HUB_HOMING: &str = "firmware-tests/configs/hub_homing.rs";
 /// Configuration of two hub motors.
 const HUB_MOTORS: &str = "firmware-tests/configs/hub_motors.rs";
 /// Names the configuration for the build script of the firmware.
@@ -79,11 +81,12 @@ pub(crate) struct Image {
 
 impl Image {
     /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
-    /// command, one with eight axes, one that homes its axes, two with hub motors, of which one fails on command, and the one that sets the option bytes; of the default board
-    /// one that plays a program, which is the same code on the other one.
+    /// command, one with eight axes, one that homes its axes, three with hub motors, of which one homes them and one fails on command, and the
+    /// one that sets the option bytes; of the default board one that plays a program, which is the same code on the other one.
     pub(crate) fn for_tests(board: Board) -> Vec<Self> {
         let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
         let homing = vec![(CONFIG.into(), HOMING.into())];
+        let hub_homing = vec![(CONFIG.into(), HUB_HOMING.into())];
         let hub_motors = || vec![(CONFIG.into(), HUB_MOTORS.into())];
         let misbehaving = "hub-motors-misbehaving";
         let mut images = vec![
@@ -93,6 +96,7 @@ impl Image {
             Self::for_test(board, "misbehaving", PACKAGE, &["misbehave"], Vec::new()),
             Self::for_test(board, "axes-8", PACKAGE, &[], many),
             Self::for_test(board, "homing", PACKAGE, &[], homing),
+            Self::for_test(board, "hub-homing", PACKAGE, &[], hub_homing),
             Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
         ];
         if board == Board::Stm32f405 {

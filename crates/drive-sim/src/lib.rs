@@ -118,5 +118,5 @@ pub use split_mix::SplitMix64;
 pub use wire::WireLength;
 pub use zlac_drive::{
     EepromWear, OfflineReaction, ReplyDamage, ZlacBooks, ZlacDrive, ZlacDriveConfig, ZlacFaults,
-    ZlacQuirks, ZlacSurroundings,
+    ZlacLoop, ZlacMechanics, ZlacQuirks, ZlacSurroundings,
 };

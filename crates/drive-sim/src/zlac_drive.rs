@@ -20,6 +20,7 @@
 mod config;
 mod faults;
 mod looks;
+mod mechanics;
 mod memory;
 mod motion;
 mod network;
@@ -34,6 +35,7 @@ use embedded_can::{Frame as _, Id};
 
 pub use config::{OfflineReaction, ZlacDriveConfig, ZlacQuirks, ZlacSurroundings};
 pub use faults::{ReplyDamage, ZlacFaults};
+pub use mechanics::{ZlacLoop, ZlacMechanics};
 pub use memory::EepromWear;
 
 use can_frame::BitRate;

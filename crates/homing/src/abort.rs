@@ -109,7 +109,7 @@ pub enum Abort {
     },
     /// The axis does not follow, and the torque has the sign of the other direction: the revision of the drive is another one.
     #[error(
-        "the axis is held with a following error of {error_counts} counts, and the torque of {actual_permille} pushes the other way: {contact_permille} are expected. Is the revision of the drive right?"
+        "the axis is held with a following error of {error_counts} counts, and the torque of {actual_permille} pushes the other way: {contact_permille} are expected. Does the drive report its torque with the other sign, as another revision does?"
     )]
     TorqueAgainst {
         /// The torque of a contact.

@@ -3,6 +3,7 @@
 use can_motion::{AxisSnapshot, AxisState, GroupId, Instant, ServoMaster};
 
 use super::generate::MOST_AXES;
+use super::moves::{Asked, Missions};
 use super::scenario::{Command, Scenario};
 
 /// How often one group is cleared before the application gives up.
@@ -29,6 +30,7 @@ struct GroupPlan {
 pub(super) struct Application {
     groups: Vec<GroupPlan>,
     next_order: usize,
+    missions: Missions,
     /// Where each path starts, in command counts; `None` while the axis does not stream.
     bases: Vec<Option<i32>>,
 }
@@ -38,6 +40,7 @@ impl Application {
         Self {
             groups: vec![GroupPlan::default(); usize::from(scenario.groups)],
             next_order: 0,
+            missions: Missions::new(scenario),
             bases: vec![None; scenario.axes.len()],
         }
     }
@@ -52,6 +55,7 @@ impl Application {
         permissions: &mut Vec<Permission>,
     ) {
         self.give_orders(scenario, master, now);
+        self.missions.begin(scenario, master, now);
         let axes: Vec<AxisSnapshot> = (0..scenario.axes.len())
             .filter_map(|axis| master.snapshot(axis))
             .collect();
@@ -59,17 +63,23 @@ impl Application {
             let of_group: Vec<&AxisSnapshot> =
                 axes.iter().filter(|axis| axis.group == group).collect();
             if of_group.iter().any(|axis| axis.fault.is_some()) {
+                self.missions.forget(group);
                 if self.plan_recovery(scenario, group, now) {
                     (0..axes.len())
                         .filter(|&axis| axes[axis].group == group)
                         .for_each(&mut repair);
                 }
                 self.recover(master, group, now);
-            } else {
+            } else if !self.missions.go_on(scenario, master, (group, &axes), now) {
                 self.set_going(master, group, &of_group, now, permissions);
             }
         }
         self.set_targets(scenario, master, now);
+    }
+
+    /// What the drives were told in this cycle.
+    pub(super) fn take_asked(&mut self) -> Vec<(usize, Asked)> {
+        self.missions.take_asked()
     }
 
     fn give_orders(

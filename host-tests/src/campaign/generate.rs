@@ -13,6 +13,7 @@ use dyn_can::{DriveId, FunctionCode, Revision, StepLimit};
 
 use super::draw::Draw;
 use super::injection::{Injection, Kind};
+use super::moves;
 use super::path::Path;
 use super::scenario::{AxisPlan, Command, Order, Scenario, ServiceTiming};
 
@@ -50,7 +51,7 @@ impl Scenario {
         let orders = draw_orders(&mut draw, groups, calm_from_us);
         let injections = draw_injections(&mut draw, count, calm_from_us, reply_us);
         let tx_order = draw.pick(&[TxOrder::Fifo, TxOrder::ByIdentifier]);
-        Self {
+        let mut scenario = Self {
             seed,
             duration_us,
             calm_from_us,
@@ -80,7 +81,10 @@ impl Scenario {
             orders,
             recover_after_us: draw.chance(75).then(|| draw.between(1, 80) * 1_000),
             injections,
-        }
+            moves: Vec::new(),
+        };
+        moves::draw(&mut scenario);
+        scenario
     }
 }
 
@@ -197,6 +201,7 @@ fn draw_axis(
         start_counts: draw.between(0, 2_000_000) as i64 - 1_000_000,
         response_delay: window.expect("the spread is below the delay"),
         delay_seed: draw.seed(),
+        curve: None,
         path: Path::draw(draw, from_us, calm_from_us, most_counts),
     }
 }

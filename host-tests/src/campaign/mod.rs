@@ -1,4 +1,4 @@
-//! A campaign that tries to break the master: random motion, random faults, and an observer that checks its promises.
+//! A campaign that tries to break the master: random motion, random moves of the drives, random faults, and an observer that checks its promises.
 //!
 //! [`Scenario::from_seed`] draws a run from a seed, [`run`] plays it in virtual time: the unmodified master, the virtual bus and
 //! simulated drives. The observer stands between master and controller and at the drives' books; it shares no logic with the
@@ -8,7 +8,9 @@ mod application;
 mod draw;
 mod generate;
 mod injection;
+mod moves;
 mod mutation;
+mod observed_moves;
 mod observer;
 mod path;
 mod run;
@@ -18,6 +20,7 @@ mod violation;
 pub mod wheels;
 
 pub use injection::{Injection, Kind};
+pub use moves::MoveOrder;
 pub use mutation::Mutation;
 pub use path::Path;
 pub use run::run;

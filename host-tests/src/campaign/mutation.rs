@@ -30,11 +30,15 @@ pub enum Mutation {
     ResumesAfterBusOff,
     /// A bus on which nothing gets through for seconds is no fault.
     BridgesOutages,
+    /// The frame of a relative move goes out twice.
+    RepeatsMoves,
+    /// Where a move ends is told a little wrong.
+    MissesEnds,
 }
 
 impl Mutation {
     /// Every broken master.
-    pub const BROKEN: [Self; 7] = [
+    pub const BROKEN: [Self; 9] = [
         Self::DropsDisplaced,
         Self::CountsOnWouldBlock,
         Self::BelievesLateReply,
@@ -42,6 +46,8 @@ impl Mutation {
         Self::ReplaysQueue,
         Self::ResumesAfterBusOff,
         Self::BridgesOutages,
+        Self::RepeatsMoves,
+        Self::MissesEnds,
     ];
 
     /// The timeouts of this master.
@@ -98,6 +104,10 @@ impl Mutant<'_> {
         now: Instant,
         frame: &DataFrame,
     ) -> Option<DataFrame> {
+        if mutation == Mutation::RepeatsMoves && frame.function() == FunctionCode::GoRelativePosPtp
+        {
+            memory.extra.push_back(*frame);
+        }
         if frame.function() != FunctionCode::GeneralRead {
             return None;
         }
@@ -115,6 +125,18 @@ impl Mutant<'_> {
                 Some(memory.late.remove(place))
             }
             _ => None,
+        }
+    }
+
+    /// The frame as the mutation lets it out.
+    fn told(mutation: Mutation, frame: &DataFrame) -> DataFrame {
+        let moves = frame.function() == FunctionCode::GoAbsolutePosSync;
+        match (mutation, frame.data()) {
+            (Mutation::MissesEnds, [rest @ .., last]) if moves => {
+                let data = [rest, &[last ^ 1]].concat();
+                DataFrame::new(frame.id(), &data).expect("as long as before")
+            }
+            _ => *frame,
         }
     }
 
@@ -164,7 +186,8 @@ impl BusUser for Mutant<'_> {
                 if offered {
                     return Outcome::Full;
                 }
-                let outcome = sink.offer(frame);
+                let told = Self::told(mutation, frame);
+                let outcome = sink.offer(&told);
                 if matches!(outcome, Outcome::Accepted | Outcome::Displaced(_)) {
                     offered = true;
                     believed = Self::accepted(mutation, memory, now, frame);

@@ -8,6 +8,7 @@ use embedded_can::{Frame as _, Id};
 
 use super::application::Permission;
 use super::injection::Kind;
+use super::observed_moves::Moving;
 use super::scenario::Scenario;
 use super::tap::Note;
 use super::violation::{Promise, Violation};
@@ -20,11 +21,13 @@ const OUTAGE_SHOWS_US: u64 = 60_000;
 
 /// What the observer knows of one axis.
 #[derive(Debug, Clone, Default)]
-struct Watched {
+pub(super) struct Watched {
+    /// A motion that the drive makes by itself.
+    pub(super) own: Option<Moving>,
     /// Steps accepted by the controller and not given back.
     handed_counts: i64,
     /// Steps accepted and not yet on the wire, oldest first.
-    pending: Vec<i64>,
+    pub(super) pending: Vec<i64>,
     /// Handed, sent and commanded counts when the axis began to stream; `None` while it is not enabled.
     base: Option<Base>,
     /// The request that the drive has not answered, and when it was accepted.
@@ -32,7 +35,7 @@ struct Watched {
     /// Frames read by the master that answer what was outstanding.
     answers: u32,
     /// An injected fault may have changed what the drive received.
-    disturbed: bool,
+    pub(super) disturbed: bool,
     /// The drive was taken off the bus until it is repaired, so that nobody may hear its alarm.
     muted: bool,
     /// A disturbance may have driven the drive off the bus, and no repair brings it back.
@@ -49,23 +52,25 @@ struct Base {
 
 /// What the observer knows of one group.
 #[derive(Debug, Clone, Copy, Default)]
-struct Stopped {
-    by_alarm: bool,
-    by_fault: bool,
+pub(super) struct Stopped {
+    pub(super) by_alarm: bool,
+    pub(super) by_fault: bool,
 }
 
 /// A drive and its axis at the end of a cycle.
 pub(super) struct Seen {
     pub(super) snapshot: AxisSnapshot,
     pub(super) commanded_counts: i64,
+    /// Where its commands lead the drive.
+    pub(super) led_counts: i64,
 }
 
 #[derive(Debug)]
 pub(super) struct Observer {
-    axes: Vec<Watched>,
-    groups: Vec<Stopped>,
+    pub(super) axes: Vec<Watched>,
+    pub(super) groups: Vec<Stopped>,
     of_drive: [Option<usize>; 64],
-    group_of: Vec<usize>,
+    pub(super) group_of: Vec<usize>,
     ramping: Vec<bool>,
     /// Alarm and loss that must still show as an event.
     unnoticed: Vec<(usize, Kind)>,
@@ -74,7 +79,7 @@ pub(super) struct Observer {
     faults: u32,
 }
 
-fn broken(promise: Promise, now: Instant, what: String) -> Result<(), Violation> {
+pub(super) fn broken(promise: Promise, now: Instant, what: String) -> Result<(), Violation> {
     Err(Violation {
         promise,
         at_us: now.as_us(),
@@ -220,6 +225,9 @@ impl Observer {
         now: Instant,
     ) -> Result<(), Violation> {
         let (drive, function) = split(frame);
+        if (drive, function) == (0, FunctionCode::SyncTrigger) {
+            return self.trigger(frame, now);
+        }
         let Some(index) = self.of_drive[usize::from(drive)] else {
             return broken(
                 Promise::Commands,
@@ -230,6 +238,10 @@ impl Observer {
         match function {
             FunctionCode::GoRelativePosPd => self.set_point(index, frame, scenario, now),
             FunctionCode::ServoDisable => self.switch(index, frame, now),
+            FunctionCode::GoAbsolutePosPtp
+            | FunctionCode::GoRelativePosPtp
+            | FunctionCode::GoAbsolutePosSync
+            | FunctionCode::GoRelativePosSync => self.move_frame(index, (function, frame), now),
             FunctionCode::EchoFunction
             | FunctionCode::ReadParamGroup3
             | FunctionCode::ReadDriveConfig
@@ -255,6 +267,13 @@ impl Observer {
                 Promise::Limits,
                 now,
                 format!("axis {index}: step {step}, limit {limit}"),
+            );
+        }
+        if self.streams_into_a_move(index) {
+            return broken(
+                Promise::Commands,
+                now,
+                format!("axis {index}: set-point {frame} in a move of its drive"),
             );
         }
         let group = self.groups[self.group_of[index]];
@@ -319,6 +338,16 @@ impl Observer {
         let Some(index) = self.of_drive[usize::from(drive)] else {
             return;
         };
+        if matches!(
+            function,
+            FunctionCode::GoAbsolutePosPtp
+                | FunctionCode::GoRelativePosPtp
+                | FunctionCode::GoAbsolutePosSync
+                | FunctionCode::GoRelativePosSync
+        ) {
+            self.move_frame_returns(index, function);
+            return;
+        }
         let axis = &mut self.axes[index];
         match function {
             FunctionCode::GoRelativePosPd => {
@@ -410,6 +439,9 @@ impl Observer {
             let what = format!("axis {axis} streams on, and no frame gets through");
             return broken(Promise::Noticed, now, what);
         }
+        for (index, seen) in seen.iter().enumerate() {
+            self.move_goes_on(index, seen, now)?;
+        }
         for (index, (axis, seen)) in self.axes.iter_mut().zip(seen).enumerate() {
             let snapshot = &seen.snapshot;
             if snapshot.counters.replies > axis.answers {
@@ -421,7 +453,8 @@ impl Observer {
             }
             let is_anchored = snapshot.facts.knowledge == Knowledge::Anchored;
             let own_fault = snapshot.fault.is_some_and(|fault| fault != Fault::Group);
-            if !snapshot.state.is_enabled() || !is_anchored || own_fault {
+            let moves = axis.own.is_some() || snapshot.facts.has_own_move();
+            if !snapshot.state.is_enabled() || !is_anchored || own_fault || moves {
                 axis.base = None;
                 continue;
             }
@@ -485,6 +518,7 @@ impl Observer {
                 format!("axis {axis}: {kind:?} showed as no event"),
             );
         }
+        self.moves_have_ended(!scenario.injections.is_empty(), now)?;
         if scenario.injections.is_empty() && self.faults > 0 {
             return broken(
                 Promise::NoFalseAlarm,

@@ -81,6 +81,10 @@ impl<'a> Run<'a> {
                 },
                 ..DynDriveConfig::new(plan.config.drive).with_revision(plan.revision)
             };
+            let drive = match plan.curve {
+                Some(group2) => DynDriveConfig { group2, ..drive },
+                None => drive,
+            };
             bench.add_device(DynDrive::new(drive), ControllerConfig::device())
         };
         let devices = scenario.axes.iter().map(connect).collect();
@@ -241,6 +245,11 @@ impl<'a> Run<'a> {
                 drive.faults_mut().reboot();
             }
         }
+        for (axis, asked) in self.application.take_asked() {
+            let drive = self.bench.device(self.devices[axis]);
+            let led_counts = drive.target_counts(self.bench.now_ns());
+            self.observer.asked_to_move(axis, asked, led_counts);
+        }
         self.observer.cycle_begins(&permissions);
         self.mutant().begin_cycle(now);
     }
@@ -320,10 +329,13 @@ impl<'a> Run<'a> {
 
     fn seen(&self) -> Vec<Seen> {
         let see = |(axis, &device): (usize, &DeviceId)| {
-            let commanded_counts = self.bench.device(device).commanded_counts();
+            let drive = self.bench.device(device);
+            let commanded_counts = drive.commanded_counts();
+            let led_counts = drive.target_counts(self.bench.now_ns());
             self.master.snapshot(axis).map(|snapshot| Seen {
                 snapshot,
                 commanded_counts,
+                led_counts,
             })
         };
         self.devices.iter().enumerate().filter_map(see).collect()

@@ -4,9 +4,10 @@ use core::fmt;
 
 use can_motion::{AxisConfig, GroupId, MasterConfig};
 use drive_sim::{ResponseDelay, TxOrder};
-use dyn_can::Revision;
+use dyn_can::{ParamGroup2, Revision};
 
 use super::injection::Injection;
+use super::moves::MoveOrder;
 use super::path::Path;
 
 /// One axis: its drive, its settings in the master, and its motion.
@@ -24,6 +25,8 @@ pub struct AxisPlan {
     pub response_delay: ResponseDelay,
     /// Seed of that time.
     pub delay_seed: u64,
+    /// The curve that its drive has for moves of its own; `None` in a run without moves.
+    pub curve: Option<ParamGroup2>,
     /// Motion, as offsets from where the axis was when it began to stream.
     pub path: Path,
 }
@@ -82,6 +85,8 @@ pub struct Scenario {
     pub groups: u8,
     /// Commands in mid-motion, by time.
     pub orders: Vec<Order>,
+    /// Moves that drives make by themselves, by time.
+    pub moves: Vec<MoveOrder>,
     /// Time from a fault to the application's `clear`; `None` when it never clears.
     pub recover_after_us: Option<u64>,
     /// Faults, by time.
@@ -121,6 +126,9 @@ impl fmt::Display for Scenario {
                 order.at_us, order.command, order.group.0, order.rest_us
             )?;
         }
+        for order in &self.moves {
+            writeln!(f, "  {order:?}")?;
+        }
         for injection in &self.injections {
             writeln!(f, "  {injection}")?;
         }
@@ -133,7 +141,7 @@ fn write_axis(f: &mut fmt::Formatter<'_>, index: usize, axis: &AxisPlan) -> fmt:
     let polls = &config.polls;
     writeln!(
         f,
-        "  axis {index}: drive {}, group {}, {:?}, start {}, replies {}..={} us, step <= {}, change {}/256, backlog {}, following {}, drift {}, fine read-back {}, polls {:?}/{:?}/{:?}/{:?}/{:?}, {:?}",
+        "  axis {index}: drive {}, group {}, {:?}, start {}, replies {}..={} us, step <= {}, change {}/256, backlog {}, following {}, drift {}, fine read-back {}, polls {:?}/{:?}/{:?}/{:?}/{:?}, {:?}, curve {:?}",
         config.drive,
         config.group.0,
         axis.revision,
@@ -152,5 +160,6 @@ fn write_axis(f: &mut fmt::Formatter<'_>, index: usize, axis: &AxisPlan) -> fmt:
         polls.speed_us,
         polls.counter_us,
         config.reactions,
+        axis.curve,
     )
 }

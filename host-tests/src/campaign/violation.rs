@@ -18,8 +18,11 @@ pub enum Promise {
     FaultStops,
     /// A reading that is believed is the drive's answer to the request that is outstanding.
     TrueReplies,
-    /// Only known commands to known drives, and an enable command only when the application asked for it.
+    /// Only known commands to known drives, an enable command and a move only when the application asked for it, and no set-point while a
+    /// drive moves by itself.
     Commands,
+    /// A move of a drive ends where it was to end, or where it was stopped.
+    Arrives,
     /// An alarm, and a drive that falls silent for good, shows as a fault. What the other faults do shows in the books and in the
     /// readings: those promises prove them harmless or flagged.
     Noticed,

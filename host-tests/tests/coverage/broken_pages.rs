@@ -238,7 +238,11 @@ fn a_name_that_does_not_exist_is_named() {
         ),
         (
             "a command that is not missing any more",
-            with(&page, "not yet (the wave of the drive)", "not yet (`jog`)"),
+            with(
+                &page,
+                "no: gains are tuned once, with the tool",
+                "not yet (`jog`)",
+            ),
             "found \"jog\", which exists",
         ),
         (
@@ -289,8 +293,8 @@ fn a_cell_has_one_of_four_forms() {
             "an unknown layer",
             with(
                 &page,
-                "(a stop is a new target) | not yet: tool |",
-                "(a stop is a new target) | not yet: tools |",
+                "(a stop is a new target) | no: the tool waits",
+                "(a stop is a new target) | not yet: tools; no: the tool waits",
             ),
             "found \"not yet: tools\"",
         ),

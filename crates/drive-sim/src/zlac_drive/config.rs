@@ -3,6 +3,7 @@
 use can_frame::BitRate;
 use zlac8030l::{NodeId, ObjectAddress};
 
+use super::mechanics::ZlacMechanics;
 use crate::dyn_drive::ResponseDelay;
 
 /// What a drive does when it has heard nothing for the time in 2000h; the guide does not say (Z41).
@@ -87,6 +88,8 @@ pub struct ZlacDriveConfig {
     pub shorted_deceleration_rpm_s: f64,
     /// Deceleration by the holding brake, in r/min a second.
     pub brake_deceleration_rpm_s: f64,
+    /// What stands beside the shaft, and how its loops answer.
+    pub mechanics: ZlacMechanics,
     /// Temperatures and voltage at first.
     pub surroundings: ZlacSurroundings,
     /// Deviations.
@@ -113,6 +116,7 @@ impl ZlacDriveConfig {
             coast_deceleration_rpm_s: 200.0,
             shorted_deceleration_rpm_s: 1_000.0,
             brake_deceleration_rpm_s: 4_000.0,
+            mechanics: ZlacMechanics::FREE,
             surroundings: ZlacSurroundings::DEFAULT,
             quirks: ZlacQuirks {
                 profile_speed_confirmed_as_sub_1: false,

@@ -74,6 +74,11 @@ impl ZlacDrive {
         self.motion.at(at_ns).travel_counts()
     }
 
+    /// Whether the switch beside its shaft is operated.
+    pub fn switch_is_operated(&self, at_ns: u64) -> bool {
+        self.motion.at(at_ns).switch_is_operated()
+    }
+
     /// Counts of one turn: four a line of the encoder.
     pub fn counts_per_turn(&self) -> f64 {
         self.motion.counts_per_turn()

@@ -4,6 +4,7 @@
 //! Positions are in counts, four a line; speeds in counts a second.
 
 use super::config::ZlacDriveConfig;
+use super::mechanics::{Gains, Loops, ZlacLoop, ZlacMechanics};
 use super::memory::Memory;
 use super::objects;
 use super::power_stage::{PowerStage, Stage};
@@ -88,12 +89,19 @@ pub(super) struct Motion {
     /// The holding brake is closed.
     braked: bool,
     /// Current limit of the parking mode.
+    parking_ma: f64,
+    /// The same and 2015h: the limit of torque mode, and of what pushes against a stop. An acceleration is not limited by 2015h.
     most_ma: f64,
     start_stop: f64,
     set_point: Option<f64>,
     acknowledged: bool,
     mode: i8,
     rpm_s: Rates,
+    mechanics: ZlacMechanics,
+    gains: Gains,
+    loops: Loops,
+    /// Current against a stop, in mA; 0 where the wheel is free.
+    pushed_ma: f64,
 }
 
 /// What the mechanics do, in r/min a second.
@@ -114,6 +122,7 @@ pub(super) enum EmergencyInput {
     Releases,
 }
 
+const MA_PER_DECIAMPERE: f64 = 100.0;
 /// The motor's current in parking mode is at most this (guide section 5.2).
 const PARKING_MA: f64 = 3_000.0;
 
@@ -137,6 +146,7 @@ impl Motion {
             current_ma: 0.0,
             slope_ma_s: 0.0,
             braked: false,
+            parking_ma: f64::INFINITY,
             most_ma: f64::INFINITY,
             start_stop: 0.0,
             set_point: None,
@@ -148,6 +158,10 @@ impl Motion {
                 shorted: config.shorted_deceleration_rpm_s,
                 brake: config.brake_deceleration_rpm_s,
             },
+            mechanics: config.mechanics,
+            gains: Gains::of(0, 0, 0),
+            loops: Loops::default(),
+            pushed_ma: 0.0,
         }
     }
 
@@ -182,20 +196,32 @@ impl Motion {
                 Goal::Free | Goal::Shorted => true,
                 // A closed brake holds the wheel against everything.
                 Goal::Speed { .. } | Goal::Position { .. } if self.braked => true,
-                Goal::Speed { target } => target == 0.0,
+                Goal::Speed { target } => target == 0.0 && self.has_settled(),
                 Goal::Position { target, .. } => target == self.position,
                 Goal::Torque { ma } => ma == self.current_ma && (ma == 0.0 || self.braked),
             }
     }
 
+    /// No loop has anything left to do.
+    fn has_settled(&self) -> bool {
+        self.mechanics.control == ZlacLoop::Ideal || self.loops == Loops::at(self.position, 0.0)
+    }
+
     fn tick(&mut self) {
         let before = self.speed;
         self.follow_slope();
+        let follows = matches!(self.goal, Goal::Speed { .. } | Goal::Position { .. });
         if self.braked {
             self.approach(0.0, self.counts_s(self.rpm_s.brake));
+        } else if follows && self.mechanics.control == ZlacLoop::WithGains {
+            self.follow_profile();
         } else {
             self.move_on();
         }
+        if self.braked || !follows {
+            self.loops = Loops::at(self.position, self.speed);
+        }
+        self.meet_stops();
         self.accelerated = (self.speed - before) / TICK_S;
     }
 
@@ -226,6 +252,58 @@ impl Motion {
                 self.position += self.speed * TICK_S;
             }
         }
+    }
+
+    /// The profile goes on, and the loops bring the wheel behind it.
+    fn follow_profile(&mut self) {
+        let (wheel, profile) = ((self.position, self.speed), self.loops);
+        (self.position, self.speed) = (profile.position, profile.speed);
+        self.move_on();
+        (self.loops.position, self.loops.speed) = (self.position, self.speed);
+        (self.position, self.speed) = wheel;
+        let is_position = matches!(self.goal, Goal::Position { .. });
+        let most = self.motor_acceleration;
+        let wanted = self
+            .loops
+            .acceleration(&self.gains, wheel, is_position, TICK_S);
+        let before = self.speed;
+        self.speed += wanted.clamp(-most, most) * TICK_S;
+        self.position += (before + self.speed) / 2.0 * TICK_S;
+        if self
+            .loops
+            .is_settled((self.position, self.speed), is_position)
+        {
+            let place = if is_position {
+                self.loops.position
+            } else {
+                self.position
+            };
+            (self.position, self.speed) = (place, 0.0);
+            self.loops = Loops::at(place, 0.0);
+        }
+    }
+
+    /// A wheel that has come to a stop stays there, and its motor pushes.
+    fn meet_stops(&mut self) {
+        let Some(place) = self.mechanics.passed(self.shaft_turns()) else {
+            self.pushed_ma = 0.0;
+            return;
+        };
+        let outward = (self.shaft_turns() - place).signum() * self.direction;
+        let (shaft, position) = self.turned_at;
+        self.position = position + self.direction * (place * self.counts_per_turn - shaft);
+        self.speed = 0.0;
+        let pushed = match self.goal {
+            Goal::Position { target, .. } => {
+                let degrees = (target - self.position) * outward / self.counts_per_turn * 360.0;
+                degrees * self.mechanics.push_ma_per_degree
+            }
+            Goal::Speed { target } if target * outward > 0.0 => {
+                self.pushed_ma.abs() + self.mechanics.stall_ma_per_s * TICK_S
+            }
+            _ => 0.0,
+        };
+        self.pushed_ma = outward * pushed.clamp(0.0, self.most_ma);
     }
 
     /// 1 A accelerates the unloaded wheel twice as much as friction brakes it.
@@ -267,7 +345,7 @@ impl Motion {
             self.acceleration
         };
         // Friction takes its part of what a limited current can do.
-        rate.min(self.acceleration_by(self.most_ma) - self.coast)
+        rate.min(self.acceleration_by(self.parking_ma) - self.coast)
     }
 
     pub(super) fn release(&mut self) {
@@ -336,11 +414,18 @@ impl Motion {
         self.braked = memory.get(objects::HOLDING_BRAKE) == 1;
         self.slope_ma_s = f64::from(memory.get(objects::TORQUE_SLOPE));
         self.start_stop = self.counts_s(f64::from(memory.get(objects::START_STOP_SPEED)));
-        self.most_ma = if memory.get(objects::PARKING) == 1 {
+        self.gains = Gains::of(
+            memory.get(objects::SPEED_KP),
+            memory.get(objects::SPEED_KI),
+            memory.get(objects::POSITION_KP),
+        );
+        self.parking_ma = if memory.get(objects::PARKING) == 1 {
             PARKING_MA
         } else {
             f64::INFINITY
         };
+        let most_ma = f64::from(memory.get(objects::MAX_CURRENT)) * MA_PER_DECIAMPERE;
+        self.most_ma = most_ma.min(self.parking_ma);
         let direction = if memory.get(objects::ROTATION) == 1 {
             -1.0
         } else {
@@ -433,6 +518,11 @@ impl Motion {
         self.shaft() / self.counts_per_turn
     }
 
+    /// The switch beside the shaft is operated.
+    pub(super) fn switch_is_operated(&self) -> bool {
+        self.mechanics.is_operated(self.shaft_turns())
+    }
+
     pub(super) fn shaft_rpm(&self) -> f64 {
         self.direction * self.speed_rpm()
     }
@@ -471,6 +561,10 @@ impl Motion {
         match self.goal {
             Goal::Torque { .. } => self.current_ma,
             Goal::Free | Goal::Shorted => 0.0,
+            Goal::Speed { target } if self.pushed_ma != 0.0 && target != 0.0 => self.pushed_ma,
+            Goal::Position { target, .. } if self.pushed_ma != 0.0 && target != self.position => {
+                self.pushed_ma
+            }
             Goal::Speed { .. } | Goal::Position { .. } if self.speed == 0.0 || self.braked => 0.0,
             Goal::Speed { .. } | Goal::Position { .. } => {
                 let force = self.accelerated + self.coast * self.speed.signum();

@@ -103,7 +103,7 @@ impl ZlacDrive {
             objects::DRIVER_TEMPERATURE => self.surroundings.driver_decidegrees as u32,
             objects::BUS_VOLTAGE => u32::from(self.surroundings.bus_centivolts),
             objects::HALL_INPUTS => self.hall_inputs(now_ns),
-            objects::INPUT_LEVELS => self.input_levels(),
+            objects::INPUT_LEVELS => self.input_levels(now_ns),
             objects::OUTPUT_LEVELS => self.output_levels(now_ns),
             objects::MOTOR_STATUS => u32::from(!motion.at_rest()),
             other => self.memory.get(other),

@@ -1,6 +1,7 @@
 //! Inputs, outputs and the Hall sensors, as the objects show them.
 //!
-//! Law: an input with the function of an emergency stop is pressed or not; every other one is low. The inversions change what the objects
+//! Law: an input with the function of an emergency stop is pressed or not; X1 without a function has the level of the switch beside the
+//! shaft, X0 without one is low. The inversions change what the objects
 //! show and not what an input does, since the fault panel commands the button and not the wire.
 
 use super::objects;
@@ -20,12 +21,15 @@ const HALL_SECTORS: [u32; 6] = [1, 3, 2, 6, 4, 5];
 
 impl ZlacDrive {
     /// 2003h: bit 0 X0, bit 1 X1.
-    pub(super) fn input_levels(&self) -> u32 {
+    pub(super) fn input_levels(&self, now_ns: u64) -> u32 {
         let pressed = |input| {
             let is_stop = self.memory.get(input) == objects::INPUT_EMERGENCY_STOP;
             u32::from(is_stop && self.emergency_input)
         };
-        let levels = pressed(objects::INPUT_X0) | pressed(objects::INPUT_X1) << 1;
+        let is_plain = self.memory.get(objects::INPUT_X1) != objects::INPUT_EMERGENCY_STOP;
+        let switch = is_plain && self.motion.at(now_ns).switch_is_operated();
+        let levels =
+            pressed(objects::INPUT_X0) | pressed(objects::INPUT_X1) << 1 | u32::from(switch) << 1;
         levels ^ self.memory.get(objects::INPUT_INVERSION) & 0b11
     }
 

@@ -1,3 +1,4 @@
+mod mechanics;
 mod settings;
 
 use super::*;

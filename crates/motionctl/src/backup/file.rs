@@ -46,7 +46,20 @@ pub(crate) fn require_room(path: &Path, force: bool) -> Result<(), FileFault> {
             path: path.to_owned(),
         });
     }
-    Ok(())
+    // It goes away at once.
+    temporary(folder_of(path))
+        .map(drop)
+        .map_err(|source| FileFault::Write {
+            path: path.to_owned(),
+            source,
+        })
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// Writes the file beside its place and renames it.
@@ -55,11 +68,7 @@ pub(crate) fn create(path: &Path, text: &str, force: bool) -> Result<(), FileFau
         path: path.to_owned(),
         source,
     };
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let mut file = temporary(folder).map_err(write)?;
+    let mut file = temporary(folder_of(path)).map_err(write)?;
     file.write_all(text.as_bytes())
         .and_then(|()| file.as_file().sync_all())
         .map_err(write)?;

@@ -16,7 +16,7 @@ use crate::exit::{self, Coded};
 use crate::output::{print, print_json};
 use crate::settings_file::{self, DriveSettings, FileRevision};
 use crate::station::ReplyOptions;
-pub(crate) use file::{FileFault, create as create_file, origin as this_tool};
+pub(crate) use file::{FileFault, create as create_file, origin as this_tool, require_room};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -4,7 +4,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use drive_sim::{DynDriveConfig, EndStops, Mechanics, ServoLoop, Switch, SwitchSide};
+use drive_sim::{
+    DynDriveConfig, EndStops, Mechanics, ServoLoop, Switch, SwitchSide, ZlacDriveConfig, ZlacLoop,
+    ZlacMechanics,
+};
 use dyn_can::units;
 
 use crate::pty::Pty;
@@ -20,7 +23,7 @@ pub(crate) struct MechanicsOptions {
     switch_at: Option<f64>,
     /// Terminal on which the level of the switch of the first drive is told, 1 or 0 a line: a link that does not exist yet.
     #[arg(long, value_name = "PATH", requires = "switch_at")]
-    pub(super) switch_lines: Option<PathBuf>,
+    pub(crate) switch_lines: Option<PathBuf>,
     /// The gains change how the motors answer, as in a loop that somebody has to tune.
     #[arg(long)]
     with_gains: bool,
@@ -54,6 +57,23 @@ impl MechanicsOptions {
             ..config
         }
     }
+
+    /// A hub motor with these mechanics.
+    pub(crate) fn on_wheel(&self, config: ZlacDriveConfig) -> ZlacDriveConfig {
+        ZlacDriveConfig {
+            mechanics: ZlacMechanics {
+                stops_turns: self.stops,
+                switch_turns: self.switch_at,
+                control: if self.with_gains {
+                    ZlacLoop::WithGains
+                } else {
+                    ZlacLoop::Ideal
+                },
+                ..config.mechanics
+            },
+            ..config
+        }
+    }
 }
 
 /// How often the level is told, whether it changes or not.
@@ -61,13 +81,13 @@ const PERIOD: Duration = Duration::from_millis(50);
 
 /// A terminal on which the level of a switch is told.
 #[derive(Debug)]
-pub(super) struct SwitchOutput {
+pub(crate) struct SwitchOutput {
     pty: Pty,
     told: Option<(bool, Instant)>,
 }
 
 impl SwitchOutput {
-    pub(super) fn create(link: &Path) -> io::Result<Self> {
+    pub(crate) fn create(link: &Path) -> io::Result<Self> {
         Ok(Self {
             pty: Pty::create(link)?,
             told: None,
@@ -75,7 +95,7 @@ impl SwitchOutput {
     }
 
     /// Tells the level when it has changed, and from time to time; what nobody reads is lost.
-    pub(super) fn tell(&mut self, is_operated: bool) -> io::Result<()> {
+    pub(crate) fn tell(&mut self, is_operated: bool) -> io::Result<()> {
         let is_due = self
             .told
             .is_none_or(|(level, at)| level != is_operated || at.elapsed() >= PERIOD);

@@ -16,6 +16,7 @@ use crate::output::{print, print_json, tell};
 pub(crate) use adapter::{Adapter, Refusals};
 pub(crate) use arguments::Arguments;
 pub(crate) use error::BenchError;
+pub(crate) use mechanics::{MechanicsOptions, SwitchOutput};
 use rig::Rig;
 pub(crate) use rig::power_cycles;
 

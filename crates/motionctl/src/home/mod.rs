@@ -2,15 +2,17 @@
 
 mod arguments;
 mod error;
+mod options;
 mod outcome;
 mod plan;
+mod scale;
 mod search;
 mod store;
 mod switch_lines;
 
 use std::process::ExitCode;
 
-use dyn_can::{Request, ServoSwitch};
+use dyn_can::{PdStep, Request, ServoSwitch};
 
 use crate::confirm::confirm;
 use crate::drives::{DrivesError, Frames, Step, When};
@@ -21,15 +23,17 @@ use crate::origins::Origins;
 use crate::output::{print, print_json, tell};
 use crate::station::look;
 pub(crate) use arguments::Arguments;
-use error::HomeError;
-use outcome::Outcome;
+pub(crate) use error::HomeError;
+pub(crate) use options::{Family, SearchOptions, Turning};
+pub(crate) use outcome::{Kept, Outcome, Whose};
 use plan::Plan;
+pub(crate) use scale::Scale;
 use search::{Ended, search};
-use switch_lines::SwitchLines;
+pub(crate) use switch_lines::SwitchLines;
 
 /// Checks, asks, searches, and keeps what was found.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, HomeError> {
-    arguments.check()?;
+    arguments.search.check(&plan::SERVO)?;
     if arguments.dry_run {
         dry_run::show(frames(arguments), arguments.json).map_err(HomeError::Print)?;
         return Ok(ExitCode::SUCCESS);
@@ -53,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, HomeError> {
         .into());
     }
     let plan = Plan::new(arguments, &link, seen)?;
-    let lines = match &arguments.switch_input {
+    let lines = match &arguments.search.switch_input {
         Some(path) => Some(SwitchLines::open(path).map_err(HomeError::SwitchLines)?),
         None => None,
     };
@@ -63,21 +67,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, HomeError> {
         origins.forget(drive).map_err(HomeError::Origins)?;
     }
     interrupt::listen_in_motion().map_err(DrivesError::Interrupt)?;
-    if !arguments.json && arguments.moves() {
+    if !arguments.json && arguments.search.moves() {
         tell(format_args!(
             "drive {drive} is being enabled and searches; Ctrl-C stops it"
         ));
     }
     let ended = search(&mut link, arguments, &plan, lines.as_ref())?;
+    let whose = Whose::Drive(drive.get());
+    let (search_options, origins_path) = (&arguments.search, arguments.origins.as_deref());
     let outcome = match ended {
         Ended::Found(home, enabled) => {
             let kept = store::keep(arguments, link, &plan, home, enabled, origins)?;
-            Outcome::found(arguments, &plan, &home, kept)
+            Outcome::found(whose, search_options, origins_path, &home, &kept)
         }
-        Ended::Failed(abort, enabled) => Outcome::failed(arguments, abort.to_string(), enabled),
-        Ended::Interrupted(enabled) => {
-            Outcome::failed(arguments, "stopped by the user".to_owned(), enabled)
+        Ended::Failed(abort, enabled) => {
+            Outcome::failed(whose, search_options, abort.to_string(), enabled)
         }
+        Ended::Interrupted(enabled) => Outcome::failed(
+            whose,
+            search_options,
+            "stopped by the user".to_owned(),
+            enabled,
+        ),
     };
     if arguments.json {
         print_json(&outcome).map_err(HomeError::Print)?;
@@ -94,14 +105,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, HomeError> {
 /// What would go out; how often, and where to, depends on what the drive tells.
 fn frames(arguments: &Arguments) -> Vec<Step> {
     let drive = arguments.drive;
+    // A count in the direction of the search.
+    let first = PdStep::new(arguments.search.sign()).unwrap_or(PdStep::ZERO);
     let mut steps = Frames::Can.reads(drive.into());
     let mut add = |when, request| steps.extend(Frames::on_can(when, drive, request));
-    if arguments.moves() {
+    if arguments.search.moves() {
         add(When::Always, Request::ServoDisable(ServoSwitch::Enable));
-        add(
-            When::Always,
-            Request::GoRelativePosPd(arguments.first_step()),
-        );
+        add(When::Always, Request::GoRelativePosPd(first));
         add(When::Always, Request::ServoDisable(ServoSwitch::Disable));
     }
     if arguments.origins.is_some() {

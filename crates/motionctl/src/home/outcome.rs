@@ -1,19 +1,51 @@
 //! The result of a homing.
 
 use core::fmt;
+use std::path::Path;
 
-use homing::Home;
+use homing::{Frame, Home};
 use serde::Serialize;
 
-use super::arguments::Arguments;
-use super::plan::Plan;
-use super::store::Kept;
+use super::options::SearchOptions;
 use crate::origins::AfterPowerLoss;
+
+/// Whose axis it is: a servo drive by its id, or a hub motor by its node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Whose {
+    Drive(u8),
+    Node(u8),
+}
+
+impl fmt::Display for Whose {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Drive(id) => write!(f, "drive {id}"),
+            Self::Node(node) => write!(f, "node {node}"),
+        }
+    }
+}
+
+/// What was kept.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    pub(crate) frame: Frame,
+    /// Where the drive was seen last.
+    pub(crate) position_counts: i32,
+    pub(crate) after_power_loss: AfterPowerLoss,
+    pub(crate) enabled: bool,
+    /// The drive counts from where it rests.
+    pub(crate) in_drive: bool,
+    pub(crate) eeprom_writes: u8,
+    /// Counts of a turn.
+    pub(crate) turn_counts: f64,
+}
 
 /// What was found. Counts are command counts of the drive.
 #[derive(Debug, Serialize)]
-pub(super) struct Outcome {
-    drive: u8,
+pub(crate) struct Outcome {
+    #[serde(flatten)]
+    whose: Whose,
     method: &'static str,
     found: bool,
     /// Why not.
@@ -43,11 +75,17 @@ struct Place {
 }
 
 impl Outcome {
-    pub(super) fn found(arguments: &Arguments, plan: &Plan, home: &Home, kept: Kept) -> Self {
+    pub(crate) fn found(
+        whose: Whose,
+        search: &SearchOptions,
+        origins: Option<&Path>,
+        home: &Home,
+        kept: &Kept,
+    ) -> Self {
         let permille = home.contact_permille;
         Self {
-            drive: arguments.drive.get(),
-            method: arguments.method.word(),
+            whose,
+            method: search.method.word(),
             found: true,
             reason: None,
             enabled: kept.enabled,
@@ -56,23 +94,25 @@ impl Outcome {
                 origin_counts: kept.frame.origin_counts(),
                 uncertainty_counts: home.uncertainty_counts,
                 contact_torque_percent: permille.map(|permille| f64::from(permille) / 10.0),
-                axis_turns: plan.turns(kept.frame.to_axis(kept.position_counts)),
-                travel_turns: arguments.travel,
-                in_drive: arguments.in_drive,
-                eeprom_writes: u8::from(arguments.in_drive),
-                origins: arguments
-                    .origins
-                    .as_ref()
-                    .map(|path| path.display().to_string()),
+                axis_turns: kept.frame.to_axis(kept.position_counts) as f64 / kept.turn_counts,
+                travel_turns: search.travel,
+                in_drive: kept.in_drive,
+                eeprom_writes: kept.eeprom_writes,
+                origins: origins.map(|path| path.display().to_string()),
                 after_power_loss: kept.after_power_loss,
             }),
         }
     }
 
-    pub(super) fn failed(arguments: &Arguments, reason: String, enabled: bool) -> Self {
+    pub(crate) fn failed(
+        whose: Whose,
+        search: &SearchOptions,
+        reason: String,
+        enabled: bool,
+    ) -> Self {
         Self {
-            drive: arguments.drive.get(),
-            method: arguments.method.word(),
+            whose,
+            method: search.method.word(),
             found: false,
             reason: Some(reason),
             enabled,
@@ -83,7 +123,7 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let drive = self.drive;
+        let whose = self.whose;
         let state = if self.enabled {
             "stays enabled, as it was before"
         } else {
@@ -93,22 +133,24 @@ impl fmt::Display for Outcome {
             let reason = self.reason.as_deref().unwrap_or("no reason");
             return write!(
                 f,
-                "drive {drive} has no reference: {reason}. It {state}, and no origin was kept"
+                "{whose} has no reference: {reason}. It {state}, and no origin was kept"
             );
         };
         write!(
             f,
-            "drive {drive} was at its reference at {} counts (within {}), so its zero is where it reports {}. It rests at {:.4} turns and {state}",
+            "{whose} was at its reference at {} counts (within {}), so its zero is where it reports {}. It rests at {:.4} turns and {state}",
             place.found_counts, place.uncertainty_counts, place.origin_counts, place.axis_turns
         )?;
         if let Some(percent) = place.contact_torque_percent {
             write!(f, "; contact at {percent:.1} % of peak torque")?;
         }
-        if place.in_drive {
-            write!(
+        match (place.in_drive, place.eeprom_writes) {
+            (false, _) => {}
+            (true, 0) => f.write_str(". The drive counts from where it rests")?,
+            (true, writes) => write!(
                 f,
-                ". It has stored where it rests as its own zero. EEPROM writes: 1"
-            )?;
+                ". It has stored where it rests as its own zero. EEPROM writes: {writes}"
+            )?,
         }
         match &place.origins {
             Some(file) => write!(f, ". Kept in {file}: ")?,

@@ -34,7 +34,7 @@ pub(super) fn search(
     let mut station =
         Station::new(link, &[plan.axis], plan.cycle_us).map_err(DrivesError::Config)?;
     let mut bad_line = None;
-    let ended = if arguments.moves() {
+    let ended = if arguments.search.moves() {
         station
             .bring_up()
             .map_err(DrivesError::BringUp)

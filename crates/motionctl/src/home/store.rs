@@ -1,9 +1,10 @@
 //! What becomes of an origin: the drive's own zero, and the file.
 
-use homing::{Frame, Home};
+use homing::Home;
 
 use super::arguments::Arguments;
 use super::error::HomeError;
+use super::outcome::Kept;
 use super::plan::Plan;
 use crate::drives::{CanDrives, Drives as _, DrivesError};
 use crate::link::Link;
@@ -11,15 +12,6 @@ use crate::origins::{AfterPowerLoss, HomedAxis, Origins, now};
 
 /// A free shaft may move by so many counts meanwhile.
 const STILL_COUNTS: u32 = 16;
-
-/// What was kept.
-pub(super) struct Kept {
-    pub(super) frame: Frame,
-    /// Where the drive was seen last.
-    pub(super) position_counts: i32,
-    pub(super) after_power_loss: AfterPowerLoss,
-    pub(super) enabled: bool,
-}
 
 /// Makes the drive take its own zero where that is wanted, and writes the file.
 pub(super) fn keep(
@@ -70,7 +62,7 @@ pub(super) fn keep(
             .put(HomedAxis {
                 drive: drive.get(),
                 gear_number: i32::from(plan.gear.get()),
-                method: arguments.method.word().to_owned(),
+                method: arguments.search.method.word().to_owned(),
                 homed: now(),
                 origin_counts: frame.origin_counts(),
                 uncertainty_counts: home.uncertainty_counts,
@@ -87,5 +79,8 @@ pub(super) fn keep(
         position_counts: life.position_counts,
         after_power_loss,
         enabled,
+        in_drive: arguments.in_drive,
+        eeprom_writes: u8::from(arguments.in_drive),
+        turn_counts: plan.turn_counts,
     })
 }

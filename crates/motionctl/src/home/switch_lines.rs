@@ -17,7 +17,7 @@ struct Latest {
 
 /// Lines that another program writes, read by a thread of their own. When no more come the level grows old, which ends the search.
 #[derive(Debug)]
-pub(super) struct SwitchLines {
+pub(crate) struct SwitchLines {
     latest: Arc<Mutex<Latest>>,
 }
 
@@ -26,7 +26,7 @@ impl SwitchLines {
     ///
     /// # Errors
     /// When it cannot be opened.
-    pub(super) fn open(path: &Path) -> io::Result<Self> {
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
         let source: Box<dyn io::Read + Send> = if path == Path::new("-") {
             Box::new(io::stdin())
         } else {
@@ -53,7 +53,7 @@ impl SwitchLines {
     }
 
     /// The level, with its age on the clock of the station.
-    pub(super) fn level(&self, now: can_motion::Instant) -> Option<Reading<bool>> {
+    pub(crate) fn level(&self, now: can_motion::Instant) -> Option<Reading<bool>> {
         let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         let (value, at) = latest.level?;
         let age_us = u64::try_from(at.elapsed().as_micros()).unwrap_or(u64::MAX);
@@ -64,7 +64,7 @@ impl SwitchLines {
     }
 
     /// A line that is no level.
-    pub(super) fn fault(&self) -> Option<String> {
+    pub(crate) fn fault(&self) -> Option<String> {
         let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         latest.bad_line.clone()
     }

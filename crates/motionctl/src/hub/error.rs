@@ -7,9 +7,10 @@ use can_motion::wheel::{WheelConfigError, WheelFault};
 use zlac8030l::{AbortCode, FaultCode, NodeId, ObjectAddress, SdoEnd, dictionary};
 
 use super::nodes::named;
-use super::object::address_text;
+use super::object::{ObjectSetting, address_text};
 use crate::confirm::NotConfirmed;
 use crate::exit::{self, Coded};
+use crate::home::HomeError;
 use crate::link::{LinkFault, OpenError};
 use crate::recording::RecordingError;
 
@@ -92,6 +93,17 @@ pub(super) enum HubError {
     Taken { node: NodeId },
     /// Not everything that was to be written is.
     Unfinished { error: Box<Self>, is_started: bool },
+    /// Objects that were changed for a while do not have their values again.
+    NotBack {
+        node: NodeId,
+        left: Vec<ObjectSetting>,
+        error: Box<Self>,
+        after: Option<Box<Self>>,
+    },
+    /// A homing.
+    Home(HomeError),
+    /// A picture.
+    Picture(String),
     /// A line of a stream could not be used, and the wheels were stopped there.
     Stream(String),
     /// The file of settings.
@@ -123,6 +135,12 @@ impl HubError {
     }
 }
 
+impl From<HomeError> for HubError {
+    fn from(error: HomeError) -> Self {
+        Self::Home(error)
+    }
+}
+
 impl From<LinkFault> for HubError {
     fn from(fault: LinkFault) -> Self {
         Self::Link(fault)
@@ -144,6 +162,7 @@ impl Coded for HubError {
                 is_started: true, ..
             } => exit::PARTLY_DONE,
             Self::Unfinished { error, .. } => error.exit_code(),
+            Self::Home(error) => error.exit_code(),
             Self::Interrupt(_)
             | Self::NotConfirmed(_)
             | Self::Input(_)
@@ -270,6 +289,26 @@ impl fmt::Display for HubError {
                 f,
                 "the live view needs a terminal ({source}): leave out --live, or use --report"
             ),
+            Self::NotBack {
+                node,
+                left,
+                error,
+                after,
+            } => {
+                if let Some(after) = after {
+                    write!(f, "{after}; and ")?;
+                }
+                write!(
+                    f,
+                    "objects of node {node} do NOT have their values again: {error}. Switch its power off and on, which brings them back, or write"
+                )?;
+                for setting in left {
+                    write!(f, " {setting}")?;
+                }
+                Ok(())
+            }
+            Self::Home(source) => source.fmt(f),
+            Self::Picture(reason) => write!(f, "cannot draw the picture: {reason}"),
             Self::Print(source) => write!(f, "cannot write the result: {source}"),
         }
     }

@@ -9,7 +9,7 @@ use crate::exit::{self, Coded};
 const SHARED: [&str; 2] = ["sim", "completions"];
 
 /// Words of servo drives that hub motors do not have, and why.
-const REFUSED: [(&str, &str); 4] = [
+const REFUSED: [(&str, &str); 2] = [
     (
         "probe",
         "finds out the byte order of a DYN drive. CANopen lays down that the lowest byte comes first, so there is nothing to find out: use `motionctl read --drives zlac`",
@@ -17,14 +17,6 @@ const REFUSED: [(&str, &str); 4] = [
     (
         "limits",
         "measures how many servo axes a bus carries. `motionctl plan --drives zlac` works it out for hub motors",
-    ),
-    (
-        "home",
-        "needs a stop or a switch that a wheel does not have. `motionctl origin --drives zlac` makes the present position 0",
-    ),
-    (
-        "tune",
-        "uses the wave generator that DYN drives have. `motionctl speed --drives zlac --csv FILE` records the response of a wheel to a step",
     ),
 ];
 

@@ -6,6 +6,7 @@ use zlac8030l::{NodeId, objects};
 use super::bus::Bus;
 use super::error::HubError;
 use super::identity::require_settable;
+use crate::home::Turning;
 
 /// Time of the drive's own ramps while the master makes the speeds, in ms: it takes the edges off the steps of a PC that was late.
 const STREAM_RAMP_MS: u16 = 100;
@@ -74,9 +75,38 @@ impl Look {
         }
     }
 
+    /// The sense of rotation towards larger counts.
+    pub(super) const fn positive_way(&self) -> Turning {
+        if self.counter_clockwise {
+            Turning::CounterClockwise
+        } else {
+            Turning::Clockwise
+        }
+    }
+
+    /// A wheel that follows positions, with a profile of the drive to each of them.
+    pub(super) fn follows_positions(
+        &self,
+        limits: WheelLimits,
+        profile_speed_rpm: u16,
+        rpm_per_s: f64,
+    ) -> WheelConfig {
+        WheelConfig {
+            speed_resolution: self.speed_resolution,
+            ramp_ms: self.ramp_ms(rpm_per_s),
+            counter_clockwise: self.counter_clockwise,
+            ..WheelConfig::new(self.node, WheelMode::Position { profile_speed_rpm }, limits)
+        }
+    }
+
+    /// The drive takes this time from standstill to its highest speed.
+    fn ramp_ms(&self, rpm_per_s: f64) -> u16 {
+        let ms = f64::from(self.max_speed_rpm) / rpm_per_s * 1_000.0;
+        ms.round().clamp(1.0, 32_767.0) as u16
+    }
+
     /// A wheel that makes one move with the profile of the drive.
     pub(super) fn makes_a_move(&self, way: u32, rpm: u16, rpm_per_s: f64) -> WheelConfig {
-        let ramp_ms = f64::from(self.max_speed_rpm) / rpm_per_s * 1_000.0;
         let limits = WheelLimits {
             // It is as far from its target as the move is long, and half a turn farther when it overshoots.
             following_error: way.saturating_add(self.counts_per_turn as u32 / 2),
@@ -87,18 +117,7 @@ impl Look {
                 MOST_STEP,
             )
         };
-        WheelConfig {
-            speed_resolution: self.speed_resolution,
-            ramp_ms: ramp_ms.round().clamp(1.0, 32_767.0) as u16,
-            counter_clockwise: self.counter_clockwise,
-            ..WheelConfig::new(
-                self.node,
-                WheelMode::Position {
-                    profile_speed_rpm: rpm,
-                },
-                limits,
-            )
-        }
+        self.follows_positions(limits, rpm, rpm_per_s)
     }
 }
 

@@ -11,7 +11,9 @@ mod disable;
 mod enable;
 mod error;
 mod family;
+mod for_now;
 mod frames;
+mod home;
 mod identity;
 mod jog;
 mod look;
@@ -33,6 +35,7 @@ mod speed;
 mod state;
 mod station;
 mod store;
+mod tune;
 mod write;
 
 use std::ffi::OsString;
@@ -70,6 +73,8 @@ enum Command {
     AssignId(assign_id::Arguments),
     /// Show the position of a drive, or make it 0.
     Origin(origin::Arguments),
+    /// Find where an axis is: at a hard stop, at a switch, or where it stands.
+    Home(Box<home::Arguments>),
     /// Clear the fault of a drive, or restore its factory settings.
     Reset(reset::Arguments),
     /// Enable drives and hold them at speed 0, until Ctrl-C.
@@ -80,6 +85,8 @@ enum Command {
     Move(move_to::Arguments),
     /// Turn wheels at a speed, for a time.
     Speed(speed::Arguments),
+    /// Measure how a wheel answers to steps, for up to three sets of gains side by side.
+    Tune(Box<tune::Arguments>),
     /// Run speeds from a file, or twists of a vehicle, on the drives of a real bus.
     Run(Box<run::Arguments>),
     /// Work out before anything moves whether a bus carries its wheels in time.
@@ -109,11 +116,13 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
         Command::Restore(arguments) => restore::run(arguments).map_err(Failure::coded),
         Command::AssignId(arguments) => assign_id::run(arguments).map_err(Failure::coded),
         Command::Origin(arguments) => origin::run(arguments).map_err(Failure::coded),
+        Command::Home(arguments) => home::run(arguments).map_err(Failure::coded),
         Command::Reset(arguments) => reset::run(arguments).map_err(Failure::coded),
         Command::Enable(arguments) => enable::run(arguments).map_err(Failure::coded),
         Command::Jog(arguments) => jog::run(arguments).map_err(Failure::coded),
         Command::Move(arguments) => move_to::run(arguments).map_err(Failure::coded),
         Command::Speed(arguments) => speed::run(arguments).map_err(Failure::coded),
+        Command::Tune(arguments) => tune::run(arguments).map_err(Failure::coded),
         Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
         Command::Plan(arguments) => plan::run(arguments).map_err(Failure::coded),
         Command::Disable(arguments) => disable::run(arguments).map_err(Failure::coded),

@@ -11,7 +11,6 @@ use super::own_move::{self, OwnMove, Target};
 use crate::confirm::confirm;
 use crate::interrupt;
 use crate::link::LinkOptions;
-use crate::output::tell;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -81,11 +80,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
     );
     confirm(&question, arguments.yes).map_err(HubError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(HubError::Interrupt)?;
-    if !arguments.json {
-        tell(format_args!(
-            "node {node} is being enabled and moved; Ctrl-C stops it"
-        ));
-    }
     let wanted = OwnMove {
         to,
         rpm: arguments.rpm,

@@ -94,7 +94,12 @@ pub(super) enum LeftAlone {
     Command,
     /// It takes the drive to another place on the bus.
     Identity,
+    /// It tells whether the drive has lost its power since it was homed.
+    Mark,
 }
+
+/// The object that [`LeftAlone::Mark`] is about.
+pub(super) const MARK: ObjectAddress = ObjectAddress::new(0x1803, 4);
 
 impl LeftAlone {
     /// Why an object is left alone; `None` for a setting.
@@ -121,6 +126,8 @@ impl LeftAlone {
             Some(Self::ReadOnly)
         } else if commands.contains(&entry.address) {
             Some(Self::Command)
+        } else if entry.address == MARK {
+            Some(Self::Mark)
         } else if identity.contains(&entry.address) {
             Some(Self::Identity)
         } else {
@@ -132,6 +139,9 @@ impl LeftAlone {
     pub(super) fn advice(self, address: ObjectAddress) -> &'static str {
         let is = |object: ObjectAddress| address == object;
         match self {
+            Self::Mark => {
+                "it is reserved, and `motionctl home --drives zlac --origins` notes there that the drive has had power since"
+            }
             Self::ReadOnly => "it is read-only: choose another object",
             Self::Identity
                 if is(objects::CAN_NODE.address()) || is(objects::CAN_BIT_RATE.address()) =>

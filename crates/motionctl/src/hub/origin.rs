@@ -57,7 +57,8 @@ struct End {
     was_set: bool,
 }
 
-fn clearing() -> [SdoRequest; 2] {
+/// What makes the present position 0.
+pub(super) fn clearing() -> [SdoRequest; 2] {
     [
         objects::CLEAR_FEEDBACK_POSITION.write(1),
         objects::CLEAR_ABSOLUTE_POSITION.write(1),

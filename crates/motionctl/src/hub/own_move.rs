@@ -12,7 +12,7 @@ use super::station::WheelStation;
 use crate::counted::counted;
 use crate::exit;
 use crate::interrupt;
-use crate::output::{print, print_json};
+use crate::output::{print, print_json, tell};
 
 const CYCLE_US: u32 = 20_000;
 /// How far from its target a wheel may stand, in turns.
@@ -68,6 +68,12 @@ pub(super) fn run(
     let from = bus.read(look.node, objects::ACTUAL_POSITION)?;
     let target = target_of(look, wanted.to, from)?;
     let way = target.abs_diff(from);
+    if !json {
+        tell(format_args!(
+            "node {} is being enabled and moved; Ctrl-C stops it",
+            look.node
+        ));
+    }
     let wheel = look.makes_a_move(way, wanted.rpm, wanted.rpm_per_s);
     let mut station = WheelStation::new(bus.link(), &[wheel], CYCLE_US)?;
     let moved = make_move(&mut station, look, wanted, (from, target));

@@ -7,8 +7,8 @@ use can_motion::wheel::{
     FeedbackTiming, WheelConfig, WheelEventKind, WheelFault, WheelMaster, WheelMasterConfig,
     WheelSnapshot, WheelTimeouts,
 };
-use can_motion::{AxisState, Event, GroupId, Instant};
-use zlac8030l::{NodeId, SdoTimeouts};
+use can_motion::{AxisState, Confirmation, Event, GroupId, Instant};
+use zlac8030l::{NodeId, ObjectAddress, SdoEnd, SdoEvent, SdoRequest, SdoTimeouts};
 
 use super::error::HubError;
 use super::nodes::named;
@@ -21,6 +21,10 @@ use crate::station::{Clock, CycleFacts, Pace, PaceCounts, serve_until};
 
 /// Wheels that a station can hold.
 pub(super) const MOST_WHEELS: usize = 16;
+/// 20 ms as the guide counts ticks, 40 ms as CiA 301 does (Z11); a PC is no more regular than that.
+const FEEDBACK_TICKS: u16 = 40;
+/// Bit 0 X0, bit 1 X1.
+const INPUT_LEVELS: ObjectAddress = ObjectAddress::new(0x2003, 0);
 /// All wheels of this tool are in one group.
 const GROUP: GroupId = GroupId(0);
 /// Time for the wheels to become ready, and again to be enabled.
@@ -64,6 +68,8 @@ pub(super) struct WheelStation<'link> {
     recorder: Option<WheelRecorder>,
     /// Power may be on by a command of this station.
     is_switched_on: bool,
+    /// 2003h, by [`Self::ask_inputs`].
+    inputs: Option<(u16, Instant)>,
 }
 
 impl<'link> WheelStation<'link> {
@@ -76,11 +82,23 @@ impl<'link> WheelStation<'link> {
         wheels: &[WheelConfig],
         cycle_us: u32,
     ) -> Result<Self, HubError> {
+        Self::with_feedback(link, wheels, cycle_us, FEEDBACK_TICKS)
+    }
+
+    /// The same with feedback in so many ticks of the drives' timers.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn with_feedback(
+        link: &'link mut Link,
+        wheels: &[WheelConfig],
+        cycle_us: u32,
+        ticks: u16,
+    ) -> Result<Self, HubError> {
         let config = WheelMasterConfig {
             cycle_us,
             bit_rate: link.bit_rate(),
-            // 20 ms as the guide counts ticks, 40 ms as CiA 301 does (Z11); a PC is no more regular than that.
-            feedback: FeedbackTiming::Timer { ticks: 40 },
+            feedback: FeedbackTiming::Timer { ticks },
             timeouts: TIMEOUTS,
             ..WheelMasterConfig::DEFAULT
         };
@@ -92,6 +110,7 @@ impl<'link> WheelStation<'link> {
             nodes: wheels.iter().map(|wheel| wheel.node).collect(),
             recorder: None,
             is_switched_on: false,
+            inputs: None,
         })
     }
 
@@ -201,6 +220,15 @@ impl<'link> WheelStation<'link> {
         if let Some(recorder) = &mut self.recorder {
             recorder.event(&event);
         }
+        if let WheelEventKind::Transfer(SdoEvent {
+            request,
+            end: SdoEnd::Value(data),
+        }) = event.kind
+            && request.address() == INPUT_LEVELS
+        {
+            // 16 bits of the reply are the object.
+            self.inputs = Some((data.raw() as u16, event.at));
+        }
         Some(event)
     }
 
@@ -235,6 +263,19 @@ impl<'link> WheelStation<'link> {
         while self.next_event().is_some() {}
         let recorder = self.recorder.take();
         recorder.map_or_else(Recorded::default, |recorder| recorder.finish(self.link))
+    }
+
+    /// Asks the first wheel for the levels of its inputs, unless it still owes an answer.
+    pub(super) fn ask_inputs(&mut self) {
+        let now = self.now();
+        let read = SdoRequest::Read(INPUT_LEVELS);
+        // Refused while another transfer waits: the next cycle asks again.
+        let _ = self.master.start(now, 0, read, Confirmation::None);
+    }
+
+    /// What was read of them last, and when it came.
+    pub(super) const fn input_levels(&self) -> Option<(u16, Instant)> {
+        self.inputs
     }
 
     /// Slows the wheels down, in proportion; they hold then. Ctrl-C meanwhile stops them at once.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use dyn_can::DriveId;
 use homing::OutsideTravel;
 
+use super::wheel::SpoiltWheel;
 use crate::backup::FileFault;
 use crate::settings_file::Place;
 
@@ -60,6 +61,14 @@ pub(crate) enum OriginsError {
     Write(FileFault),
     /// It has no origin of a drive.
     Missing { path: PathBuf, drive: DriveId },
+    /// It has no origin of a hub motor.
+    MissingWheel { path: PathBuf, node: u8 },
+    /// The origin of a hub motor does not hold any more.
+    SpoiltWheel {
+        path: PathBuf,
+        node: u8,
+        reason: SpoiltWheel,
+    },
     /// The origin of a drive does not hold any more.
     Spoilt {
         path: PathBuf,
@@ -89,6 +98,16 @@ impl fmt::Display for OriginsError {
             Self::Missing { path, drive } => write!(
                 f,
                 "{} has no origin of drive {drive}: `motionctl home --drive {drive} --origins` first. Nothing has moved",
+                path.display()
+            ),
+            Self::MissingWheel { path, node } => write!(
+                f,
+                "{} has no origin of node {node}: `motionctl home --drives zlac:{node} --origins` first. Nothing has moved",
+                path.display()
+            ),
+            Self::SpoiltWheel { path, node, reason } => write!(
+                f,
+                "the origin of node {node} in {} does not hold: {reason} home it again. Nothing has moved",
                 path.display()
             ),
             Self::Spoilt {

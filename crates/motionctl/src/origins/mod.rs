@@ -6,6 +6,7 @@
 //! has read the counter. In both cases the origin is refused.
 
 mod error;
+mod wheel;
 
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,7 @@ use crate::backup::{create_file, this_tool};
 use crate::drives::Life;
 use crate::settings_file::Place;
 pub(crate) use error::{OriginsError, Spoilt};
+pub(crate) use wheel::{HomedWheel, WheelLife};
 
 const FORMAT: u8 = 1;
 /// Reads of the counter that may have been lost on the bus.
@@ -131,6 +133,8 @@ struct File {
     format: u8,
     #[serde(default)]
     axis: Vec<HomedAxis>,
+    #[serde(default)]
+    wheel: Vec<HomedWheel>,
 }
 
 /// A file of origins.
@@ -138,6 +142,7 @@ struct File {
 pub(crate) struct Origins {
     path: PathBuf,
     axes: Vec<HomedAxis>,
+    wheels: Vec<HomedWheel>,
 }
 
 impl Origins {
@@ -191,9 +196,13 @@ impl Origins {
                 return Err(at(start, format!("drive {}: {reason}", axis.drive)));
             }
         }
+        if let Some(reason) = wheel::wrong(&file.wheel) {
+            return Err(at(start, reason));
+        }
         Ok(Self {
             path: path.to_owned(),
             axes: file.axis,
+            wheels: file.wheel,
         })
     }
 
@@ -206,6 +215,7 @@ impl Origins {
             return Ok(Self {
                 path: path.to_owned(),
                 axes: Vec::new(),
+                wheels: Vec::new(),
             });
         }
         Self::read(path)
@@ -264,6 +274,10 @@ impl Origins {
             // Everything in it can be written.
             let body = toml::to_string(axis).unwrap_or_default();
             text.push_str(&format!("\n[[axis]]\n{body}"));
+        }
+        for wheel in &self.wheels {
+            let body = toml::to_string(wheel).unwrap_or_default();
+            text.push_str(&format!("\n[[wheel]]\n{body}"));
         }
         create_file(&self.path, &text, true).map_err(OriginsError::Write)
     }

@@ -158,7 +158,7 @@ pub(crate) fn refused(
             limits.max_rpm
         ),
         Some(MoveRefusal::TooSudden { actual, .. }) => format!(
-            "the motor would change its speed by {:.0} r/min per second, --max-acceleration allows {}: lower max-acceleration of the drive with `motionctl write`",
+            "the motor would change its speed by {:.0} r/min per second, --max-acceleration allows {}: lower max-acceleration of the drive with `motionctl write`, or give a larger --max-acceleration where the machine bears it",
             rpm(f64::from(actual) / 256.0) / cycle_s,
             limits.max_acceleration
         ),

@@ -17,6 +17,8 @@ pub(crate) enum TuneError {
     Drives(DrivesError),
     /// More sets than are compared.
     TooManySets { most: usize, actual: usize },
+    /// A wave of the drive is too short.
+    TooFewPeriods { least: u32, actual: u32 },
     /// The old gains are not back.
     NotRestored {
         drive: DriveId,
@@ -41,7 +43,9 @@ impl Coded for TuneError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Drives(error) => error.exit_code(),
-            Self::TooManySets { .. } | Self::Write(_) => exit::BAD_INPUT,
+            Self::TooManySets { .. } | Self::TooFewPeriods { .. } | Self::Write(_) => {
+                exit::BAD_INPUT
+            }
             Self::NotRestored { .. } | Self::Draw(_) | Self::Print(_) => exit::BROKEN_PROMISE,
         }
     }
@@ -57,6 +61,10 @@ impl fmt::Display for TuneError {
                     "--gains may be given {most} times, it is given {actual} times"
                 )
             }
+            Self::TooFewPeriods { least, actual } => write!(
+                f,
+                "--wave of the drive needs --periods {least} or more, since nobody knows where in its wave it begins, got {actual}. Nothing was sent"
+            ),
             Self::NotRestored { drive, old, source } => {
                 write!(
                     f,

@@ -11,25 +11,25 @@ const LEAST_BAND: f64 = 2.0;
 
 /// The figures of an answer; the worst of its steps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Figures {
+pub(crate) struct Figures {
     /// Positions that were read.
-    samples: usize,
+    pub(crate) samples: usize,
     /// Beyond the step, in percent of its height.
-    overshoot_percent: f64,
+    pub(crate) overshoot_percent: f64,
     /// From 10 to 90 % of the step; `None` when a step has no such positions.
-    rise_ms: Option<f64>,
+    pub(crate) rise_ms: Option<f64>,
     /// Until the axis stays within 5 % of the step, and at least 2 counts; `None` when it does not settle within the hold time.
-    settling_ms: Option<f64>,
+    pub(crate) settling_ms: Option<f64>,
     /// Root of the mean square, and largest, of the set-point minus the position; a step is its own height at first.
-    following_error_rms_counts: f64,
-    following_error_peak_counts: i32,
+    pub(crate) following_error_rms_counts: f64,
+    pub(crate) following_error_peak_counts: i32,
     /// Set-point minus position at the end of a step.
-    rest_error_counts: i32,
+    pub(crate) rest_error_counts: i32,
 }
 
 impl Figures {
     /// The figures of steps that follow each other after so many milliseconds, of this height to and fro.
-    pub(super) fn of(samples: &[Sample], hold_ms: f64, step_counts: i32, steps: u32) -> Self {
+    pub(crate) fn of(samples: &[Sample], hold_ms: f64, step_counts: i32, steps: u32) -> Self {
         let answers: Vec<Answer> = (0..steps)
             .map(|step| {
                 let from_ms = f64::from(step) * hold_ms;
@@ -45,7 +45,7 @@ impl Figures {
         let moving: Vec<i32> = samples
             .iter()
             .filter(|sample| sample.at_ms >= 0.0)
-            .map(|sample| sample.set_point_counts - sample.position_counts)
+            .map(|sample| sample.set_point - sample.actual)
             .collect();
         let square: f64 = moving.iter().map(|&error| f64::from(error).powi(2)).sum();
         let worst = |values: Vec<Option<f64>>| {
@@ -67,7 +67,7 @@ impl Figures {
     }
 
     /// In the order of [`Self::TITLES`].
-    pub(super) fn cells(&self) -> [String; 6] {
+    pub(crate) fn cells(&self) -> [String; 6] {
         let ms =
             |value: Option<f64>| value.map_or_else(|| "never".to_owned(), |ms| format!("{ms:.1}"));
         [
@@ -80,7 +80,7 @@ impl Figures {
         ]
     }
 
-    pub(super) const TITLES: [&str; 6] = [
+    pub(crate) const TITLES: [&str; 6] = [
         "overshoot\n%",
         "rise\nms",
         "settling\nms",
@@ -107,7 +107,7 @@ impl Answer {
         let shares: Vec<(f64, f64)> = within
             .clone()
             .map(|sample| {
-                let way = f64::from(sample.position_counts) - base;
+                let way = f64::from(sample.actual) - base;
                 (sample.at_ms - from_ms, way / height)
             })
             .collect();
@@ -129,7 +129,7 @@ impl Answer {
         };
         let rest = within
             .next_back()
-            .map_or(0, |sample| sample.set_point_counts - sample.position_counts);
+            .map_or(0, |sample| sample.set_point - sample.actual);
         Self {
             overshoot_percent: (most - 1.0).max(0.0) * 100.0,
             rise_ms: first(0.9).zip(first(0.1)).map(|(high, low)| high - low),
@@ -145,10 +145,10 @@ mod tests {
 
     /// Two steps of 100 counts, 10 ms each, one sample a millisecond.
     fn samples(positions: [i32; 20]) -> Vec<Sample> {
-        let sample = |(ms, position_counts)| Sample {
+        let sample = |(ms, actual)| Sample {
             at_ms: f64::from(ms),
-            set_point_counts: if ms < 10 { 100 } else { 0 },
-            position_counts,
+            set_point: if ms < 10 { 100 } else { 0 },
+            actual,
         };
         (0..20).zip(positions).map(sample).collect()
     }

@@ -10,26 +10,26 @@ use crate::link::Link;
 use crate::station::{Station, look};
 
 /// Cycle of the set-points and of the position reads.
-const CYCLE_US: u32 = 2_000;
+pub(super) const CYCLE_US: u32 = 2_000;
 /// Bit times that a cycle has at least: a set-point, a request and a reply, and room.
-const CYCLE_BITS: u32 = 400;
+pub(super) const CYCLE_BITS: u32 = 400;
 /// Time before the first step.
 const REST_US: u64 = 200_000;
 
-/// A position and where it should be, in command counts from the start.
+/// A reading and what it should be, from where both were at the start: positions in counts, speeds in 0.1 r/min.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     /// Since the first step.
-    pub(super) at_ms: f64,
-    pub(super) set_point_counts: i32,
-    pub(super) position_counts: i32,
+    pub(crate) at_ms: f64,
+    pub(crate) set_point: i32,
+    pub(crate) actual: i32,
 }
 
 /// What was measured.
-pub(super) struct Measured {
-    pub(super) samples: Vec<Sample>,
+pub(crate) struct Measured {
+    pub(crate) samples: Vec<Sample>,
     /// Nobody stopped it.
-    pub(super) is_complete: bool,
+    pub(crate) is_complete: bool,
 }
 
 /// Enables, steps, disables.
@@ -64,7 +64,7 @@ pub(super) fn measure(link: &mut Link, arguments: &Arguments) -> Result<Measured
 }
 
 /// A whole step in one frame, and a travel that has room for an answer which overshoots.
-fn limits(position_counts: i32, step: i32) -> Limits {
+pub(super) fn limits(position_counts: i32, step: i32) -> Limits {
     let most = i32::try_from(step.unsigned_abs().max(1)).unwrap_or(i32::MAX);
     let room = 4 * most + 1_000;
     let travel = Travel {
@@ -86,7 +86,7 @@ fn steps(
     to_counts: impl Fn(i32) -> Option<i32>,
 ) -> Result<Measured, DrivesError> {
     let hold_us = u64::from(arguments.hold_ms) * 1_000;
-    let end_us = 2 * hold_us * u64::from(arguments.periods);
+    let end_us = 2 * hold_us * u64::from(arguments.periods());
     let anchor = station
         .master()
         .snapshot(0)
@@ -127,8 +127,8 @@ fn steps(
             seen_at = Some(position.at);
             samples.push(Sample {
                 at_ms: (position.at.as_us() as f64 - first_us as f64) / 1_000.0,
-                set_point_counts: axis.sent_counts.wrapping_sub(anchor),
-                position_counts: counts.wrapping_sub(anchor),
+                set_point: axis.sent_counts.wrapping_sub(anchor),
+                actual: counts.wrapping_sub(anchor),
             });
         }
     }

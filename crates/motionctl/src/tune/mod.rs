@@ -7,23 +7,28 @@ mod gains;
 mod measure;
 mod outcome;
 mod picture;
+mod wave;
 
 use std::process::ExitCode;
 
 use dyn_can::{PdStep, Request, ServoSwitch};
 
-use crate::backup::create_file;
+use crate::backup::{create_file, require_room};
 use crate::confirm::confirm;
-use crate::drives::{CanDrives, Drives as _, DrivesError, Frames, Step, When, WriteEnd};
+use crate::drives::{CanDrives, Drives as _, DrivesError, Frames, Parameter, Step, When, WriteEnd};
 use crate::dry_run;
 use crate::exit;
 use crate::interrupt;
 use crate::output::{print, print_json, tell};
-pub(crate) use arguments::Arguments;
+pub(crate) use arguments::{Arguments, MOST_SETS, amplitude};
 use error::TuneError;
+pub(crate) use figures::Figures;
 use gains::Gains;
-use measure::{Measured, measure};
+use measure::measure;
+pub(crate) use measure::{Measured, Sample};
 use outcome::{Outcome, Set};
+pub(crate) use picture::{Panel, draw};
+pub(crate) use wave::WaveOption;
 
 /// Asks, measures each set of gains, brings the old gains back.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, TuneError> {
@@ -31,6 +36,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, TuneError> {
     if arguments.dry_run {
         dry_run::show(frames(arguments)?, arguments.json).map_err(TuneError::Print)?;
         return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(path) = &arguments.svg {
+        require_room(path, arguments.force).map_err(TuneError::Write)?;
     }
     let link = arguments.link.open().map_err(DrivesError::Open)?;
     let drive = arguments.drive;
@@ -52,7 +60,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, TuneError> {
     };
     confirm(&arguments.question(&sets), arguments.yes).map_err(DrivesError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(DrivesError::Interrupt)?;
-    let mut outcome = Outcome::new(drive, old);
+    let turn = readings.value(Parameter::GearNumber).unwrap_or(0);
+    let mut outcome = Outcome::new(drive, old, wave::told_counts(arguments.amplitude, turn));
     let measured = measure_all(arguments, &mut drives, &sets, &mut outcome);
     // Whatever has happened.
     restore(arguments, &mut drives, old, &mut outcome)?;
@@ -62,7 +71,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, TuneError> {
         Err(error) => return Err(error),
     };
     if let (Some(path), false) = (&arguments.svg, outcome.sets.is_empty()) {
-        let text = picture::draw(&outcome.sets).map_err(TuneError::Draw)?;
+        let panels: Vec<Panel<'_>> = outcome
+            .sets
+            .iter()
+            .map(|set| Panel {
+                caption: set.gains.to_string(),
+                samples: &set.samples,
+                has_set_points: arguments.wave.shape().is_none(),
+            })
+            .collect();
+        let text = draw(&panels, "counts").map_err(TuneError::Draw)?;
         create_file(path, &text, arguments.force).map_err(TuneError::Write)?;
     }
     if arguments.json {
@@ -94,11 +112,16 @@ fn measure_all(
         let Measured {
             samples,
             is_complete,
-        } = measure(drives.link(), arguments)?;
+        } = match arguments.wave.shape() {
+            None => measure(drives.link(), arguments)?,
+            Some(shape) => wave::measure(drives.link(), arguments, shape)?,
+        };
         if !is_complete {
             return Err(DrivesError::Interrupted.into());
         }
-        outcome.sets.push(Set::new(gains, samples, arguments));
+        outcome
+            .sets
+            .push(Set::new(gains, samples, outcome.told_counts, arguments));
     }
     Ok(())
 }
@@ -138,11 +161,14 @@ fn frames(arguments: &Arguments) -> Result<Vec<Step>, TuneError> {
             steps.push(Frames::Can.write(drive.into(), setting)?);
         }
     }
-    let moves = [
-        Request::ServoDisable(ServoSwitch::Enable),
-        Request::GoRelativePosPd(PdStep::new(1).unwrap_or(PdStep::ZERO)),
-        Request::ServoDisable(ServoSwitch::Disable),
-    ];
+    let mut moves = vec![Request::ServoDisable(ServoSwitch::Enable)];
+    match arguments.wave.shape() {
+        None => moves.push(Request::GoRelativePosPd(
+            PdStep::new(1).unwrap_or(PdStep::ZERO),
+        )),
+        Some(shape) => moves.extend(wave::requests(arguments, shape)),
+    }
+    moves.push(Request::ServoDisable(ServoSwitch::Disable));
     let moves = moves.into_iter();
     steps.extend(moves.filter_map(|request| Frames::on_can(When::Always, drive, request)));
     Ok(steps)

@@ -4,7 +4,7 @@ use core::fmt::Display;
 
 use plotters::prelude::*;
 
-use super::outcome::Set;
+use super::measure::Sample;
 
 /// Size of one panel.
 const PANEL: (u32, u32) = (420, 320);
@@ -13,8 +13,16 @@ const POSITION: RGBColor = RGBColor(70, 120, 190);
 /// Room above and below the answer, as a share of it.
 const ROOM: f64 = 0.1;
 
-/// The text of the file.
-pub(super) fn draw(sets: &[Set]) -> Result<String, String> {
+/// One answer.
+pub(crate) struct Panel<'a> {
+    pub(crate) caption: String,
+    pub(crate) samples: &'a [Sample],
+    /// What should be is known, and drawn too.
+    pub(crate) has_set_points: bool,
+}
+
+/// The text of the file, with the values in this unit.
+pub(crate) fn draw(sets: &[Panel<'_>], unit: &str) -> Result<String, String> {
     let panels = u32::try_from(sets.len().max(1)).unwrap_or(1);
     let mut text = String::new();
     {
@@ -23,7 +31,7 @@ pub(super) fn draw(sets: &[Set]) -> Result<String, String> {
         area.fill(&WHITE).map_err(reason)?;
         let (low, high) = range(sets);
         for (set, panel) in sets.iter().zip(area.split_evenly((1, sets.len().max(1)))) {
-            draw_set(set, &panel, low, high)?;
+            draw_set(set, unit, &panel, low, high)?;
         }
         area.present().map_err(reason)?;
     }
@@ -31,9 +39,9 @@ pub(super) fn draw(sets: &[Set]) -> Result<String, String> {
 }
 
 /// One scale for every panel, so that they can be compared.
-fn range(sets: &[Set]) -> (f64, f64) {
-    let samples = sets.iter().flat_map(|set| &set.samples);
-    let values = samples.flat_map(|sample| [sample.set_point_counts, sample.position_counts]);
+fn range(sets: &[Panel<'_>]) -> (f64, f64) {
+    let samples = sets.iter().flat_map(|set| set.samples);
+    let values = samples.flat_map(|sample| [sample.set_point, sample.actual]);
     let (low, high) = values.fold((0, 0), |(low, high), value| {
         (value.min(low), value.max(high))
     });
@@ -42,7 +50,8 @@ fn range(sets: &[Set]) -> (f64, f64) {
 }
 
 fn draw_set(
-    set: &Set,
+    set: &Panel<'_>,
+    unit: &str,
     area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
     low: f64,
     high: f64,
@@ -59,7 +68,7 @@ fn draw_set(
         .min(0.0);
     let mut chart = ChartBuilder::on(area)
         .margin(12)
-        .caption(set.gains.to_string(), ("sans-serif", 14))
+        .caption(set.caption.clone(), ("sans-serif", 14))
         .x_label_area_size(32)
         .y_label_area_size(52)
         .build_cartesian_2d(start_ms..end_ms, low..high)
@@ -67,16 +76,16 @@ fn draw_set(
     chart
         .configure_mesh()
         .x_desc("ms since the first step")
-        .y_desc("counts")
+        .y_desc(unit)
         .draw()
         .map_err(reason)?;
-    let set_points = set.samples.iter();
-    let set_points = set_points.map(|sample| (sample.at_ms, f64::from(sample.set_point_counts)));
+    let set_points = set.samples.iter().filter(|_| set.has_set_points);
+    let set_points = set_points.map(|sample| (sample.at_ms, f64::from(sample.set_point)));
     chart
         .draw_series(LineSeries::new(set_points, SET_POINT.stroke_width(1)))
         .map_err(reason)?;
     let positions = set.samples.iter();
-    let positions = positions.map(|sample| (sample.at_ms, f64::from(sample.position_counts)));
+    let positions = positions.map(|sample| (sample.at_ms, f64::from(sample.actual)));
     chart
         .draw_series(LineSeries::new(positions, POSITION.stroke_width(2)))
         .map_err(reason)?;

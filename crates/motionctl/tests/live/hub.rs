@@ -487,6 +487,11 @@ fn what_makes_no_sense_is_refused_with_what_to_do() {
             (2, &["probe", "--drives", "zlac"], "lowest byte comes first"),
             (
                 2,
+                &["limits", "--drives", "zlac"],
+                "`motionctl plan --drives zlac`",
+            ),
+            (
+                2,
                 &["restore", "/no/such/file", "--drives", "zlac"],
                 "cannot read",
             ),

@@ -1,4 +1,4 @@
-//! The campaign with wheels: speeds and positions of hub motors, faults of drives and of the whole bus.
+//! The campaign with wheels: speeds, positions and torques of hub motors, faults of drives and of the whole bus.
 
 mod observer;
 mod run;
@@ -19,6 +19,7 @@ use super::scenario::Command;
 pub(super) const MOTION_CYCLES: u64 = 1_000;
 /// Earliest injection: wheels may still be set up.
 const FIRST_CYCLE: u64 = 100;
+const TORQUE_SALT: u64 = 0x746F_7271;
 
 /// A fault of drives or of the bus.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,10 +116,15 @@ impl WheelScenario {
         let mut draw = Draw::new(seed);
         let (count, groups) = (draw.between(1, 4) as usize, draw.between(1, 2) as u8);
         let is_velocity = draw.chance(50);
+        // Drawn apart, so that other runs stay what they are.
+        let is_torque = Draw::new(seed ^ TORQUE_SALT).chance(30);
         let reaction = draw.pick(&[Reaction::Halt, Reaction::RampDown, Reaction::Disable]);
         let wheel = |number: usize| {
             let node = NodeId::new(number as i32).expect("a node");
-            let (mode, limits) = if is_velocity {
+            let (mode, limits) = if is_torque {
+                let mode = WheelMode::Torque { slope_ma_s: 5_000 };
+                (mode, WheelLimits::torque(500, 20, 600))
+            } else if is_velocity {
                 (WheelMode::Velocity, WheelLimits::speed(300, 10))
             } else {
                 let mode = WheelMode::Position {

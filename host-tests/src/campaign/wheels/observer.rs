@@ -43,10 +43,11 @@ impl Observer {
     pub(super) fn new(wheels: &[WheelConfig]) -> Self {
         let limits = wheels.iter().map(|wheel| {
             let values = wheel.limits.values;
-            let is_velocity = wheel.mode == WheelMode::Velocity;
+            // A speed and a torque are nothing at 0; a position moves when it changes.
+            let ends_at_0 = !matches!(wheel.mode, WheelMode::Position { .. });
             // A target is taken by an edge, so a position goes out in every second cycle.
-            let step = values.max_step as i32 * if is_velocity { 1 } else { 2 };
-            (is_velocity, values.max, step)
+            let step = values.max_step as i32 * if ends_at_0 { 1 } else { 2 };
+            (ends_at_0, values.max, step)
         });
         Self {
             limits: limits.collect(),
@@ -123,7 +124,7 @@ impl Observer {
         if record.outcome != Outcome::Delivered {
             return Ok(());
         }
-        let Some(&(is_velocity, max, step)) = self.limits.get(wheel) else {
+        let Some(&(ends_at_0, max, step)) = self.limits.get(wheel) else {
             return broken(
                 Promise::Commands,
                 now_us,
@@ -133,7 +134,7 @@ impl Observer {
         let watched = &mut self.wheels[wheel];
         if word & 0x8F != ENABLE_OPERATION {
             // The wheel stops: its speed is 0, and a position is anchored anew.
-            watched.value = is_velocity.then_some(0);
+            watched.value = ends_at_0.then_some(0);
             watched.is_halted = false;
             return Ok(());
         }
@@ -146,12 +147,11 @@ impl Observer {
         }
         let before = watched.value.replace(value);
         // Halted and resumed between two frames: the speed begins anew at 0, behind what the controller held.
-        let is_anew =
-            watched.is_halted && is_velocity && value.unsigned_abs() <= step.unsigned_abs();
+        let is_anew = watched.is_halted && ends_at_0 && value.unsigned_abs() <= step.unsigned_abs();
         watched.is_halted &= !is_anew;
         let from = if is_anew { Some(0) } else { before };
         let change = from.map_or(0, |from| value.abs_diff(from));
-        let moves = if is_velocity { value != 0 } else { change != 0 };
+        let moves = if ends_at_0 { value != 0 } else { change != 0 };
         self.moved |= moves;
         if watched.is_faulted && moves && !watched.is_ramping {
             watched.behind_fault += 1;
@@ -164,8 +164,8 @@ impl Observer {
             }
         }
         // A speed may fall to 0 at once: that is a halt.
-        let is_halt = is_velocity && value == 0;
-        if (is_velocity && value.abs() > max) || (change > step.unsigned_abs() && !is_halt) {
+        let is_halt = ends_at_0 && value == 0;
+        if (ends_at_0 && value.abs() > max) || (change > step.unsigned_abs() && !is_halt) {
             return broken(
                 Promise::Limits,
                 now_us,
@@ -195,12 +195,11 @@ fn command(frame: &Frame) -> Option<(usize, u8, i32)> {
         .as_raw()
         .checked_sub(COMMAND_ID)
         .filter(|node| (1..=127).contains(node))?;
-    let &[word, _, a, b, c, d] = frame.data() else {
-        return None;
+    let (word, value) = match *frame.data() {
+        [word, _, a, b, c, d] => (word, i32::from_le_bytes([a, b, c, d])),
+        // A torque has 16 bits.
+        [word, _, a, b] => (word, i16::from_le_bytes([a, b]).into()),
+        _ => return None,
     };
-    Some((
-        usize::from(node) - 1,
-        word,
-        i32::from_le_bytes([a, b, c, d]),
-    ))
+    Some((usize::from(node) - 1, word, value))
 }

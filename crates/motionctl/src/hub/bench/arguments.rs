@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use drive_sim::{BitRate, ResponseDelay, ZlacDriveConfig};
 use zlac8030l::{NodeId, objects};
 
+use crate::bench::MechanicsOptions;
 use crate::hub::nodes::{Nodes, nodes};
 use crate::virtual_drives::{bit_rate, percent};
 
@@ -47,6 +48,8 @@ pub(in crate::hub) struct Arguments {
     /// Speeds count 1/N r/min (202Fh:05), stored when the drive was commissioned.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=10))]
     speed_resolution: u16,
+    #[command(flatten)]
+    pub(super) mechanics: MechanicsOptions,
     /// Drives that have a fault from the start, whose cause is gone: over-current.
     #[arg(long, value_name = "zlac:NODES", value_parser = nodes)]
     pub(super) alarm: Option<Nodes>,
@@ -71,7 +74,7 @@ impl Arguments {
             .iter()
             .position(|rate| *rate == self.bit_rate);
         let bit_rate_code = code.map(|code| (objects::CAN_BIT_RATE.address(), code as i64));
-        ZlacDriveConfig {
+        self.mechanics.on_wheel(ZlacDriveConfig {
             response_delay: self.response_delay(),
             seed: self.seed.wrapping_add(u64::from(node.get())),
             bus_bit_rate: Some(self.bit_rate),
@@ -80,7 +83,7 @@ impl Arguments {
                 .chain([(resolution, i64::from(self.speed_resolution))])
                 .collect(),
             ..ZlacDriveConfig::new(node)
-        }
+        })
     }
 
     fn response_delay(&self) -> ResponseDelay {

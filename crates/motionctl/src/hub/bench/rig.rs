@@ -9,7 +9,7 @@ use drive_sim::{Bench, Bus, ControllerConfig, DeviceId, NodeId as BusNode, ZlacD
 
 use super::arguments::Arguments;
 use super::report::Report;
-use crate::bench::{Adapter, BenchError, power_cycles};
+use crate::bench::{Adapter, BenchError, SwitchOutput, power_cycles};
 use crate::interrupt;
 use crate::output::tell;
 use crate::pty::{self, Pty};
@@ -35,6 +35,7 @@ pub(super) struct Rig<'a> {
     is_power_cycled: Arc<AtomicBool>,
     adapter: Adapter,
     pty: Pty,
+    switch: Option<SwitchOutput>,
     start: Instant,
     /// The bit rate that the user was warned of.
     warned_kbit_per_s: Option<u32>,
@@ -64,7 +65,15 @@ impl<'a> Rig<'a> {
             link: link.clone(),
             source,
         })?;
+        let lines = arguments.mechanics.switch_lines.as_ref();
+        let switch = lines.map(|link| {
+            SwitchOutput::create(link).map_err(|source| BenchError::Create {
+                link: link.clone(),
+                source,
+            })
+        });
         Ok(Self {
+            switch: switch.transpose()?,
             arguments,
             bench,
             node,
@@ -108,6 +117,10 @@ impl<'a> Rig<'a> {
                 let faults = self.bench.device_mut(drive).faults_mut();
                 faults.power_cycle(POWER_OFF_NS);
             }
+        }
+        let now_ns = self.now_ns();
+        if let (Some(switch), Some(&drive)) = (&mut self.switch, self.drives.first()) {
+            switch.tell(self.bench.device(drive).switch_is_operated(now_ns))?;
         }
         let is_behind = self.serve_adapter()?;
         let wait = if is_behind {
