@@ -31,7 +31,11 @@ fn machine(with_stop: bool) -> Rig {
     rig.run_ms(3_000);
     rig.close(Contact::Enable);
     rig.run_ms(1_000);
-    assert!(rig.hub_motors().all(ZlacDrive::is_enabled), "{:#?}", rig.board().log());
+    assert!(
+        rig.hub_motors().all(ZlacDrive::is_enabled),
+        "{:#?}",
+        rig.board().log()
+    );
     rig
 }
 
@@ -64,7 +68,11 @@ fn positions(rig: &Rig) -> Vec<i64> {
 fn hub_motors_are_homed_one_after_the_other_and_then_they_move() {
     let mut rig = machine(true);
     rig.run_ms(300);
-    assert_eq!(positions(&rig), [0, 0], "nothing moves before the run input");
+    assert_eq!(
+        positions(&rig),
+        [0, 0],
+        "nothing moves before the run input"
+    );
     rig.close(Contact::Run);
     assert!(
         run_until(&mut rig, "the motion starts", 30_000),
@@ -97,5 +105,8 @@ fn without_its_stop_nothing_moves_after_the_search() {
     rig.run_ms(1_000);
     assert_eq!(positions(&rig), before);
     let log = rig.board().log();
-    assert!(!log.iter().any(|line| line.contains("the motion starts")), "{log:#?}");
+    assert!(
+        !log.iter().any(|line| line.contains("the motion starts")),
+        "{log:#?}"
+    );
 }

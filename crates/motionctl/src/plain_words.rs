@@ -20,6 +20,26 @@ pub(crate) fn variants(source: &str, name: &str) -> Vec<String> {
         .collect()
 }
 
+/// Every variant of an enum is among these events, and each is told in words that a user understands.
+#[allow(dead_code, reason = "the test of the help texts has no use for it")]
+pub(crate) fn events_are_plain<E: core::fmt::Debug>(
+    (source, name): (&str, &str),
+    events: &[E],
+    words: impl Fn(&E) -> String,
+) {
+    for variant in variants(source, name) {
+        let mut events = events.iter();
+        let is_there = events.any(|event| format!("{event:?}").starts_with(&variant));
+        assert!(is_there, "{variant} is not in this test");
+    }
+    for event in events {
+        let text = words(event);
+        let flaws = flaws_of_a_message(&text);
+        assert!(flaws.is_empty(), "{text}: {flaws:?}");
+        assert!(!text.contains("does not know"), "{event:?}");
+    }
+}
+
 /// What is wrong with any text that a user reads.
 pub(crate) fn flaws(text: &str) -> Vec<String> {
     let mut flaws = Vec::new();

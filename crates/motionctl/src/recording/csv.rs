@@ -2,10 +2,11 @@
 
 use std::io::{self, Write};
 
-use super::about::About;
+use super::about::{About, Quantity};
 use super::item::Item;
 use super::keep::Keep;
-use super::sample::AxisSample;
+use super::sample::{AxisSample, Sample};
+use super::wheel_table::{WHEEL_COLUMNS, wheel_cells};
 
 /// Columns of each axis, in order; counts are command counts as the master counts them.
 const AXIS_COLUMNS: [&str; 8] = [
@@ -22,6 +23,7 @@ const AXIS_COLUMNS: [&str; 8] = [
 /// A table in the making.
 pub(super) struct Table<W: Write> {
     rows: csv::Writer<W>,
+    quantity: Quantity,
 }
 
 impl<W: Write> Table<W> {
@@ -29,12 +31,19 @@ impl<W: Write> Table<W> {
     pub(super) fn new(to: W, about: &About) -> io::Result<Self> {
         let mut rows = csv::Writer::from_writer(to);
         let fixed = ["time_s", "bus_load", "late"].map(str::to_owned);
-        let of_axes = about
-            .axes
-            .iter()
-            .flat_map(|axis| AXIS_COLUMNS.map(|column| format!("drive{}_{column}", axis.drive)));
+        let (drive, columns) = match about.quantity {
+            Quantity::Position => ("drive", &AXIS_COLUMNS[..]),
+            Quantity::Speed => ("node", &WHEEL_COLUMNS[..]),
+        };
+        let of_axis = |id: u8| {
+            columns
+                .iter()
+                .map(move |column| format!("{drive}{id}_{column}"))
+        };
+        let of_axes = about.axes.iter().flat_map(|axis| of_axis(axis.drive));
         rows.write_record(fixed.into_iter().chain(of_axes))?;
-        Ok(Self { rows })
+        let quantity = about.quantity;
+        Ok(Self { rows, quantity })
     }
 }
 
@@ -48,7 +57,7 @@ impl<W: Write + Send> Keep for Table<W> {
             format!("{:.4}", sample.load),
             u8::from(sample.is_late).to_string(),
         ];
-        let row = fixed.into_iter().chain(sample.axes.iter().flat_map(fields));
+        let row = fixed.into_iter().chain(cells(self.quantity, sample));
         Ok(self.rows.write_record(row)?)
     }
 
@@ -61,7 +70,20 @@ impl<W: Write + Send> Keep for Table<W> {
     }
 }
 
-fn fields(axis: &AxisSample) -> [String; 8] {
+fn cells(quantity: Quantity, sample: &Sample) -> Vec<String> {
+    let axes = sample.axes.iter();
+    match quantity {
+        Quantity::Position => axes.flat_map(axis_cells).collect(),
+        Quantity::Speed => {
+            let wheels = axes.zip(&sample.wheels);
+            wheels
+                .flat_map(|(axis, readings)| wheel_cells(axis, readings))
+                .collect()
+        }
+    }
+}
+
+fn axis_cells(axis: &AxisSample) -> [String; 8] {
     let age = |age: Option<u32>| age.map_or(String::new(), |us| us.to_string());
     let counts = |counts: Option<i64>| counts.map_or(String::new(), |counts| counts.to_string());
     [

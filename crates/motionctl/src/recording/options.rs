@@ -4,7 +4,7 @@ use core::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::about::{About, Origin, Quantity};
+use super::about::{About, Origin};
 use super::candump::Candump;
 use super::csv::Table;
 use super::keep::Keep;
@@ -12,7 +12,6 @@ use super::mcap::McapFile;
 use super::model::Recording;
 use super::output_file::{create, given_twice};
 use super::recorder::Recorder;
-use super::wheel_table::WheelTable;
 
 /// What to record.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -99,10 +98,7 @@ impl RecordingOptions {
             (&self.candump, |to, about| {
                 Ok(Box::new(Candump::new(to, about)))
             }),
-            (&self.csv, |to, about| match about.quantity {
-                Quantity::Position => Ok(Box::new(Table::new(to, about)?)),
-                Quantity::Speed => Ok(Box::new(WheelTable::new(to, about)?)),
-            }),
+            (&self.csv, |to, about| Ok(Box::new(Table::new(to, about)?))),
             (&self.mcap, |to, about| {
                 Ok(Box::new(McapFile::new(to, about)?))
             }),
