@@ -100,6 +100,24 @@ fn both_motors_of_a_gantry_go_the_same_way_and_the_play_is_taken_up() {
     );
 }
 
+/// Where an axis turns with its largest acceleration, taking up the play comes on top.
+#[test]
+fn turns_with_a_play_keep_the_limits_of_the_motor() {
+    let machine = "machine = \"cartesian\"
+[[motor]]
+drive = 1
+axis = \"Y\"
+mm-per-turn = 5
+backlash-mm = 0.5
+";
+    let machine = Scratch::new("play.toml", machine);
+    let program = "G21 G90 F9000\nG1 Y10\nY0\nY4\nY-4\nY3\nY0\nM2\n";
+    let axes = played("play", program, &["--machine", machine.as_str()], 1);
+    judge("play", &axes, &[limits()], 0.5);
+    let farthest = axes[0].iter().copied().fold(0.0, f64::max);
+    assert!(farthest > 10.2 * COUNTS_PER_MM, "{farthest}");
+}
+
 #[test]
 fn a_machine_without_anything_special_is_what_the_options_say() {
     let plain = "machine = \"cartesian\"
