@@ -65,6 +65,14 @@ impl Orders {
         answer.trim().to_owned()
     }
 
+    /// The cycle of the motion.
+    fn cycle(&mut self) -> u64 {
+        let status = self.ask("status");
+        let mut words = status.split_whitespace();
+        let cycle = words.find_map(|word| word.strip_prefix("cycle="));
+        cycle.and_then(|cycle| cycle.parse().ok()).expect("a cycle")
+    }
+
     fn until(&mut self, what: &str) {
         wait_until(what, || self.ask("status").contains(what));
     }
@@ -169,6 +177,8 @@ fn a_stop_by_order_or_by_ctrl_c_ends_on_the_path() {
         // More than was checked: held.
         orders.ask("override 150");
         orders.until("speed=100 asked=150");
+        // By then it moves, however fast the orders came.
+        wait_until("300 cycles", || orders.cycle() >= 300);
         orders.ask("stop");
         let output = child.wait_with_output().expect("its output");
         assert_eq!(output.status.code(), Some(130), "{output:?}");
