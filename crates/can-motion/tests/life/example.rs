@@ -75,6 +75,7 @@ fn settings_that_were_refused_are_not_admitted() {
     assert_eq!(Toy::plan(&CYCLE, &axes).warnings().count(), 0);
     let frame = can_frame::DataFrame::new(0x123, &[]).expect("an identifier of 11 bits");
     assert_eq!(Toy::foreign(&frame), None);
+    assert!(!Toy::is_trigger(&frame));
     assert_eq!(Toy::frame_of_bus(&CYCLE), None);
     let error = can_frame::DataFrame::new(0x800, &[]).expect_err("an identifier of 12 bits");
     assert_eq!(Toy::not_ours(error), None);
