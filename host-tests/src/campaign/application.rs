@@ -2,8 +2,8 @@
 
 use can_motion::{AxisSnapshot, AxisState, GroupId, Instant, ServoMaster};
 
-use super::generate::MOST_AXES;
 use super::moves::{Asked, Missions};
+use super::scenario::MOST_AXES;
 use super::scenario::{Command, Scenario};
 
 /// How often one group is cleared before the application gives up.

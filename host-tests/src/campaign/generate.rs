@@ -15,13 +15,10 @@ use super::draw::Draw;
 use super::injection::{Injection, Kind};
 use super::moves;
 use super::path::Path;
-use super::scenario::{AxisPlan, Command, Order, Scenario, ServiceTiming};
+use super::scenario::{AxisPlan, Command, MOST_AXES, Order, Scenario, ServiceTiming};
 
 /// Axes of a scenario with two groups at most.
 const MOST_AXES_IN_GROUPS: usize = 5;
-
-/// Room of the master for axes.
-pub(super) const MOST_AXES: usize = 8;
 
 /// The drives wait this long after power-on; the master a little longer.
 pub(super) const DRIVE_POWER_ON_US: u64 = 5_000;

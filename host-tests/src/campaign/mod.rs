@@ -9,6 +9,7 @@ mod draw;
 mod generate;
 mod injection;
 mod moves;
+mod moving;
 mod mutation;
 mod observed_moves;
 mod observer;
@@ -20,9 +21,8 @@ mod violation;
 pub mod wheels;
 
 pub use injection::{Injection, Kind};
-pub use moves::MoveOrder;
 pub use mutation::Mutation;
 pub use path::Path;
 pub use run::run;
-pub use scenario::{AxisPlan, Command, Order, Scenario, ServiceTiming};
+pub use scenario::{AxisPlan, Command, MoveOrder, Order, Scenario, ServiceTiming};
 pub use violation::{Promise, Violation};

@@ -4,8 +4,7 @@ use can_motion::{AxisSnapshot, AxisState, DriveMove, GroupId, Instant, Limits, S
 use dyn_can::{MaxAcceleration, MaxSpeed, ParamGroup2};
 
 use super::draw::Draw;
-use super::generate::MOST_AXES;
-use super::scenario::Scenario;
+use super::scenario::{MOST_AXES, MoveOrder, Scenario};
 
 /// The streams of a group must have ended by then, or its moves are not made.
 const HOLD_LIMIT_US: u64 = 400_000;
@@ -14,23 +13,6 @@ const LAST_US: u64 = 1_300_000;
 const FIRST_US: u64 = 250_000;
 /// Other draws of a scenario stay what they are.
 const SALT: u64 = 0x6D6F_7665;
-
-/// Moves of one group in mid-motion.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MoveOrder {
-    /// When, in microseconds.
-    pub at_us: u64,
-    /// Of whom.
-    pub group: GroupId,
-    /// Loaded, and started by the trigger for all at once.
-    pub by_trigger: bool,
-    /// Told as distances, and not as places.
-    pub is_relative: bool,
-    /// How far each axis of the scenario goes.
-    pub distances_counts: Vec<i32>,
-    /// The application stops them so long after their start.
-    pub stop_after_us: Option<u64>,
-}
 
 /// Draws the curves of the drives and the moves of a run; in a half of the runs there are none.
 pub(super) fn draw(scenario: &mut Scenario) {

@@ -9,7 +9,7 @@ use drive_sim::Frame;
 use dyn_can::{DataFrame, DynFrame, FrameError, FunctionCode};
 use embedded_can::nb::Can;
 
-use super::generate::MOST_AXES;
+use super::scenario::MOST_AXES;
 
 /// How the master is broken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

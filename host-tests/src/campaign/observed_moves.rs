@@ -8,19 +8,9 @@ use dyn_can::FunctionCode;
 use embedded_can::Frame as _;
 
 use super::moves::Asked;
+use super::moving::Moving;
 use super::observer::{Observer, Seen, Stopped, broken};
 use super::violation::{Promise, Violation};
-
-/// A motion of one drive.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Moving {
-    asked: Asked,
-    /// Where the commands until then led its drive, with what was still to go out.
-    led_counts: i64,
-    /// The frame that begins it was taken.
-    is_sent: bool,
-    stops: u32,
-}
 
 /// The number in a frame, most significant byte first.
 fn number_of(frame: &Frame) -> i64 {

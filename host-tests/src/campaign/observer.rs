@@ -8,7 +8,7 @@ use embedded_can::{Frame as _, Id};
 
 use super::application::Permission;
 use super::injection::Kind;
-use super::observed_moves::Moving;
+use super::moving::Moving;
 use super::scenario::Scenario;
 use super::tap::Note;
 use super::violation::{Promise, Violation};

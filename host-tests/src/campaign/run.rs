@@ -10,10 +10,11 @@ use embedded_can::Frame as _;
 use embedded_can::nb::Can as _;
 
 use super::application::{Application, Permission};
-use super::generate::{DRIVE_POWER_ON_US, MOST_AXES};
+use super::generate::DRIVE_POWER_ON_US;
 use super::injection::{Kind, Rig, id_of};
 use super::mutation::{Leaky, Memory, Mutant, Mutation};
 use super::observer::{Observer, Seen, drive_of};
+use super::scenario::MOST_AXES;
 use super::scenario::{Scenario, ServiceTiming};
 use super::tap::{Note, Tap};
 use super::violation::Violation;

@@ -7,8 +7,27 @@ use drive_sim::{ResponseDelay, TxOrder};
 use dyn_can::{ParamGroup2, Revision};
 
 use super::injection::Injection;
-use super::moves::MoveOrder;
 use super::path::Path;
+
+/// Room of the master for axes.
+pub(super) const MOST_AXES: usize = 8;
+
+/// Moves of one group in mid-motion.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MoveOrder {
+    /// When, in microseconds.
+    pub at_us: u64,
+    /// Of whom.
+    pub group: GroupId,
+    /// Loaded, and started by the trigger for all at once.
+    pub by_trigger: bool,
+    /// Told as distances, and not as places.
+    pub is_relative: bool,
+    /// How far each axis of the scenario goes.
+    pub distances_counts: Vec<i32>,
+    /// The application stops them so long after their start.
+    pub stop_after_us: Option<u64>,
+}
 
 /// One axis: its drive, its settings in the master, and its motion.
 #[derive(Debug, Clone)]
