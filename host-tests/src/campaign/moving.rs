@@ -11,4 +11,6 @@ pub(super) struct Moving {
     /// The frame that begins it was taken.
     pub(super) is_sent: bool,
     pub(super) stops: u32,
+    /// It was stopped before the trigger.
+    pub(super) stays_loaded: bool,
 }

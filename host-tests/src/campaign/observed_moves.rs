@@ -1,7 +1,7 @@
 //! What the observer checks of motions that drives make by themselves: only what was asked, nothing behind a fault, no set-point meanwhile,
 //! and an end where both sides say that it is.
 
-use can_motion::facts::Knowledge;
+use can_motion::facts::{Goal, Knowledge};
 use can_motion::{AxisState, Instant};
 use drive_sim::Frame;
 use dyn_can::FunctionCode;
@@ -31,6 +31,7 @@ impl Observer {
             led_counts: led_counts + pending,
             is_sent: false,
             stops: 0,
+            stays_loaded: false,
         });
     }
 
@@ -135,6 +136,12 @@ impl Observer {
         };
         let snapshot = &seen.snapshot;
         let has_own_move = snapshot.facts.has_own_move();
+        // No command takes back what was loaded and then stopped: it stays in its drive until that is disabled.
+        let stays_loaded =
+            snapshot.state == AxisState::Loaded && snapshot.facts.goal != Goal::SyncMove;
+        if let Some(own) = &mut axis.own {
+            own.stays_loaded = stays_loaded;
+        }
         let is_over = snapshot.fault.is_some() || !snapshot.state.is_enabled();
         if is_over && !has_own_move {
             axis.own = None;
@@ -171,7 +178,10 @@ impl Observer {
         is_disturbed: bool,
         now: Instant,
     ) -> Result<(), Violation> {
-        let unended = self.axes.iter().position(|axis| axis.own.is_some());
+        let unended = self
+            .axes
+            .iter()
+            .position(|axis| axis.own.is_some_and(|own| !own.stays_loaded));
         match unended.filter(|_| !is_disturbed) {
             Some(index) => {
                 let what = format!("axis {index}: {:?} has not ended", self.axes[index].own);

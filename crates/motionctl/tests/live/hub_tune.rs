@@ -105,10 +105,12 @@ fn the_position_of_a_wheel_is_stepped_by_its_own_profile() {
         let sets = outcome["sets"].as_array().expect("a list");
         let peak = number(&sets[0], "following_error_peak_counts");
         assert!((380.0..=410.0).contains(&peak), "{outcome}");
-        assert!(
-            number(&sets[1], "rise_ms") < number(&sets[0], "rise_ms"),
-            "{outcome}"
-        );
+        // Speed and ramps are those of the profile: what a stiffer loop changes is how it gets to rest, and the place at each moment is
+        // read only every 10 ms or so.
+        for figure in ["overshoot_percent", "settling_ms"] {
+            let of = |set: &Value| number(set, figure);
+            assert!(of(&sets[1]) < 0.95 * of(&sets[0]), "{figure}: {outcome}");
+        }
         assert_eq!(gains(&bench), FACTORY);
         let report = bench.stop();
         assert_eq!(report["drives"][0]["travel_counts"], 0);
