@@ -252,12 +252,15 @@ class Document:
             os.environ.update(self.environment, TERM="xterm-256color", COLUMNS="80", LINES="24")
             os.execvp("sh", ["sh", "-c", f"stty cols 80 rows 24; exec {tool}{asks}"])
         end = time.monotonic() + PATIENCE_S
-        shown, has_pressed = b"", False
+        shown, streams_since, has_pressed = b"", None, False
         while True:
             with contextlib.suppress(OSError):
                 if select.select([terminal], [], [], 0.1)[0]:
                     shown += os.read(terminal, 4096)
-            if b"streaming" in shown and not has_pressed:
+            if b"streaming" in shown and streams_since is None:
+                streams_since = time.monotonic()
+            # The motion itself is seen for a while.
+            if streams_since is not None and time.monotonic() > streams_since + WATCHED_S and not has_pressed:
                 os.write(terminal, b"q")
                 has_pressed = True
             ended, status = os.waitpid(child, os.WNOHANG)
