@@ -220,7 +220,6 @@ fn every_reaction_takes_as_long_as_the_page_says() {
         .collect();
     let lines: String = rows.iter().map(|row| format!("{row}\n")).collect();
     let head = "| Cause | last step, ms | off, ms |\n|---|---|---|\n";
-    println!("{lines}");
     if std::env::var("REACTION_TIMES").as_deref() == Ok("write") {
         write(&format!("{head}{lines}"));
         return;
