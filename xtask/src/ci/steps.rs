@@ -111,6 +111,12 @@ pub(super) const STEPS: &[Step] = &[
         ],
     )
     .needs(&[&TARGET]),
+    Step::for_boards(
+        "hals",
+        "the examples for bxcan, MCP2515, SocketCAN, embassy and an ESP32 compile",
+        &["hals"],
+    )
+    .needs(&[&TARGET]),
     // The host's clippy does not see the code of the board, and only the toolchain of the target can lint it.
     Step::cargo(
         "firmware-lint",
