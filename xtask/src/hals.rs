@@ -37,7 +37,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         check
             .current_dir(workspace.root.join(FOLDER))
             // The compiler that builds a core library of its own may have no clippy.
-            .args([if target.is_some() { "check" } else { "clippy" }, "--locked"])
+            .args([
+                if target.is_some() { "check" } else { "clippy" },
+                "--locked",
+            ])
             .arg("--target-dir")
             .arg(workspace.target.join(FOLDER));
         if let Some(target) = target {

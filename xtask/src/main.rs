@@ -7,6 +7,7 @@ mod cost;
 mod emulator;
 mod error;
 mod firmware;
+mod fuzz;
 mod hals;
 mod images;
 mod module_cycles;
@@ -46,6 +47,8 @@ enum Task {
     Emulate(emulator::EmulateArguments),
     /// Test the real image of the firmware on an emulated board with simulated drives.
     FirmwareTests(emulator::Arguments),
+    /// Run LLVM's fuzzer against the decoders.
+    Fuzz(fuzz::Arguments),
     /// Check the examples for other people's drivers.
     Hals(hals::Arguments),
     /// Show which files of a crate need each other.
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Task::Cost(arguments) => cost::run(&arguments),
         Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
+        Task::Fuzz(arguments) => fuzz::run(&arguments),
         Task::Hals(arguments) => hals::run(&arguments),
         Task::ModuleCycles(arguments) => module_cycles::run(&arguments),
         Task::Mutants(arguments) => mutants::run(&arguments),

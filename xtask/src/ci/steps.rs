@@ -182,6 +182,11 @@ pub(super) const STEPS: &[Step] = &[
         "ten million random bytes for the serial decoder",
         &["run -q -p host-tests --bin serial-fuzz"],
     ),
+    Step::cargo(
+        "fuzz",
+        "LLVM's fuzzer finds no input that breaks a decoder, a log reader or the reader of programs: 50,000 inputs each, more by hand",
+        &["xtask fuzz --runs 50000 --seed 1"],
+    ),
     Step::call(
         "python-can-logs",
         "logs that python-can writes, read by `motionctl decode`",
