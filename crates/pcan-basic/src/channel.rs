@@ -86,7 +86,9 @@ impl Channel {
                 Status(Status::OK) if message.is_frame() => Ok(Some(message)),
                 // What the adapter tells of itself.
                 Status(Status::OK) => continue,
-                status if status.is_empty() && !status.is_bus_off() && !status.is_lost() => Ok(None),
+                status if status.is_empty() && !status.is_bus_off() && !status.is_lost() => {
+                    Ok(None)
+                }
                 status => Err(status),
             };
         }
@@ -129,6 +131,21 @@ fn refusal(library: &PcanBasic, channel: ChannelName, status: Status) -> Error {
         Error::Other {
             text: library.text(status),
             status,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_registers_make_the_bit_rates() {
+        // The controller of these adapters (SJA1000) is clocked with 8 MHz: prescaler in BTR0, quanta of both segments in BTR1.
+        for (kbit_per_s, registers) in BIT_RATES {
+            let prescaler = u32::from(registers >> 8 & 0x3F) + 1;
+            let quanta = 1 + u32::from(registers & 0xF) + 1 + u32::from(registers >> 4 & 7) + 1;
+            assert_eq!(prescaler * quanta * kbit_per_s, 8_000, "{kbit_per_s}");
         }
     }
 }

@@ -60,9 +60,21 @@ mod tests {
             ("PCAN_USBBUS16", 0x510),
         ] {
             let channel: ChannelName = name.parse().unwrap();
-            assert_eq!((channel.handle(), channel.to_string().as_str()), (handle, name));
+            assert_eq!(
+                (channel.handle(), channel.to_string().as_str()),
+                (handle, name)
+            );
         }
-        for name in ["", "PCAN_USBBUS", "PCAN_USBBUS0", "PCAN_USBBUS17", "PCAN_USBBUS01", "PCAN_USBBUS+1", "can0", "51h"] {
+        for name in [
+            "",
+            "PCAN_USBBUS",
+            "PCAN_USBBUS0",
+            "PCAN_USBBUS17",
+            "PCAN_USBBUS01",
+            "PCAN_USBBUS+1",
+            "can0",
+            "51h",
+        ] {
             assert_eq!(name.parse::<ChannelName>(), Err(BadName(name.to_owned())));
         }
     }

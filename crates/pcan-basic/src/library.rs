@@ -130,7 +130,12 @@ impl PcanBasic {
         let mut value = 0_u32;
         // SAFETY: each `Parameter` has a value of four bytes, which is told, and which lives until the call returns.
         let status = unsafe {
-            (self.get_value)(handle, parameter as u8, (&raw mut value).cast(), size_of::<u32>() as u32)
+            (self.get_value)(
+                handle,
+                parameter as u8,
+                (&raw mut value).cast(),
+                size_of::<u32>() as u32,
+            )
         };
         if status == Status::OK {
             Ok(value)
@@ -143,7 +148,12 @@ impl PcanBasic {
         let mut value = value;
         // SAFETY: as for `value`.
         Status(unsafe {
-            (self.set_value)(handle, parameter as u8, (&raw mut value).cast(), size_of::<u32>() as u32)
+            (self.set_value)(
+                handle,
+                parameter as u8,
+                (&raw mut value).cast(),
+                size_of::<u32>() as u32,
+            )
         })
     }
 

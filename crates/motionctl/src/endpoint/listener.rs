@@ -52,10 +52,13 @@ impl Listener {
                 TcpListener::bind(address).map(Self::Tcp).map_err(failed)
             }
             Endpoint::Unix(path) => {
-                let (listener, file) = SocketFile::bind(path).map_err(|source| match source.kind() {
-                    io::ErrorKind::AlreadyExists => EndpointError::NoSocket { path: path.into() },
-                    _ => failed(source),
-                })?;
+                let (listener, file) =
+                    SocketFile::bind(path).map_err(|source| match source.kind() {
+                        io::ErrorKind::AlreadyExists => {
+                            EndpointError::NoSocket { path: path.into() }
+                        }
+                        _ => failed(source),
+                    })?;
                 Ok(Self::Unix {
                     listener,
                     _file: file,

@@ -4,7 +4,7 @@ use core::str::FromStr;
 
 use dyn_can::DriveId;
 
-use super::{Link, OpenError, SpeedOptions};
+use super::{Link, OpenError, SpeedOptions, is_interface};
 use crate::drive_ids::drive_ids;
 
 /// One bus with --slcan or --can, or several with --bus.
@@ -49,7 +49,9 @@ impl FromStr for BusChoice {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
-            format!("expected can:INTERFACE=IDS, slcan:TTY=IDS or pcan:CHANNEL=IDS, as in can:can0=1,2, got {text}")
+            format!(
+                "expected can:INTERFACE=IDS, slcan:TTY=IDS or pcan:CHANNEL=IDS, as in can:can0=1,2, got {text}"
+            )
         };
         let (link, ids) = text.rsplit_once('=').ok_or_else(expected)?;
         let port = match link.split_once(':') {
@@ -96,7 +98,7 @@ impl BusesOptions {
             Ok(vec![OpenBus {
                 link,
                 name: String::new(),
-                interface: interface.cloned(),
+                interface: interface.filter(|name| is_interface(name)).cloned(),
                 axes: None,
             }])
         };
@@ -117,7 +119,7 @@ impl BusesOptions {
         Ok(OpenBus {
             link,
             name: name.clone(),
-            interface: interface.cloned(),
+            interface: interface.filter(|name| is_interface(name)).cloned(),
             axes: Some(bus.drives.len()),
         })
     }

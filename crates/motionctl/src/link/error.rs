@@ -25,10 +25,13 @@ pub(crate) enum OpenError {
     /// The Lawicel protocol has no such bit rate.
     BitRate { kbit_per_s: u32 },
     /// The kernel has no CAN.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "of Linux"))]
     NoCanInKernel { interface: String },
     /// There is no such network interface, or it is no CAN interface.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "of Linux"))]
     NoSuchInterface { interface: String },
     /// The network interface is down.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "of Linux"))]
     InterfaceDown { interface: String },
     /// Only Linux has CAN network interfaces.
     #[cfg_attr(target_os = "linux", expect(dead_code, reason = "Linux has them"))]
@@ -38,7 +41,10 @@ pub(crate) enum OpenError {
     /// Nobody listens at a TCP port of this machine.
     NobodyListens { port: String },
     /// A PCAN adapter cannot be opened.
-    Pcan { channel: String, reason: pcan_basic::Error },
+    Pcan {
+        channel: String,
+        reason: pcan_basic::Error,
+    },
     /// Not a channel of a PCAN adapter.
     PcanName(pcan_basic::BadName),
     /// PCAN-Basic is for Windows.

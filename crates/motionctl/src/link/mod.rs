@@ -30,6 +30,7 @@ pub(crate) use fault::LinkFault;
 pub(crate) use options::{
     LinkOptions, PortOptions, SpeedOptions, listen_to_interface, listen_to_slcan,
 };
+pub(crate) use pcan::is_interface;
 pub(crate) use slcan::ANSWER_LIMIT;
 
 /// An open link to a bus.

@@ -3,7 +3,7 @@
 use drive_sim::BitRate;
 
 use super::channel::Channel;
-use super::pcan::{Pcan, pcan_channel};
+use super::pcan::{Pcan, is_interface, pcan_channel};
 use super::slcan::{Settings, Slcan};
 use super::{Adapter, Link, OpenError};
 use crate::virtual_drives::bit_rate;
@@ -89,7 +89,7 @@ impl LinkOptions {
 
     /// The CAN network interface, when it is one.
     pub(crate) fn interface(&self) -> Option<&str> {
-        self.port.can.as_deref()
+        self.port.can.as_deref().filter(|name| is_interface(name))
     }
 
     fn open_at(&self, speeds: &SpeedOptions) -> Result<Link, OpenError> {
@@ -168,11 +168,7 @@ fn open_slcan(port: &str, settings: Settings, channel: Channel) -> Result<Link, 
     Ok(Link::new(Box::new(slcan), settings.kbit_per_s))
 }
 
-fn open_interface(
-    interface: &str,
-    kbit_per_s: u32,
-    channel: Channel,
-) -> Result<Link, OpenError> {
+fn open_interface(interface: &str, kbit_per_s: u32, channel: Channel) -> Result<Link, OpenError> {
     let adapter = match pcan_channel(interface) {
         Some(name) => Box::new(Pcan::open(name, kbit_per_s, channel)?),
         None => network_interface(interface)?,

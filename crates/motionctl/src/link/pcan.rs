@@ -22,6 +22,11 @@ pub(super) fn pcan_channel(name: &str) -> Option<&str> {
     name.strip_prefix(SCHEME)
 }
 
+/// Whether a name is that of a network interface, as logs have it.
+pub(crate) fn is_interface(name: &str) -> bool {
+    pcan_channel(name).is_none()
+}
+
 /// An open channel.
 #[derive(Debug)]
 pub(super) struct Pcan {

@@ -5,8 +5,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::window::Window;
 use super::Slcan;
+use super::window::Window;
 use crate::lawicel::{self, Token};
 use crate::link::OpenError;
 use crate::link::channel::Channel;

@@ -66,6 +66,10 @@ impl Console {
             || self.close.poll_recv(context).is_ready()
             || self.logoff.poll_recv(context).is_ready()
             || self.shutdown.poll_recv(context).is_ready();
-        if is_told { Poll::Ready(()) } else { Poll::Pending }
+        if is_told {
+            Poll::Ready(())
+        } else {
+            Poll::Pending
+        }
     }
 }

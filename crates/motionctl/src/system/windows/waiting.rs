@@ -9,7 +9,8 @@ use crate::system::Input;
 /// How often is looked: the system waits for sockets only through unsafe calls, and its timeout of a read is too coarse.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Waits until one of these brings something, at most so long. Whoever connects is seen at the end of the wait.
+/// Waits until one of these brings something, at most so long. Whoever connects is seen at the end of the wait:
+/// nothing but letting them in tells that somebody has come.
 ///
 /// # Errors
 /// Never; other systems may refuse to wait.
@@ -31,6 +32,6 @@ fn has_something(input: &Input<'_>) -> bool {
         Input::Stream(stream) => !stream
             .peek(&mut [0])
             .is_err_and(|error| error.kind() == ErrorKind::WouldBlock),
-        Input::Listener(_) => false,
+        Input::Listener(listener) => listener.take_error().is_ok_and(|error| error.is_some()),
     }
 }
