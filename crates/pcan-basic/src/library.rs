@@ -78,7 +78,7 @@ impl PcanBasic {
     fn of(library: Result<Library, libloading::Error>, name: &str) -> Result<Self, Error> {
         let library = library.map_err(|reason| Error::NoLibrary {
             library: name.to_owned(),
-            reason: reason.to_string(),
+            reason: cause(&reason),
         })?;
         // SAFETY: the signatures are those of PCANBasic.h, version 4; `_library` outlives the pointers, which leave this value only in
         // calls.
@@ -176,6 +176,12 @@ impl fmt::Debug for PcanBasic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("PcanBasic").finish_non_exhaustive()
     }
+}
+
+/// What the system says, behind what the loader says of itself.
+fn cause(error: &libloading::Error) -> String {
+    let of_the_system = core::error::Error::source(error);
+    of_the_system.map_or_else(|| error.to_string(), ToString::to_string)
 }
 
 /// The folder of the program and that of the system alone: never the current folder.

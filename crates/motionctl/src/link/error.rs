@@ -152,7 +152,7 @@ impl fmt::Display for OpenError {
             ),
             Self::NotLinux { interface } => write!(
                 f,
-                "cannot open {interface}: only Linux has CAN network interfaces; use --slcan with a serial adapter instead"
+                "cannot open {interface}: only Linux has CAN network interfaces; use --slcan with a serial adapter instead, or --can pcan:PCAN_USBBUS1 with a PCAN-USB on Windows"
             ),
             Self::NoLoopback { reason } => f.write_str(reason),
             Self::NobodyListens { port } => write!(
