@@ -7,7 +7,7 @@ use std::process::{Child, ChildStderr, Output};
 use serde_json::Value;
 
 use crate::bench::{interrupt, motionctl, wait_until};
-use crate::tool::File;
+use crate::tool::Scratch;
 use crate::undisturbed::undisturbed;
 
 /// A bench with its adapter, and the serial port of its drives, behind ports that are free.
@@ -145,7 +145,10 @@ fn other_machines_are_refused_on_both_sides_and_a_port_without_a_bench_is_told()
 fn a_motion_ends_whole_and_its_drives_are_off_after_it() {
     undisturbed(|| {
         let bench = TcpBench::start("1");
-        let file = File::new("tcp-motion.csv", "time_s,a_deg\n0,0\n0.5,90\n1,180\n");
+        let file = Scratch::new("tcp-motion.csv", "time_s,a_deg\n0,0\n0.5,90\n1,180\n");
+        // A motion leaves each drive as it was.
+        let disable = ["disable", "--slcan", &bench.slcan, "--drives", "1"];
+        assert!(motionctl(&disable).status().expect("it runs").success());
         let link = ["--slcan", &bench.slcan, "--trajectory", file.as_str()];
         let run = [&["run", "--json", "--yes"][..], &link].concat();
         let output = motionctl(&run).output().expect("motionctl runs");
