@@ -5,6 +5,8 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
+use crate::toolchain::Target;
+
 /// Why a task stopped. The text says what to do about it.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -38,7 +40,7 @@ pub(crate) enum Error {
     /// There is no way to compile for the target on this machine.
     NoToolchain {
         /// The target.
-        target: &'static str,
+        target: &'static Target,
         /// Each way that was tried and what it lacks.
         tried: Vec<String>,
     },
@@ -179,16 +181,24 @@ impl fmt::Display for Error {
                 failed.join(" ")
             ),
             Self::NoToolchain { target, tried } => {
-                writeln!(f, "this machine cannot compile for {target} yet. Tried:")?;
+                let triple = target.triple;
+                writeln!(f, "this machine cannot compile for {triple} yet. Tried:")?;
                 for way in tried {
                     writeln!(f, "  - {way}")?;
                 }
+                let apart = if target.linker_is_apart {
+                    format!("; {} as well", target.linker)
+                } else {
+                    String::new()
+                };
                 write!(
                     f,
                     "Do one of these, then try again:\n\
-                     \x20 rustup target add {target}                    (needs rustup and its download server)\n\
-                     \x20 rustup component add rust-src                              (the same, builds core from source)\n\
-                     \x20 apt-get install rustc-web rust-web-src                     (Debian, as root; needs no rustup server)"
+                     \x20 rustup target add {triple:<38}  (needs rustup and its download server{apart})\n\
+                     \x20 rustup component add rust-src                               (the same, builds {} from source)\n\
+                     \x20 apt-get install {:<40}  (Debian, as root; needs no rustup server)",
+                    target.libraries,
+                    target.packages.join(" "),
                 )
             }
         }

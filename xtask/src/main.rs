@@ -21,6 +21,7 @@ mod size_profile;
 mod symbols;
 mod thumb;
 mod toolchain;
+mod windows;
 mod workspace;
 
 use std::process::ExitCode;
@@ -61,6 +62,8 @@ enum Task {
     Profile(profile::Arguments),
     /// Show that the libraries cannot panic, and how large they are on the target.
     Proofs(proofs::Arguments),
+    /// Build motionctl for Windows.
+    Windows(windows::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -77,6 +80,7 @@ fn main() -> ExitCode {
         Task::Peers(arguments) => peers::run(&arguments),
         Task::Profile(arguments) => profile::run(&arguments),
         Task::Proofs(arguments) => proofs::run(&arguments),
+        Task::Windows(arguments) => windows::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,11 +4,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
 use crate::error::Error;
-use crate::toolchain::{Preference, Toolchain};
+use crate::toolchain::{Preference, Target, Toolchain};
 use crate::workspace::{Workspace, cargo};
 
 /// The target of every board: Cortex-M4 with its floating-point unit.
-pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+pub(crate) const TARGET: Target = Target {
+    triple: "thumbv7em-none-eabihf",
+    libraries: "core",
+    linker: "rust-lld",
+    linker_is_apart: false,
+    packages: &["rustc-web", "rust-web-src"],
+};
 
 /// What a build has beside its package.
 #[derive(Default)]
@@ -43,8 +49,8 @@ impl Builder {
     /// When there is no toolchain for the target.
     pub(crate) fn find(preference: Preference) -> Result<Self, Error> {
         let workspace = Workspace::find()?;
-        let toolchain = Toolchain::find(TARGET, preference)?;
-        eprintln!("building for {TARGET}: {}", toolchain.describe());
+        let toolchain = Toolchain::find(&TARGET, preference)?;
+        eprintln!("building for {}: {}", TARGET.triple, toolchain.describe());
         // Apart from the host builds: another compiler in the same folder would make both build everything anew each time.
         let folder = workspace.target.join("thumb");
         Ok(Self {
@@ -71,7 +77,7 @@ impl Builder {
 
     /// The folder of the images.
     pub(crate) fn images(&self) -> PathBuf {
-        self.folder.join(TARGET).join("release")
+        self.folder.join(TARGET.triple).join("release")
     }
 
     /// Builds a package, with the messages of cargo on the standard error.
@@ -123,7 +129,7 @@ impl Builder {
         let mut build = Command::new(cargo());
         build
             .current_dir(&self.workspace.root)
-            .args(["build", "--release", "--target", TARGET, "--package"])
+            .args(["build", "--release", "--target", TARGET.triple, "--package"])
             .arg(package)
             .arg("--target-dir")
             .arg(&self.folder);

@@ -1,5 +1,5 @@
-//! Finds a way to compile for a target without an operating system: the installed target, one that rustup can install,
-//! or `core` built from the source that belongs to a compiler.
+//! Finds a way to compile for another target: the installed target, one that rustup can install, or its libraries built from the
+//! source that belongs to a compiler.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -12,11 +12,24 @@ use crate::error::Error;
 
 /// Debian's package `rustc-web` puts its compiler here; its source, `rust-web-src`, lies in the same sysroot.
 const DISTRIBUTION_RUSTC: &str = "/usr/bin/rustc";
-/// The linker of targets without an operating system.
-const LINKER: &str = "rust-lld";
 /// Longer than this rustup is not waited for: on a closed network it may never come back.
 const RUSTUP_PATIENCE: Duration = Duration::from_secs(60);
 const RUSTUP_POLL: Duration = Duration::from_millis(100);
+
+/// A target, and what it takes to compile for it.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Target {
+    /// Its name.
+    pub(crate) triple: &'static str,
+    /// The libraries that are built when they are built from source.
+    pub(crate) libraries: &'static str,
+    /// The linker.
+    pub(crate) linker: &'static str,
+    /// The linker does not come with a compiler of Rust: it must be on the search path whatever the way is.
+    pub(crate) linker_is_apart: bool,
+    /// The packages of Debian that bring everything.
+    pub(crate) packages: &'static [&'static str],
+}
 
 /// Which way to take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -25,7 +38,7 @@ pub(crate) enum Preference {
     Auto,
     /// Only the installed target.
     Installed,
-    /// Only `core` built from source, even when the target is installed.
+    /// Only libraries built from source, even when the target is installed.
     Source,
 }
 
@@ -34,12 +47,14 @@ pub(crate) enum Preference {
 pub(crate) enum Toolchain {
     /// The usual compiler, with the target installed.
     Installed,
-    /// A compiler that builds `core` from its own source first.
+    /// A compiler that builds the libraries from its own source first.
     Source {
         /// The compiler.
         rustc: PathBuf,
         /// The folder of the linker.
         linker: PathBuf,
+        /// The libraries.
+        libraries: &'static str,
     },
 }
 
@@ -48,23 +63,29 @@ impl Toolchain {
     ///
     /// # Errors
     /// [`Error::NoToolchain`] with each way and what it lacks.
-    pub(crate) fn find(target: &'static str, preference: Preference) -> Result<Self, Error> {
+    pub(crate) fn find(target: &'static Target, preference: Preference) -> Result<Self, Error> {
         let usual = Compiler::ask(&env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
         let mut tried = Vec::new();
+        if let Err(lack) = linker_apart(target) {
+            tried.push(lack);
+            return Err(Error::NoToolchain { target, tried });
+        }
         if preference != Preference::Source {
-            match installed(usual.as_ref(), target) {
+            match installed(usual.as_ref(), target.triple) {
                 Ok(()) => return Ok(Self::Installed),
                 Err(lack) => tried.push(lack),
             }
         }
         if preference == Preference::Auto {
-            match add_with_rustup(target).and_then(|()| installed(usual.as_ref(), target)) {
+            match add_with_rustup(target.triple)
+                .and_then(|()| installed(usual.as_ref(), target.triple))
+            {
                 Ok(()) => return Ok(Self::Installed),
                 Err(lack) => tried.push(lack),
             }
         }
         if preference != Preference::Installed {
-            match from_source(usual.as_ref()) {
+            match from_source(usual.as_ref(), target) {
                 Ok(toolchain) => return Ok(toolchain),
                 Err(mut lacks) => tried.append(&mut lacks),
             }
@@ -84,28 +105,40 @@ impl Toolchain {
     pub(crate) fn describe(&self) -> String {
         match self {
             Self::Installed => "installed target".into(),
-            Self::Source { rustc, .. } => format!("core built from source by {}", rustc.display()),
+            Self::Source {
+                rustc, libraries, ..
+            } => format!("{libraries} built from source by {}", rustc.display()),
         }
     }
 
     /// The version of the compiler, and where the core library comes from: what has the same one makes the same code.
     pub(crate) fn version(&self) -> String {
         let usual = || env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-        let (rustc, core) = match self {
-            Self::Installed => (usual(), "core as installed"),
-            Self::Source { rustc, .. } => (rustc.clone().into_os_string(), "core from source"),
+        let (rustc, libraries) = match self {
+            Self::Installed => (usual(), "core as installed".to_owned()),
+            Self::Source {
+                rustc, libraries, ..
+            } => (
+                rustc.clone().into_os_string(),
+                format!("{libraries} from source"),
+            ),
         };
         let output = Command::new(rustc).arg("--version").output();
         let version = output.map_or_else(
             |_| "unknown".to_owned(),
             |output| String::from_utf8_lossy(&output.stdout).trim().to_owned(),
         );
-        format!("{version}, {core}")
+        format!("{version}, {libraries}")
     }
 
     /// Makes `cargo` use this toolchain.
     pub(crate) fn apply(&self, cargo: &mut Command) {
-        let Self::Source { rustc, linker } = self else {
+        let Self::Source {
+            rustc,
+            linker,
+            libraries,
+        } = self
+        else {
             return;
         };
         cargo
@@ -113,7 +146,7 @@ impl Toolchain {
             // `build-std` is unstable, the compiler is a stable one.
             .env("RUSTC_BOOTSTRAP", "1")
             .env("PATH", with_first(linker, env::var_os("PATH").as_deref()))
-            .arg("-Zbuild-std=core");
+            .arg(format!("-Zbuild-std={libraries}"));
     }
 }
 
@@ -176,6 +209,22 @@ pub(crate) fn host_of(version: &str) -> Option<&str> {
     version.lines().find_map(|line| line.strip_prefix("host: "))
 }
 
+/// Where the linker is no part of any way, whether it is there.
+fn linker_apart(target: &Target) -> Result<(), String> {
+    let is_there = || {
+        path_folders()
+            .iter()
+            .any(|folder| folder.join(target.linker).is_file())
+    };
+    if target.linker_is_apart && !is_there() {
+        return Err(format!(
+            "any way: there is no {} on the path, which links and compiles C for this target",
+            target.linker
+        ));
+    }
+    Ok(())
+}
+
 fn installed(usual: Option<&Compiler>, target: &str) -> Result<(), String> {
     let usual = usual.ok_or("the installed target: there is no rustc")?;
     if usual.has_target(target) {
@@ -225,20 +274,26 @@ fn add_with_rustup(target: &str) -> Result<(), String> {
 }
 
 /// A compiler with its source, and a linker: first the usual compiler, then the distribution's.
-fn from_source(usual: Option<&Compiler>) -> Result<Toolchain, Vec<String>> {
+fn from_source(usual: Option<&Compiler>, target: &Target) -> Result<Toolchain, Vec<String>> {
     let distribution = Compiler::ask(DISTRIBUTION_RUSTC.as_ref());
     let compilers: Vec<&Compiler> = usual.into_iter().chain(&distribution).collect();
+    let (libraries, linker) = (target.libraries, target.linker);
     let mut lacks = Vec::new();
     let with_source = compilers.iter().find(|compiler| compiler.has_source());
     if with_source.is_none() {
         lacks.push(match compilers.as_slice() {
-            [] => format!("core from source: there is neither rustc nor {DISTRIBUTION_RUSTC}"),
+            [] => {
+                format!("{libraries} from source: there is neither rustc nor {DISTRIBUTION_RUSTC}")
+            }
             all => {
                 let places: Vec<_> = all
                     .iter()
                     .map(|compiler| compiler.rustlib().join("src").display().to_string())
                     .collect();
-                format!("core from source: no source in {}", places.join(" or "))
+                format!(
+                    "{libraries} from source: no source in {}",
+                    places.join(" or ")
+                )
             }
         });
     }
@@ -246,16 +301,17 @@ fn from_source(usual: Option<&Compiler>) -> Result<Toolchain, Vec<String>> {
         .iter()
         .map(|compiler| compiler.tools())
         .chain(path_folders());
-    let linker = folders
+    let found = folders
         .into_iter()
-        .find(|folder| folder.join(LINKER).is_file());
-    if linker.is_none() {
-        lacks.push(format!("core from source: no {LINKER} beside a rustc or on the path (a rustup toolchain has it)"));
+        .find(|folder| folder.join(linker).is_file());
+    if found.is_none() {
+        lacks.push(format!("{libraries} from source: no {linker} beside a rustc or on the path (a rustup toolchain has rust-lld)"));
     }
-    match (with_source, linker) {
+    match (with_source, found) {
         (Some(compiler), Some(linker)) => Ok(Toolchain::Source {
             rustc: compiler.rustc.clone(),
             linker,
+            libraries,
         }),
         _ => Err(lacks),
     }
@@ -283,7 +339,8 @@ mod tests {
 
     use super::*;
 
-    const TARGET: &str = "thumbv7em-none-eabihf";
+    use crate::thumb::TARGET;
+    use crate::windows::TARGET as WINDOWS;
 
     /// A compiler of which only the folders exist; `name` keeps the tests apart.
     fn compiler(name: &str, files: &[&str]) -> Compiler {
@@ -318,13 +375,17 @@ mod tests {
             "without",
             &["thumbv7em-none-eabihf/lib/liballoc-71d093c14198c12f.rlib"],
         );
-        assert_eq!(installed(Some(&with), TARGET), Ok(()));
+        assert_eq!(installed(Some(&with), TARGET.triple), Ok(()));
         assert!(
-            installed(Some(&without), TARGET)
+            installed(Some(&without), TARGET.triple)
                 .unwrap_err()
                 .contains("has no thumbv7em-none-eabihf")
         );
-        assert!(installed(None, TARGET).unwrap_err().contains("no rustc"));
+        assert!(
+            installed(None, TARGET.triple)
+                .unwrap_err()
+                .contains("no rustc")
+        );
         fs::remove_dir_all(with.sysroot).unwrap();
         fs::remove_dir_all(without.sysroot).unwrap();
     }
@@ -338,15 +399,34 @@ mod tests {
                 "x86_64-unknown-linux-gnu/bin/rust-lld",
             ],
         );
-        let found = from_source(Some(&usual)).unwrap();
+        let found = from_source(Some(&usual), &TARGET).unwrap();
         assert_eq!(
             found,
             Toolchain::Source {
                 rustc: "rustc".into(),
-                linker: usual.tools()
+                linker: usual.tools(),
+                libraries: "core",
             }
         );
         fs::remove_dir_all(usual.sysroot).unwrap();
+    }
+
+    #[test]
+    fn a_linker_of_its_own_is_looked_for_whatever_the_way_is() {
+        let absent = super::Target {
+            linker: "no-such-linker",
+            ..WINDOWS
+        };
+        assert!(
+            linker_apart(&absent)
+                .unwrap_err()
+                .contains("no no-such-linker on the path")
+        );
+        let of_a_compiler = super::Target {
+            linker: "no-such-linker",
+            ..TARGET
+        };
+        assert_eq!(linker_apart(&of_a_compiler), Ok(()));
     }
 
     #[test]
@@ -355,9 +435,13 @@ mod tests {
         Toolchain::Source {
             rustc: "/r/rustc".into(),
             linker: "/l".into(),
+            libraries: WINDOWS.libraries,
         }
         .apply(&mut cargo);
-        assert_eq!(cargo.get_args().collect::<Vec<_>>(), ["-Zbuild-std=core"]);
+        assert_eq!(
+            cargo.get_args().collect::<Vec<_>>(),
+            ["-Zbuild-std=std,panic_abort"]
+        );
         let value = |name: &str| {
             cargo
                 .get_envs()
@@ -375,6 +459,7 @@ mod tests {
         let source = Toolchain::Source {
             rustc: "/r/rustc".into(),
             linker: "/l".into(),
+            libraries: "core",
         };
         for (toolchain, expected) in [
             (Toolchain::Installed, Preference::Installed),

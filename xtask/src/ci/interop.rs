@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use super::place::Place;
 use crate::error::Error;
+use crate::toolchain::{Preference, Toolchain};
+use crate::windows;
 
 /// The independent implementations, pinned: a step must not change because one of them was released.
 const PYTHON_PACKAGES: [&str; 7] = [
@@ -109,6 +111,29 @@ pub(super) fn wireshark(place: &Place) -> Result<Vec<String>, Error> {
 /// Needs no package of Python, and its kernel cannot see a virtual environment everywhere.
 pub(super) fn socketcan(place: &Place) -> Result<Vec<String>, Error> {
     plain(place, "crates/motionctl/tests/interop/socketcan.py")
+}
+
+/// The tool for Windows.
+pub(super) fn windows_program(place: &Place) -> Result<PathBuf, Error> {
+    let workspace = place.workspace();
+    // What `need` has found.
+    let toolchain = Toolchain::find(&windows::TARGET, Preference::Installed)
+        .or_else(|_| Toolchain::find(&windows::TARGET, Preference::Source))?;
+    windows::build(workspace, &toolchain, windows::QUICK)
+}
+
+/// The tool for Windows beside the one for this system.
+pub(super) fn wine(place: &Place) -> Result<Vec<String>, Error> {
+    let program = windows_program(place)?;
+    let motionctl = place.tool("motionctl", "motionctl")?;
+    let script = "crates/motionctl/tests/interop/windows.py";
+    place.script(
+        place
+            .command("python3")
+            .arg(script)
+            .arg(motionctl)
+            .arg(program),
+    )
 }
 
 /// What a terminal shows of the live views.

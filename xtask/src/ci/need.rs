@@ -3,7 +3,8 @@
 use std::env;
 
 use crate::thumb::TARGET as BOARD_TARGET;
-use crate::toolchain::{Preference, Toolchain};
+use crate::toolchain::{Preference, Target, Toolchain};
+use crate::windows::TARGET as WINDOWS_TARGET;
 
 /// Something that a machine may lack.
 pub(super) struct Need {
@@ -28,13 +29,8 @@ pub(super) const PYTHON: Need = Need {
 /// Any toolchain for the boards.
 pub(super) const TARGET: Need = Need {
     name: "target",
-    lacking: || {
-        let found = Toolchain::find(BOARD_TARGET, Preference::Auto);
-        found
-            .err()
-            .map(|_| format!("no toolchain for {BOARD_TARGET}"))
-    },
-    packages: &["rustc-web", "rust-web-src"],
+    lacking: || no_toolchain(&BOARD_TARGET, Preference::Auto),
+    packages: BOARD_TARGET.packages,
     otherwise: Some("rustup target add thumbv7em-none-eabihf"),
 };
 
@@ -42,13 +38,34 @@ pub(super) const TARGET: Need = Need {
 pub(super) const TARGET_INSTALLED: Need = Need {
     name: "installed target",
     lacking: || {
-        let found = Toolchain::find(BOARD_TARGET, Preference::Installed);
+        let found = Toolchain::find(&BOARD_TARGET, Preference::Installed);
         found
             .err()
-            .map(|_| format!("{BOARD_TARGET} is not installed"))
+            .map(|_| format!("{} is not installed", BOARD_TARGET.triple))
     },
     packages: &[],
     otherwise: Some("rustup target add thumbv7em-none-eabihf"),
+};
+
+/// Any toolchain for Windows. It is not fetched with rustup, which may wait a minute for a server: its packages are at hand.
+pub(super) const WINDOWS: Need = Need {
+    name: "target of Windows",
+    lacking: || {
+        no_toolchain(&WINDOWS_TARGET, Preference::Installed)?;
+        no_toolchain(&WINDOWS_TARGET, Preference::Source)
+    },
+    packages: WINDOWS_TARGET.packages,
+    otherwise: Some(
+        "rustup target add x86_64-pc-windows-gnu, and the linker x86_64-w64-mingw32-gcc",
+    ),
+};
+
+/// Runs programs of Windows on Linux.
+pub(super) const WINE: Need = Need {
+    name: "wine",
+    lacking: || all_of(&["wine"]),
+    packages: &["wine", "wine64"],
+    otherwise: None,
 };
 
 /// A kernel with CAN that runs as a program, and the tools for CAN interfaces.
@@ -107,6 +124,13 @@ impl Need {
 pub(super) fn is_installed(program: &str) -> bool {
     let path = env::var_os("PATH").unwrap_or_default();
     env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+fn no_toolchain(target: &'static Target, preference: Preference) -> Option<String> {
+    let found = Toolchain::find(target, preference);
+    found
+        .err()
+        .map(|_| format!("no toolchain for {}", target.triple))
 }
 
 fn all_of(programs: &[&str]) -> Option<String> {

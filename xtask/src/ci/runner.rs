@@ -113,7 +113,7 @@ impl Runner {
 
 /// The toolchain for the boards as an option of this program names it, so that not every line looks for it again.
 fn board_toolchain() -> Result<&'static str, Error> {
-    Toolchain::find(TARGET, Preference::Auto).map(|toolchain| toolchain.option())
+    Toolchain::find(&TARGET, Preference::Auto).map(|toolchain| toolchain.option())
 }
 
 fn outcome_of(result: Result<Vec<String>, Error>) -> Outcome {

@@ -1,7 +1,9 @@
 //! The table of the checks, in the order in which they run: what fails soonest comes first.
 
 use super::interop;
-use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK};
+use super::need::{
+    CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK, WINDOWS, WINE,
+};
 use super::published;
 use super::report_page;
 use super::seeded_mistakes;
@@ -223,6 +225,18 @@ pub(super) const STEPS: &[Step] = &[
         interop::python_canopen,
     )
     .needs(&[&PYTHON]),
+    Step::call(
+        "windows",
+        "motionctl builds for Windows without a warning",
+        |place| interop::windows_program(place).map(|_| Vec::new()),
+    )
+    .needs(&[&WINDOWS]),
+    Step::call(
+        "wine",
+        "the program of Windows under Wine: plan, sim, decode, check say what they say on Linux; ports, PCAN-Basic, Ctrl-C in a motion",
+        interop::wine,
+    )
+    .needs(&[&WINDOWS, &PYTHON, &WINE]),
     Step::call(
         "eds",
         "python-canopen and Lely's dcf-tools load the data sheet of the hub motors without a warning",

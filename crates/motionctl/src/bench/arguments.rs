@@ -1,12 +1,11 @@
 //! Options of `motionctl bench`.
 
-use std::path::PathBuf;
-
 use drive_sim::BitRate;
 use dyn_can::DriveId;
 
 use super::mechanics::MechanicsOptions;
 use crate::drive_ids::drive_ids;
+use crate::host_port::Place;
 use crate::virtual_drives::{VirtualDriveOptions, bit_rate};
 
 const EXAMPLES: &str = "\
@@ -16,10 +15,13 @@ Examples:
   motionctl bench --fresh --slcan /tmp/can-adapter                  one drive as it comes out of its box
   motionctl run --slcan /tmp/can-adapter --drives 1,2 --axes 2     in another terminal
   slcand -o -s8 /tmp/can-adapter can0                              as a network interface, on Linux
+  motionctl bench --drives 1,2 --slcan tcp:7000                    on any system, for programs of this machine
+  motionctl run --slcan tcp:7000 --drives 1,2 --axes 2             in another terminal; python-can opens socket://127.0.0.1:7000
 
 The adapter speaks the Lawicel protocol (S0..S8, O, L, C, t, T, r, R, F, V, N, Z) and drives a virtual
 bus with exact bit timing, in real time. The serial port is that of the same drives: 38400 baud, DYN232M.
-Ctrl-C ends it and shows what each drive has received. SIGUSR1 switches the power of the drives off and on.
+Ctrl-C ends it and shows what each drive has received. SIGUSR1 switches the power of the drives off and on, where the system
+has it. A TCP port takes one program at a time.
 
 Exit status: 0 ended on request, 2 the bench could not be set up, 3 the terminal failed.";
 
@@ -80,14 +82,14 @@ pub(crate) struct Troubles {
     pub(crate) ignore_settings_after: Option<u64>,
 }
 
-/// Where to put the terminals: links that do not exist yet, one at least.
+/// What the drives are behind, one at least.
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = true)]
 pub(crate) struct Terminals {
-    /// Terminal of a CAN adapter (slcan): a link that does not exist yet.
-    #[arg(long, value_name = "PATH")]
-    pub(crate) slcan: Option<PathBuf>,
-    /// Terminal of the drives' serial line: a link that does not exist yet.
-    #[arg(long, value_name = "PATH")]
-    pub(crate) serial: Option<PathBuf>,
+    /// Where programs find the CAN adapter (slcan): a link that does not exist yet, or tcp:PORT of this machine; port 0 takes one that is free.
+    #[arg(long, value_name = "PATH|tcp:PORT")]
+    pub(crate) slcan: Option<Place>,
+    /// Where programs find the drives' serial line: likewise.
+    #[arg(long, value_name = "PATH|tcp:PORT")]
+    pub(crate) serial: Option<Place>,
 }

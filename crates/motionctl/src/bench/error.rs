@@ -2,17 +2,17 @@
 
 use core::fmt;
 use std::io;
-use std::path::PathBuf;
 
 use crate::exit::{self, Coded};
+use crate::host_port::Place;
 
 /// A bench that cannot be set up, or that failed.
 #[derive(Debug)]
 pub(crate) enum BenchError {
     /// Ctrl-C cannot be listened to.
     Interrupt(io::Error),
-    /// The terminal cannot be made.
-    Create { link: PathBuf, source: io::Error },
+    /// What other programs open cannot be made.
+    Create { place: Place, source: io::Error },
     /// A terminal failed while the bench ran.
     Terminal(io::Error),
     /// The report cannot be written.
@@ -32,21 +32,21 @@ impl fmt::Display for BenchError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Interrupt(source) => write!(f, "cannot listen to Ctrl-C: {source}"),
-            Self::Create { link, source } if source.kind() == io::ErrorKind::AlreadyExists => {
-                write!(
+            Self::Create { place, source } => match (place, source.kind()) {
+                (Place::Path(_), io::ErrorKind::AlreadyExists) => write!(
                     f,
-                    "{} exists: choose a path that does not, or end the bench that made it",
-                    link.display()
-                )
-            }
-            Self::Create { link, source } => {
-                write!(
+                    "{place} exists: choose a path that does not, or end the bench that made it"
+                ),
+                (Place::Path(_), _) => {
+                    write!(f, "cannot make a pseudo-terminal at {place}: {source}")
+                }
+                (Place::Tcp(_), io::ErrorKind::AddrInUse) => write!(
                     f,
-                    "cannot make a pseudo-terminal at {}: {source}",
-                    link.display()
-                )
-            }
-            Self::Terminal(source) => write!(f, "a pseudo-terminal failed: {source}"),
+                    "{place}: another program listens there already: choose another port, or tcp:0 for one that is free"
+                ),
+                (Place::Tcp(_), _) => write!(f, "cannot listen at {place}: {source}"),
+            },
+            Self::Terminal(source) => write!(f, "a terminal or port of the bench failed: {source}"),
             Self::Print(source) => write!(f, "cannot write the report: {source}"),
         }
     }

@@ -10,7 +10,9 @@ use drive_sim::{
 };
 use dyn_can::units;
 
-use crate::pty::Pty;
+use super::error::BenchError;
+use crate::host_port::Place;
+use crate::system::Pty;
 
 /// What the shafts meet, and how the motors answer.
 #[derive(Debug, Clone, clap::Args)]
@@ -23,7 +25,7 @@ pub(crate) struct MechanicsOptions {
     switch_at: Option<f64>,
     /// Terminal on which the level of the switch of the first drive is told, 1 or 0 a line: a link that does not exist yet.
     #[arg(long, value_name = "PATH", requires = "switch_at")]
-    pub(crate) switch_lines: Option<PathBuf>,
+    switch_lines: Option<PathBuf>,
     /// The gains change how the motors answer, as in a loop that somebody has to tune.
     #[arg(long)]
     with_gains: bool,
@@ -58,6 +60,20 @@ impl MechanicsOptions {
         }
     }
 
+    /// The terminal of the switch, where the user wants one.
+    ///
+    /// # Errors
+    /// [`BenchError::Create`].
+    pub(crate) fn switch_output(&self) -> Result<Option<SwitchOutput>, BenchError> {
+        let create = |link: &PathBuf| {
+            SwitchOutput::create(link).map_err(|source| BenchError::Create {
+                place: Place::Path(link.clone()),
+                source,
+            })
+        };
+        self.switch_lines.as_ref().map(create).transpose()
+    }
+
     /// A hub motor with these mechanics.
     pub(crate) fn on_wheel(&self, config: ZlacDriveConfig) -> ZlacDriveConfig {
         ZlacDriveConfig {
@@ -87,7 +103,7 @@ pub(crate) struct SwitchOutput {
 }
 
 impl SwitchOutput {
-    pub(crate) fn create(link: &Path) -> io::Result<Self> {
+    fn create(link: &Path) -> io::Result<Self> {
         Ok(Self {
             pty: Pty::create(link)?,
             told: None,

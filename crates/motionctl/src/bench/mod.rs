@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
         "{} at {} kbit/s on {}; Ctrl-C ends",
         counted(rig.drives(), "virtual drive", "virtual drives"),
         arguments.bit_rate.kbit_per_s(),
-        rig.terminals(),
+        rig.places(),
     ));
     rig.serve()?;
     let report = rig.report();

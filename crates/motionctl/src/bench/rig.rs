@@ -1,7 +1,6 @@
 //! Drives, bus and adapter, moved along with the clock on the wall.
 
 use std::io;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -9,7 +8,6 @@ use std::time::{Duration, Instant};
 use drive_sim::dyn_drive::POWER_ON_DELAY_NS;
 use drive_sim::{Bench, Bus, ControllerConfig, DeviceId, DynDrive, NodeId};
 use dyn_can::Alarm;
-use signal_hook::consts::SIGUSR1;
 
 use super::adapter::Adapter;
 use super::arguments::{Arguments, Troubles};
@@ -17,9 +15,10 @@ use super::error::BenchError;
 use super::mechanics::SwitchOutput;
 use super::report::Report;
 use super::serial::Serial;
+use crate::host_port::{HostPort, Place};
 use crate::interrupt;
 use crate::output::tell;
-use crate::pty::{self, Pty};
+use crate::system::{self, Input, wait_for_input};
 
 /// The longest wait, so that Ctrl-C is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(10);
@@ -29,7 +28,7 @@ const WAIT_FOR_ROOM: Duration = Duration::from_millis(1);
 /// How long the power is off in a power cycle.
 const POWER_OFF_NS: u64 = 100_000_000;
 
-/// A bench behind pseudo-terminals.
+/// A bench behind pseudo-terminals or ports.
 pub(super) struct Rig<'a> {
     arguments: &'a Arguments,
     bench: Bench<DynDrive>,
@@ -37,9 +36,9 @@ pub(super) struct Rig<'a> {
     drives: Vec<DeviceId>,
     /// The user asks for a power cycle of every drive.
     is_power_cycled: Arc<AtomicBool>,
-    /// Closed for ever where it has no terminal.
+    /// Closed for ever where it has no port.
     adapter: Adapter,
-    adapter_pty: Option<Pty>,
+    adapter_port: Option<HostPort>,
     serial: Option<Serial>,
     switch: Option<SwitchOutput>,
     start: Instant,
@@ -74,14 +73,13 @@ impl<'a> Rig<'a> {
             adapter,
             drives: drives.clone(),
             is_power_cycled: power_cycles().map_err(BenchError::Interrupt)?,
-            adapter_pty: create(terminals.slcan.as_ref(), Pty::create)?,
-            serial: create(terminals.serial.as_ref(), |link| {
-                Serial::create(link, &drives)
+            adapter_port: create(terminals.slcan.as_ref(), |place| {
+                HostPort::create(place, "the adapter")
             })?,
-            switch: create(
-                arguments.mechanics.switch_lines.as_ref(),
-                SwitchOutput::create,
-            )?,
+            serial: create(terminals.serial.as_ref(), |place| {
+                Serial::create(place, &drives)
+            })?,
+            switch: arguments.mechanics.switch_output()?,
             start: Instant::now(),
             warned_kbit_per_s: None,
         })
@@ -92,15 +90,15 @@ impl<'a> Rig<'a> {
         self.bench.devices().len()
     }
 
-    /// The terminals behind the links, for a message.
-    pub(super) fn terminals(&self) -> String {
-        let names: Vec<String> = self.ptys().map(ToString::to_string).collect();
+    /// Where programs find the drives, for a message.
+    pub(super) fn places(&self) -> String {
+        let names: Vec<String> = self.ports().map(ToString::to_string).collect();
         names.join(" and ")
     }
 
-    fn ptys(&self) -> impl Iterator<Item = &Pty> {
-        let serial = self.serial.as_ref().map(Serial::pty);
-        self.adapter_pty.iter().chain(serial)
+    fn ports(&self) -> impl Iterator<Item = &HostPort> {
+        let serial = self.serial.as_ref().map(Serial::port);
+        self.adapter_port.iter().chain(serial)
     }
 
     /// Runs until the user asks to stop.
@@ -140,7 +138,8 @@ impl<'a> Rig<'a> {
             .min()
             .unwrap_or(u64::MAX);
         let until_due = Duration::from_nanos(due_ns.saturating_sub(self.now_ns()));
-        pty::wait(self.ptys(), wait.min(until_due))
+        let inputs: Vec<Input<'_>> = self.ports().flat_map(HostPort::inputs).collect();
+        wait_for_input(&inputs, wait.min(until_due))
     }
 
     /// Lets time pass until `now_ns`; bytes reach the drives at their own instants.
@@ -160,14 +159,14 @@ impl<'a> Rig<'a> {
 
     /// Commands in, answers and frames out; tells whether something waits for a host that reads too slowly.
     fn serve_adapter(&mut self) -> io::Result<bool> {
-        let Some(pty) = &self.adapter_pty else {
+        let Some(port) = &mut self.adapter_port else {
             return Ok(false);
         };
         let mut buffer = [0; 4_096];
-        let heard = pty.read(&mut buffer)?;
+        let heard = port.read(&mut buffer)?;
         self.adapter.hear(heard, &mut self.bench);
         let outbox = self.adapter.outbox();
-        let written = pty.write(outbox)?;
+        let written = port.write(outbox)?;
         outbox.drain(..written);
         let is_behind = !outbox.is_empty();
         self.warn_of_bit_rate();
@@ -197,10 +196,10 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// From now on SIGUSR1 asks for a power cycle.
+/// From now on the user can ask for a power cycle, where the system has a way.
 pub(crate) fn power_cycles() -> io::Result<Arc<AtomicBool>> {
     let is_asked = Arc::new(AtomicBool::new(false));
-    signal_hook::flag::register(SIGUSR1, Arc::clone(&is_asked))?;
+    system::note_power_cycles(&is_asked)?;
     Ok(is_asked)
 }
 
@@ -222,16 +221,17 @@ impl Troubles {
     }
 }
 
-/// A terminal at the link, where the user wants one.
+/// What is at a place, where the user wants it.
 fn create<T>(
-    link: Option<&PathBuf>,
-    create: impl FnOnce(&Path) -> io::Result<T>,
+    place: Option<&Place>,
+    create: impl FnOnce(&Place) -> io::Result<T>,
 ) -> Result<Option<T>, BenchError> {
-    link.map(|link| {
-        create(link).map_err(|source| BenchError::Create {
-            link: link.clone(),
-            source,
+    place
+        .map(|place| {
+            create(place).map_err(|source| BenchError::Create {
+                place: place.clone(),
+                source,
+            })
         })
-    })
-    .transpose()
+        .transpose()
 }

@@ -1,11 +1,10 @@
-//! The serial line of the drives, behind a terminal of its own.
+//! The serial line of the drives, behind a terminal or port of its own.
 
 use std::io;
-use std::path::Path;
 
 use drive_sim::{Bench, DeviceId, DynDrive, SerialLine};
 
-use crate::pty::Pty;
+use crate::host_port::{HostPort, Place};
 
 /// Bytes that wait for a host that does not read; more are lost, as in a port without flow control.
 const TO_HOST: usize = 4_096;
@@ -14,25 +13,25 @@ const TO_HOST: usize = 4_096;
 #[derive(Debug)]
 pub(super) struct Serial {
     line: SerialLine,
-    pty: Pty,
+    port: HostPort,
     to_host: Vec<u8>,
 }
 
 impl Serial {
-    /// A line with these drives behind a terminal.
+    /// A line with these drives behind a terminal or port.
     ///
     /// # Errors
-    /// As [`Pty::create`].
-    pub(super) fn create(link: &Path, drives: &[DeviceId]) -> io::Result<Self> {
+    /// As [`HostPort::create`].
+    pub(super) fn create(place: &Place, drives: &[DeviceId]) -> io::Result<Self> {
         Ok(Self {
             line: SerialLine::new(drives.iter().copied()),
-            pty: Pty::create(link)?,
+            port: HostPort::create(place, "the serial line")?,
             to_host: Vec::new(),
         })
     }
 
-    pub(super) fn pty(&self) -> &Pty {
-        &self.pty
+    pub(super) fn port(&self) -> &HostPort {
+        &self.port
     }
 
     /// When the next byte reaches the drives.
@@ -50,11 +49,11 @@ impl Serial {
     pub(super) fn exchange(&mut self, bench: &mut Bench<DynDrive>) -> io::Result<()> {
         let now_ns = bench.now_ns();
         let mut buffer = [0; 256];
-        self.line.write(now_ns, self.pty.read(&mut buffer)?);
+        self.line.write(now_ns, self.port.read(&mut buffer)?);
         self.line.collect(bench, now_ns);
         self.to_host.extend(self.line.read(now_ns));
         self.to_host.truncate(TO_HOST);
-        let written = self.pty.write(&self.to_host)?;
+        let written = self.port.write(&self.to_host)?;
         self.to_host.drain(..written);
         Ok(())
     }

@@ -1,16 +1,12 @@
 //! Keys of the terminal of a motion on a real bus. Ctrl-C and Ctrl-Z stay what they are.
 
-use std::io::{self, IsTerminal, Read};
-use std::os::fd::AsFd;
+use std::io::{self, IsTerminal};
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::process::getpgrp;
-use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetpgrp, tcsetattr};
-
 use super::Wish;
 use crate::set_points::Order;
+use crate::system::Keyboard;
 
 /// What the keys are, in a line.
 pub(crate) const HELP: &str =
@@ -21,7 +17,7 @@ const LOOK: Duration = Duration::from_millis(200);
 /// The terminal gives single keys as long as this is held.
 #[derive(Debug)]
 pub(crate) struct Keys {
-    before: Termios,
+    _keyboard: Keyboard,
 }
 
 impl Keys {
@@ -30,52 +26,22 @@ impl Keys {
     /// # Errors
     /// When the terminal cannot be set up.
     pub(crate) fn open(wishes: Sender<Wish>) -> io::Result<Option<Self>> {
-        if !io::stdin().is_terminal() || !is_in_front() {
+        if !io::stdin().is_terminal() {
             return Ok(None);
         }
-        let before = tcgetattr(io::stdin())?;
-        let mut single = before.clone();
-        single
-            .local_modes
-            .remove(LocalModes::ICANON | LocalModes::ECHO);
-        tcsetattr(io::stdin(), OptionalActions::Now, &single)?;
-        let keys = Self { before };
+        let Some(keyboard) = Keyboard::take()? else {
+            return Ok(None);
+        };
         std::thread::Builder::new().spawn(move || listen(&wishes))?;
-        Ok(Some(keys))
+        Ok(Some(Self {
+            _keyboard: keyboard,
+        }))
     }
-}
-
-impl Drop for Keys {
-    fn drop(&mut self) {
-        // From the background the system would stop this program for it.
-        if is_in_front() {
-            let _ = tcsetattr(io::stdin(), OptionalActions::Now, &self.before);
-        }
-    }
-}
-
-/// Whether this program has the terminal: another one that read from it or set it up would be stopped, with its drives enabled.
-fn is_in_front() -> bool {
-    tcgetpgrp(io::stdin()).is_ok_and(|group| group == getpgrp())
 }
 
 fn listen(wishes: &Sender<Wish>) {
-    let patience = Timespec::try_from(LOOK).ok();
-    loop {
-        let stdin = io::stdin();
-        let mut waiting = [PollFd::from_borrowed_fd(stdin.as_fd(), PollFlags::IN)];
-        let has_key = poll(&mut waiting, patience.as_ref()).is_ok_and(|ready| ready > 0);
-        if !has_key || !is_in_front() {
-            if has_key {
-                std::thread::sleep(LOOK);
-            }
-            continue;
-        }
-        let mut key = [0];
-        if !stdin.lock().read(&mut key).is_ok_and(|length| length == 1) {
-            return;
-        }
-        if let Some(wish) = wish(key[0])
+    while let Ok(key) = Keyboard::key(LOOK) {
+        if let Some(wish) = key.and_then(wish)
             && wishes.send(wish).is_err()
         {
             return;

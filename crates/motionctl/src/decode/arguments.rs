@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     /// standard input.
     #[arg(value_name = "LOG", required_unless_present_any = ["can", "slcan"])]
     pub(super) log: Option<PathBuf>,
-    /// Listen to a CAN network interface instead, on Linux, until Ctrl-C.
+    /// Listen to a CAN network interface instead, on Linux, or to pcan:PCAN_USBBUS1 on Windows, until Ctrl-C.
     #[arg(long, value_name = "INTERFACE", conflicts_with = "log")]
     pub(super) can: Option<String>,
     /// Listen to a Lawicel (slcan) adapter instead, until Ctrl-C; it does not even acknowledge.

@@ -24,13 +24,14 @@ pub(crate) struct DrivesOptions {
 #[derive(Debug, Clone, clap::Args)]
 #[group(required = true, multiple = false)]
 struct Connection {
-    /// Serial port of a Lawicel (slcan) adapter, or terminal of `motionctl bench --slcan`.
+    /// Serial port of a Lawicel (slcan) adapter (COM3 on Windows), or terminal or tcp:PORT of `motionctl bench --slcan`.
     #[arg(long, value_name = "TTY")]
     slcan: Option<String>,
-    /// CAN network interface, on Linux.
+    /// CAN network interface, on Linux; pcan:PCAN_USBBUS1 is a PCAN-USB, on Windows.
     #[arg(long, value_name = "INTERFACE")]
     can: Option<String>,
-    /// Serial port of the drives themselves (RS232 or RS485, 38400 8N1), or terminal of `motionctl bench --serial`.
+    /// Serial port of the drives themselves (RS232 or RS485, 38400 8N1), COM3 on Windows, or terminal or tcp:PORT of `motionctl bench
+    /// --serial`.
     #[arg(long, value_name = "TTY")]
     serial: Option<String>,
 }

@@ -1,17 +1,11 @@
 //! A port or a socket file that is listened at, and whoever comes.
 
-use std::fs;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
-use std::os::unix::fs::{FileTypeExt, MetadataExt};
-use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rustix::fs::Mode;
-use rustix::process::umask;
-
 use super::{Endpoint, EndpointError, address};
+use crate::system::{SocketFile, SocketFileListener, SocketFileStream};
 
 /// Somebody who does not read for so long is not written to any more.
 const WRITE_PATIENCE: Duration = Duration::from_secs(1);
@@ -21,7 +15,7 @@ const WRITE_PATIENCE: Duration = Duration::from_secs(1);
 pub(crate) enum Listener {
     Tcp(TcpListener),
     Unix {
-        listener: UnixListener,
+        listener: SocketFileListener,
         /// Removes the file.
         _file: SocketFile,
     },
@@ -31,23 +25,7 @@ pub(crate) enum Listener {
 #[derive(Debug)]
 pub(crate) enum Peer {
     Tcp(TcpStream),
-    Unix(UnixStream),
-}
-
-/// A socket file of this program, which is removed at the end.
-#[derive(Debug)]
-pub(crate) struct SocketFile {
-    path: PathBuf,
-    inode: u64,
-}
-
-impl Drop for SocketFile {
-    fn drop(&mut self) {
-        // Not the one of a program that came later.
-        if fs::symlink_metadata(&self.path).is_ok_and(|file| file.ino() == self.inode) {
-            let _ = fs::remove_file(&self.path);
-        }
-    }
+    Unix(SocketFileStream),
 }
 
 impl Listener {
@@ -74,8 +52,13 @@ impl Listener {
                 TcpListener::bind(address).map(Self::Tcp).map_err(failed)
             }
             Endpoint::Unix(path) => {
-                make_room(path, endpoint)?;
-                let (listener, file) = bind_private(path).map_err(failed)?;
+                let (listener, file) =
+                    SocketFile::bind(path).map_err(|source| match source.kind() {
+                        io::ErrorKind::AlreadyExists => {
+                            EndpointError::NoSocket { path: path.into() }
+                        }
+                        _ => failed(source),
+                    })?;
                 Ok(Self::Unix {
                     listener,
                     _file: file,
@@ -108,7 +91,7 @@ impl Listener {
 #[derive(Debug)]
 pub(crate) enum Door {
     Tcp(TcpListener),
-    Unix(UnixListener),
+    Unix(SocketFileListener),
 }
 
 impl Door {
@@ -181,63 +164,5 @@ impl Write for Peer {
 
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
-    }
-}
-
-/// Removes the socket of a program that has ended without removing it; anything else stays.
-fn make_room(path: &Path, endpoint: &Endpoint) -> Result<(), EndpointError> {
-    let Ok(file) = fs::symlink_metadata(path) else {
-        return Ok(());
-    };
-    if !file.file_type().is_socket() {
-        return Err(EndpointError::NoSocket { path: path.into() });
-    }
-    if UnixStream::connect(path).is_ok() {
-        return Err(EndpointError::InUse {
-            endpoint: endpoint.to_string(),
-        });
-    }
-    fs::remove_file(path).map_err(|source| EndpointError::Open {
-        endpoint: endpoint.to_string(),
-        source,
-    })
-}
-
-/// Binds a socket file that nobody else may open, from its first moment on.
-fn bind_private(path: &Path) -> io::Result<(UnixListener, SocketFile)> {
-    let before = umask(Mode::from_raw_mode(0o177));
-    let listener = UnixListener::bind(path);
-    umask(before);
-    let listener = listener?;
-    let inode = fs::symlink_metadata(path)?.ino();
-    let path = path.to_owned();
-    Ok((listener, SocketFile { path, inode }))
-}
-
-#[cfg(test)]
-mod tests {
-    use std::os::unix::fs::PermissionsExt;
-
-    use super::*;
-
-    #[test]
-    fn a_socket_file_is_private_and_is_removed_and_nothing_else_is() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("socket");
-        let endpoint = Endpoint::Unix(path.clone());
-        let open = || Listener::open(&endpoint, false);
-        let first = open().unwrap();
-        let mode = fs::metadata(&path).unwrap().permissions().mode();
-        assert_eq!(mode & 0o777, 0o600);
-        assert!(matches!(open(), Err(EndpointError::InUse { .. })));
-        drop(first);
-        assert!(!path.exists());
-        // One that was left over.
-        drop(UnixListener::bind(&path).unwrap());
-        assert!(path.exists());
-        drop(open().unwrap());
-        fs::write(&path, "mine").unwrap();
-        assert!(matches!(open(), Err(EndpointError::NoSocket { .. })));
-        assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
     }
 }

@@ -4,7 +4,7 @@ use core::str::FromStr;
 
 use dyn_can::DriveId;
 
-use super::{Link, OpenError, SpeedOptions};
+use super::{Link, OpenError, SpeedOptions, is_interface};
 use crate::drive_ids::drive_ids;
 
 /// One bus with --slcan or --can, or several with --bus.
@@ -19,13 +19,13 @@ pub(crate) struct BusesOptions {
 #[derive(Debug, Clone, clap::Args)]
 #[group(required = true, multiple = false)]
 struct Ports {
-    /// Serial port of a Lawicel (slcan) adapter, or terminal of `motionctl bench`.
+    /// Serial port of a Lawicel (slcan) adapter (COM3 on Windows), or terminal or tcp:PORT of `motionctl bench`.
     #[arg(long, value_name = "TTY")]
     slcan: Option<String>,
-    /// CAN network interface, on Linux.
+    /// CAN network interface, on Linux; pcan:PCAN_USBBUS1 is a PCAN-USB, on Windows.
     #[arg(long, value_name = "INTERFACE")]
     can: Option<String>,
-    /// A bus with its drives, once for each: can:INTERFACE=IDS or slcan:TTY=IDS. The first columns are for the drives of the first bus. All
+    /// A bus with its drives, once for each: can:INTERFACE=IDS, slcan:TTY=IDS or pcan:CHANNEL=IDS. The first columns are for the drives of the first bus. All
     /// start together, and what stops one stops all.
     #[arg(long, value_name = "LINK=IDS", conflicts_with = "drives")]
     bus: Vec<BusChoice>,
@@ -49,11 +49,14 @@ impl FromStr for BusChoice {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
-            format!("expected can:INTERFACE=IDS or slcan:TTY=IDS, as in can:can0=1,2, got {text}")
+            format!(
+                "expected can:INTERFACE=IDS, slcan:TTY=IDS or pcan:CHANNEL=IDS, as in can:can0=1,2, got {text}"
+            )
         };
         let (link, ids) = text.rsplit_once('=').ok_or_else(expected)?;
         let port = match link.split_once(':') {
             Some(("can", name)) if !name.is_empty() => Port::Can(name.to_owned()),
+            Some(("pcan", name)) if !name.is_empty() => Port::Can(link.to_owned()),
             Some(("slcan", name)) if !name.is_empty() => Port::Slcan(name.to_owned()),
             _ => return Err(expected()),
         };
@@ -95,7 +98,7 @@ impl BusesOptions {
             Ok(vec![OpenBus {
                 link,
                 name: String::new(),
-                interface: interface.cloned(),
+                interface: interface.filter(|name| is_interface(name)).cloned(),
                 axes: None,
             }])
         };
@@ -116,7 +119,7 @@ impl BusesOptions {
         Ok(OpenBus {
             link,
             name: name.clone(),
-            interface: interface.cloned(),
+            interface: interface.filter(|name| is_interface(name)).cloned(),
             axes: Some(bus.drives.len()),
         })
     }
@@ -130,6 +133,8 @@ mod tests {
     fn a_bus_is_a_link_and_its_drives() {
         let bus: BusChoice = "slcan:/dev/tty=A=5,1-2".parse().unwrap();
         assert_eq!(bus.port, Port::Slcan("/dev/tty=A".to_owned()));
+        let pcan: BusChoice = "pcan:PCAN_USBBUS1=3".parse().unwrap();
+        assert_eq!(pcan.port, Port::Can("pcan:PCAN_USBBUS1".to_owned()));
         let ids: Vec<u8> = bus.drives.iter().map(|drive| drive.get()).collect();
         assert_eq!(ids, [5, 1, 2]);
         for text in [

@@ -2,7 +2,8 @@
 
 use core::fmt;
 use std::io::{self, ErrorKind};
-use std::path::Path;
+
+use crate::system::serial_port_exists;
 
 /// A link that cannot be opened; nothing was sent to a drive.
 #[derive(Debug)]
@@ -24,14 +25,30 @@ pub(crate) enum OpenError {
     /// The Lawicel protocol has no such bit rate.
     BitRate { kbit_per_s: u32 },
     /// The kernel has no CAN.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "of Linux"))]
     NoCanInKernel { interface: String },
     /// There is no such network interface, or it is no CAN interface.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "of Linux"))]
     NoSuchInterface { interface: String },
     /// The network interface is down.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "of Linux"))]
     InterfaceDown { interface: String },
     /// Only Linux has CAN network interfaces.
     #[cfg_attr(target_os = "linux", expect(dead_code, reason = "Linux has them"))]
     NotLinux { interface: String },
+    /// A TCP port that is not one of this machine.
+    NoLoopback { reason: String },
+    /// Nobody listens at a TCP port of this machine.
+    NobodyListens { port: String },
+    /// A PCAN adapter cannot be opened.
+    Pcan {
+        channel: String,
+        reason: pcan_basic::Error,
+    },
+    /// Not a channel of a PCAN adapter.
+    PcanName(pcan_basic::BadName),
+    /// PCAN-Basic is for Windows.
+    NotWindows { channel: String },
     /// Something else.
     System { name: String, source: io::Error },
 }
@@ -44,7 +61,7 @@ impl OpenError {
             serialport::ErrorKind::Io(ErrorKind::NotFound) => Self::NoSuchPort { port },
             serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => Self::NotAllowed { port },
             // The library reports a port that is locked as one that is not there.
-            serialport::ErrorKind::NoDevice if Path::new(name).exists() => Self::Busy { port },
+            serialport::ErrorKind::NoDevice if serial_port_exists(name) => Self::Busy { port },
             serialport::ErrorKind::NoDevice => Self::NoSuchPort { port },
             _ => Self::NotSerial {
                 port,
@@ -52,13 +69,39 @@ impl OpenError {
             },
         }
     }
+
+    /// What is wrong with a TCP port of this machine.
+    pub(super) fn of_tcp(name: &str, error: io::Error) -> Self {
+        let port = name.to_owned();
+        match error.kind() {
+            ErrorKind::ConnectionRefused => Self::NobodyListens { port },
+            _ => Self::System {
+                name: port,
+                source: error,
+            },
+        }
+    }
+}
+
+/// The serial ports that are there, for whoever named another one.
+fn available_ports() -> String {
+    let ports = serialport::available_ports().unwrap_or_default();
+    let names: Vec<&str> = ports.iter().map(|port| port.port_name.as_str()).collect();
+    match names.as_slice() {
+        [] => "this computer has no serial port".to_owned(),
+        names => format!("this computer has {}", names.join(", ")),
+    }
 }
 
 impl fmt::Display for OpenError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoSuchPort { port } => {
-                write!(f, "there is no port {port}: is the adapter plugged in?")
+                write!(
+                    f,
+                    "there is no port {port}: is the adapter plugged in? ({})",
+                    available_ports()
+                )
             }
             Self::NotAllowed { port } => write!(
                 f,
@@ -109,7 +152,18 @@ impl fmt::Display for OpenError {
             ),
             Self::NotLinux { interface } => write!(
                 f,
-                "cannot open {interface}: only Linux has CAN network interfaces; use --slcan with a serial adapter instead"
+                "cannot open {interface}: only Linux has CAN network interfaces; use --slcan with a serial adapter instead, or --can pcan:PCAN_USBBUS1 with a PCAN-USB on Windows"
+            ),
+            Self::NoLoopback { reason } => f.write_str(reason),
+            Self::NobodyListens { port } => write!(
+                f,
+                "nobody listens at {port}: expected `motionctl bench --slcan {port}` in another terminal"
+            ),
+            Self::Pcan { channel, reason } => write!(f, "cannot open pcan:{channel}: {reason}"),
+            Self::PcanName(reason) => write!(f, "pcan: {reason}"),
+            Self::NotWindows { channel } => write!(
+                f,
+                "cannot open pcan:{channel}: PCAN-Basic is used on Windows alone. On Linux a PCAN-USB is a network interface (driver peak_usb of the kernel): `ip link set can0 up type can bitrate 1000000` brings it up, --can can0 takes it"
             ),
             Self::System { name, source } => write!(f, "cannot open {name}: {source}"),
         }

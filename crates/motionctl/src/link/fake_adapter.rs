@@ -6,10 +6,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::slcan::{Channel, Settings, Slcan};
-use super::{Adapter, Link, OpenError};
+use super::channel::Channel;
+use super::slcan::{Settings, Slcan};
+use super::{Link, OpenError};
 use crate::lawicel::{Lines, Token};
-use crate::pty::{self, Pty};
+use crate::system::{Input, Pty, wait_for_input};
 
 /// What stands for a line that is longer than any.
 const FLUSHED: [u8; 139] = [b'V'; 139];
@@ -65,7 +66,7 @@ impl FakeAdapter {
             let mut lines = Lines::default();
             let mut buffer = [0; 256];
             while !over.load(Ordering::Relaxed) {
-                pty::wait([&pty], Duration::from_millis(5)).unwrap();
+                wait_for_input(&[Input::Terminal(&pty)], Duration::from_millis(5)).unwrap();
                 lines.push(pty.read(&mut buffer).unwrap());
                 let mut number = 0;
                 while let Some(token) = lines.pop() {
@@ -111,10 +112,7 @@ impl FakeAdapter {
 
     fn link(&self, channel: Channel) -> Result<Link, OpenError> {
         let slcan = Slcan::open(self.port(), SETTINGS, channel)?;
-        Ok(Link::new(
-            Adapter::Slcan(Box::new(slcan)),
-            SETTINGS.kbit_per_s,
-        ))
+        Ok(Link::new(Box::new(slcan), SETTINGS.kbit_per_s))
     }
 
     /// Takes its terminal away.

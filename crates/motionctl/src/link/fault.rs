@@ -10,6 +10,7 @@ pub(crate) enum LinkFault {
     /// The adapter, or the program behind its terminal, is gone.
     Vanished,
     /// The network interface was set down.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "of Linux"))]
     Down,
     /// The adapter's controller is bus-off.
     BusOff,

@@ -4,15 +4,19 @@
 //! by the same `can_motion::service`. In addition it can wait, and it remembers the fault that made it unusable.
 
 mod buses;
+mod byte_port;
+mod channel;
 mod error;
 #[cfg(test)]
 pub(crate) mod fake_adapter;
 mod fault;
 mod options;
+mod pcan;
 mod slcan;
 #[cfg(target_os = "linux")]
 mod socket_can;
 
+use core::fmt::Debug;
 use std::time::Duration;
 
 use can_motion::plan::BitRate;
@@ -20,20 +24,19 @@ use drive_sim::Frame;
 use embedded_can::nb::Can;
 
 pub(crate) use buses::{BusesOptions, OpenBus};
+pub(crate) use byte_port::BytePort;
 pub(crate) use error::OpenError;
 pub(crate) use fault::LinkFault;
 pub(crate) use options::{
     LinkOptions, PortOptions, SpeedOptions, listen_to_interface, listen_to_slcan,
 };
+pub(crate) use pcan::is_interface;
 pub(crate) use slcan::ANSWER_LIMIT;
-use slcan::Slcan;
-#[cfg(target_os = "linux")]
-use socket_can::SocketCan;
 
 /// An open link to a bus.
 #[derive(Debug)]
 pub(crate) struct Link {
-    adapter: Adapter,
+    adapter: Box<dyn Adapter>,
     bit_rate: BitRate,
     /// Frames in both directions since they were taken last, when somebody records them.
     passed: Option<Vec<Passed>>,
@@ -50,17 +53,27 @@ pub(crate) struct Passed {
     pub(crate) was_sent: bool,
 }
 
-#[derive(Debug)]
-enum Adapter {
-    /// A Lawicel adapter on a serial port.
-    Slcan(Box<Slcan>),
-    /// A network interface of Linux.
-    #[cfg(target_os = "linux")]
-    SocketCan(SocketCan),
+/// A driver of one kind of adapters.
+trait Adapter: Can<Frame = Frame, Error = LinkFault> + Debug + Send {
+    /// Waits until something may have come in, at most so long. Returns at once when the link has failed.
+    fn wait(&mut self, most: Duration);
+
+    /// The fault after which nothing gets through any more.
+    fn fault(&self) -> Option<LinkFault>;
+
+    /// The number of frames since the last call of which nobody knows whether they went out.
+    fn take_unknown(&mut self) -> usize {
+        0
+    }
+
+    /// Whether the adapter acknowledges no frame, so that nobody knows of those that it drops.
+    fn is_silent(&self) -> bool {
+        false
+    }
 }
 
 impl Link {
-    fn new(adapter: Adapter, kbit_per_s: u32) -> Self {
+    fn new(adapter: Box<dyn Adapter>, kbit_per_s: u32) -> Self {
         Self {
             adapter,
             // Listeners may use rates that no drive knows, and they plan nothing.
@@ -101,20 +114,12 @@ impl Link {
 
     /// Waits until something may have come in, at most so long. Returns at once when the link has failed.
     pub(crate) fn wait(&mut self, most: Duration) {
-        match &mut self.adapter {
-            Adapter::Slcan(slcan) => slcan.wait(most),
-            #[cfg(target_os = "linux")]
-            Adapter::SocketCan(socket) => socket.wait(most),
-        }
+        self.adapter.wait(most)
     }
 
     /// The fault after which nothing gets through any more.
     pub(crate) fn fault(&self) -> Option<LinkFault> {
-        match &self.adapter {
-            Adapter::Slcan(slcan) => slcan.fault(),
-            #[cfg(target_os = "linux")]
-            Adapter::SocketCan(socket) => socket.fault(),
-        }
+        self.adapter.fault()
     }
 }
 
@@ -122,20 +127,12 @@ impl Link {
     /// The number of frames since the last call of which nobody knows whether they went out, because the adapter did not answer for
     /// them.
     pub(crate) fn take_unknown(&mut self) -> usize {
-        match &mut self.adapter {
-            Adapter::Slcan(slcan) => slcan.take_unknown(),
-            #[cfg(target_os = "linux")]
-            Adapter::SocketCan(_) => 0,
-        }
+        self.adapter.take_unknown()
     }
 
     /// Whether the adapter acknowledges no frame, so that nobody knows of those that it drops.
     pub(crate) fn is_silent(&self) -> bool {
-        match &self.adapter {
-            Adapter::Slcan(slcan) => slcan.is_silent(),
-            #[cfg(target_os = "linux")]
-            Adapter::SocketCan(_) => false,
-        }
+        self.adapter.is_silent()
     }
 }
 
@@ -151,21 +148,13 @@ impl Can for Link {
                 .swap(false, std::sync::atomic::Ordering::Relaxed),
             "a test asked for it"
         );
-        let displaced = match &mut self.adapter {
-            Adapter::Slcan(slcan) => slcan.transmit(frame),
-            #[cfg(target_os = "linux")]
-            Adapter::SocketCan(socket) => socket.transmit(frame),
-        }?;
+        let displaced = self.adapter.transmit(frame)?;
         self.note(*frame, true);
         Ok(displaced)
     }
 
     fn receive(&mut self) -> nb::Result<Frame, LinkFault> {
-        let frame = match &mut self.adapter {
-            Adapter::Slcan(slcan) => slcan.receive(),
-            #[cfg(target_os = "linux")]
-            Adapter::SocketCan(socket) => socket.receive(),
-        }?;
+        let frame = self.adapter.receive()?;
         self.note(frame, false);
         Ok(frame)
     }

@@ -2,7 +2,9 @@
 
 use drive_sim::BitRate;
 
-use super::slcan::{Channel, Settings, Slcan};
+use super::channel::Channel;
+use super::pcan::{Pcan, is_interface, pcan_channel};
+use super::slcan::{Settings, Slcan};
 use super::{Adapter, Link, OpenError};
 use crate::virtual_drives::bit_rate;
 
@@ -60,10 +62,10 @@ impl PortOptions {
 #[derive(Debug, Clone, clap::Args)]
 #[group(required = true, multiple = false)]
 struct Port {
-    /// Serial port of a Lawicel (slcan) adapter, or terminal of `motionctl bench`.
+    /// Serial port of a Lawicel (slcan) adapter (COM3 on Windows), or terminal or tcp:PORT of `motionctl bench`.
     #[arg(long, value_name = "TTY")]
     slcan: Option<String>,
-    /// CAN network interface, on Linux.
+    /// CAN network interface, on Linux; pcan:PCAN_USBBUS1 is a PCAN-USB, on Windows.
     #[arg(long, value_name = "INTERFACE")]
     can: Option<String>,
 }
@@ -87,7 +89,7 @@ impl LinkOptions {
 
     /// The CAN network interface, when it is one.
     pub(crate) fn interface(&self) -> Option<&str> {
-        self.port.can.as_deref()
+        self.port.can.as_deref().filter(|name| is_interface(name))
     }
 
     fn open_at(&self, speeds: &SpeedOptions) -> Result<Link, OpenError> {
@@ -131,7 +133,7 @@ impl SpeedOptions {
     /// # Errors
     /// [`OpenError`]; nothing was sent to a drive.
     pub(crate) fn open_interface(&self, interface: &str) -> Result<Link, OpenError> {
-        open_interface(interface, self.kbit_per_s())
+        open_interface(interface, self.kbit_per_s(), Channel::Open)
     }
 }
 
@@ -158,25 +160,29 @@ pub(crate) fn listen_to_slcan(
 /// # Errors
 /// [`OpenError`].
 pub(crate) fn listen_to_interface(interface: &str, kbit_per_s: u32) -> Result<Link, OpenError> {
-    open_interface(interface, kbit_per_s)
+    open_interface(interface, kbit_per_s, Channel::ListenOnly)
 }
 
 fn open_slcan(port: &str, settings: Settings, channel: Channel) -> Result<Link, OpenError> {
     let slcan = Slcan::open(port, settings, channel)?;
-    Ok(Link::new(
-        Adapter::Slcan(Box::new(slcan)),
-        settings.kbit_per_s,
-    ))
+    Ok(Link::new(Box::new(slcan), settings.kbit_per_s))
+}
+
+fn open_interface(interface: &str, kbit_per_s: u32, channel: Channel) -> Result<Link, OpenError> {
+    let adapter = match pcan_channel(interface) {
+        Some(name) => Box::new(Pcan::open(name, kbit_per_s, channel)?),
+        None => network_interface(interface)?,
+    };
+    Ok(Link::new(adapter, kbit_per_s))
 }
 
 #[cfg(target_os = "linux")]
-fn open_interface(interface: &str, kbit_per_s: u32) -> Result<Link, OpenError> {
-    let socket = super::SocketCan::open(interface)?;
-    Ok(Link::new(Adapter::SocketCan(socket), kbit_per_s))
+fn network_interface(name: &str) -> Result<Box<dyn Adapter>, OpenError> {
+    Ok(Box::new(super::socket_can::SocketCan::open(name)?))
 }
 
 #[cfg(not(target_os = "linux"))]
-fn open_interface(interface: &str, _: u32) -> Result<Link, OpenError> {
-    let interface = interface.to_owned();
+fn network_interface(name: &str) -> Result<Box<dyn Adapter>, OpenError> {
+    let interface = name.to_owned();
     Err(OpenError::NotLinux { interface })
 }

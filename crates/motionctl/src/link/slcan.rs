@@ -10,14 +10,14 @@ mod set_up;
 mod window;
 
 use std::collections::VecDeque;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind};
 use std::time::{Duration, Instant};
 
 use drive_sim::Frame;
 use embedded_can::nb::Can;
-use serialport::SerialPort;
 
-use super::{LinkFault, OpenError};
+use super::channel::Channel;
+use super::{Adapter, BytePort, LinkFault, OpenError};
 use crate::lawicel::{self, CR, Lines, Token};
 pub(crate) use window::ANSWER_LIMIT;
 use window::{Answer, MOST_UNANSWERED, Window};
@@ -26,15 +26,6 @@ use window::{Answer, MOST_UNANSWERED, Window};
 const WRITE_TIME: Duration = Duration::from_millis(2);
 /// How long the last frame may take before the channel is closed behind it.
 const CLOSE_TIME: Duration = Duration::from_millis(100);
-
-/// What the adapter does on the bus.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Channel {
-    /// It sends and acknowledges.
-    Open,
-    /// It only listens, and does not even acknowledge.
-    ListenOnly,
-}
 
 /// How to speak to an adapter.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +39,7 @@ pub(super) struct Settings {
 /// An open adapter.
 pub(crate) struct Slcan {
     name: String,
-    port: Box<dyn SerialPort>,
+    port: BytePort,
     lines: Lines,
     received: VecDeque<Frame>,
     window: Window,
@@ -69,10 +60,7 @@ impl Slcan {
     ) -> Result<Self, OpenError> {
         let kbit_per_s = settings.kbit_per_s;
         let code = lawicel::bit_rate_code(kbit_per_s).ok_or(OpenError::BitRate { kbit_per_s })?;
-        let port = serialport::new(name, settings.baud)
-            .timeout(WRITE_TIME)
-            .open()
-            .map_err(|error| OpenError::of_port(name, &error))?;
+        let port = BytePort::open(name, settings.baud)?;
         let mut slcan = Self {
             name: name.to_owned(),
             port,
@@ -107,12 +95,7 @@ impl Slcan {
     /// Reads what is there, or waits for it at most so long.
     fn fill(&mut self, most: Duration) {
         let mut buffer = [0; 1_024];
-        let read = self
-            .port
-            .set_timeout(most)
-            .map_err(io::Error::from)
-            .and_then(|()| self.port.read(&mut buffer));
-        match read {
+        match self.port.read_within(&mut buffer, most) {
             // A terminal whose other side is gone reads as its end.
             Ok(0) => self.fault = Some(LinkFault::Vanished),
             Ok(length) => self.lines.push(&buffer[..length]),
@@ -147,26 +130,6 @@ impl Slcan {
         self.received.extend(lawicel::decode(rest));
     }
 
-    pub(super) fn fault(&self) -> Option<LinkFault> {
-        self.fault
-    }
-
-    /// Whether the adapter was seen to answer for no frame.
-    pub(super) fn is_silent(&self) -> bool {
-        self.window.is_silent()
-    }
-
-    /// The number of frames since the last call of which nobody knows whether they went out.
-    pub(super) fn take_unknown(&mut self) -> usize {
-        self.window.take_unknown()
-    }
-
-    pub(super) fn wait(&mut self, most: Duration) {
-        if self.fault.is_none() && self.received.is_empty() {
-            self.hear(most);
-        }
-    }
-
     fn check(&self) -> nb::Result<(), LinkFault> {
         self.fault
             .map_or(Ok(()), |fault| Err(nb::Error::Other(fault)))
@@ -176,12 +139,7 @@ impl Slcan {
     fn write_out(&mut self) -> usize {
         let mut taken = 0;
         while taken < self.outgoing.len() {
-            let written = self
-                .port
-                .set_timeout(WRITE_TIME)
-                .map_err(io::Error::from)
-                .and_then(|()| self.port.write(&self.outgoing[taken..]));
-            match written {
+            match self.port.write_within(&self.outgoing[taken..], WRITE_TIME) {
                 Ok(0) => break,
                 Ok(more) => taken += more,
                 Err(error) if is_transient(&error) => break,
@@ -232,6 +190,26 @@ impl Can for Slcan {
             Some(frame) => Ok(frame),
             None => self.check().and(Err(nb::Error::WouldBlock)),
         }
+    }
+}
+
+impl Adapter for Slcan {
+    fn wait(&mut self, most: Duration) {
+        if self.fault.is_none() && self.received.is_empty() {
+            self.hear(most);
+        }
+    }
+
+    fn fault(&self) -> Option<LinkFault> {
+        self.fault
+    }
+
+    fn take_unknown(&mut self) -> usize {
+        self.window.take_unknown()
+    }
+
+    fn is_silent(&self) -> bool {
+        self.window.is_silent()
     }
 }
 

@@ -11,7 +11,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use socketcan::{CanError, CanFrame, CanSocket, ErrorCause, Socket, SocketOptions};
 
-use super::{LinkFault, OpenError};
+use super::{Adapter, LinkFault, OpenError};
 
 /// An open network interface.
 #[derive(Debug)]
@@ -45,11 +45,24 @@ impl SocketCan {
         Ok(open)
     }
 
-    pub(super) fn fault(&self) -> Option<LinkFault> {
+    /// Notes a final fault and turns an error into one of the link.
+    fn judge(&mut self, error: &socketcan::Error) -> nb::Error<LinkFault> {
+        let Some(fault) = fault_of(error) else {
+            return nb::Error::WouldBlock;
+        };
+        if fault.is_final() {
+            self.fault = Some(fault);
+        }
+        nb::Error::Other(fault)
+    }
+}
+
+impl Adapter for SocketCan {
+    fn fault(&self) -> Option<LinkFault> {
         self.fault
     }
 
-    pub(super) fn wait(&mut self, most: Duration) {
+    fn wait(&mut self, most: Duration) {
         if self.fault.is_some() {
             return;
         }
@@ -60,17 +73,6 @@ impl SocketCan {
         let socket = self.socket.as_fd();
         // Whatever the outcome, the next `receive` tells more.
         let _ = poll(&mut [PollFd::new(&socket, PollFlags::IN)], Some(&timeout));
-    }
-
-    /// Notes a final fault and turns an error into one of the link.
-    fn judge(&mut self, error: &socketcan::Error) -> nb::Error<LinkFault> {
-        let Some(fault) = fault_of(error) else {
-            return nb::Error::WouldBlock;
-        };
-        if fault.is_final() {
-            self.fault = Some(fault);
-        }
-        nb::Error::Other(fault)
     }
 }
 

@@ -3,10 +3,10 @@
 use std::io::{self, IsTerminal};
 
 use ratatui::DefaultTerminal;
-use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
 
 use super::screen::Screen;
 use crate::output;
+use crate::system;
 
 /// A terminal that shows a view; it is itself again when this is dropped. Messages are kept until then.
 pub(crate) struct TakenTerminal {
@@ -34,10 +34,7 @@ impl TakenTerminal {
     /// # Errors
     /// When the terminal cannot be set.
     pub(crate) fn keep_signals(&self) -> io::Result<()> {
-        let input = io::stdin();
-        let mut settings = tcgetattr(&input)?;
-        settings.local_modes.insert(LocalModes::ISIG);
-        Ok(tcsetattr(&input, OptionalActions::Now, &settings)?)
+        system::keep_signals()
     }
 
     /// Shows a picture.

@@ -21,7 +21,7 @@ full, 2 a file cannot be made, 3 the bus cannot be opened, or has failed.";
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Listen to a CAN network interface, on Linux.
+    /// Listen to a CAN network interface, on Linux, or to pcan:PCAN_USBBUS1 on Windows.
     #[arg(long, value_name = "INTERFACE", required_unless_present = "slcan")]
     pub(super) can: Option<String>,
     /// Listen to a Lawicel (slcan) adapter; it does not even acknowledge.

@@ -18,7 +18,7 @@ use crate::counted::counted;
 use crate::decode::{LiveBus, Source};
 use crate::exit;
 use crate::interrupt;
-use crate::link::{listen_to_interface, listen_to_slcan};
+use crate::link::{is_interface, listen_to_interface, listen_to_slcan};
 use crate::output::{print, print_json, tell};
 use crate::recording::candump_line;
 pub(crate) use arguments::Arguments;
@@ -67,8 +67,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, RecordError> {
     };
     let mut bus = LiveBus::new(name, link).map_err(RecordError::Bus)?;
     interrupt::listen().map_err(RecordError::Interrupt)?;
-    // Logs name network interfaces; a serial port has slashes in its name.
-    let interface = arguments.can.as_deref().unwrap_or("slcan0").to_owned();
+    // Logs name network interfaces; other links have slashes or colons in their names.
+    let interface = match arguments.can.as_deref() {
+        Some(interface) if is_interface(interface) => interface,
+        Some(_) => "pcan0",
+        None => "slcan0",
+    };
+    let interface = interface.to_owned();
     tell(format_args!(
         "recording {name} into {}, until Ctrl-C",
         rotation.newest().display()

@@ -198,8 +198,7 @@ fn create(path: &Path) -> io::Result<BufWriter<File>> {
 
 /// What the system says of a disk.
 pub(super) fn free_bytes(folder: &Path) -> io::Result<u64> {
-    let disk = rustix::fs::statvfs(folder)?;
-    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+    fs4::available_space(folder)
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ mod serial_echo;
 mod settings;
 mod settings_refusals;
 mod stream;
+mod tcp;
 mod terminal;
 #[path = "../tool/mod.rs"]
 mod tool;

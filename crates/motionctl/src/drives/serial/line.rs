@@ -1,15 +1,14 @@
 //! A serial port with the client of the protocol on it, one request after the other.
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::ErrorKind;
 use std::num::NonZeroU8;
 use std::time::{Duration, Instant};
 
 use dyn_can::StoredDriveId;
 use dyn_serial::{Address, Answer, Busy, Client, Dialect, Failure, Poll, Reply, Request, Timing};
-use serialport::SerialPort;
 
 use crate::drives::DrivesError;
-use crate::link::{LinkFault, OpenError, PortOptions};
+use crate::link::{BytePort, LinkFault, OpenError, PortOptions};
 
 /// The speed of the drives' ports (DYN2 manual A1.8 section 7.1).
 const BAUD: u32 = 38_400;
@@ -36,7 +35,7 @@ pub(super) enum AnswersOnLine {
 
 /// A port with the drives behind it.
 pub(crate) struct Line {
-    port: Box<dyn SerialPort>,
+    port: BytePort,
     client: Client,
     timing: Timing,
     start: Instant,
@@ -53,10 +52,7 @@ impl Line {
         options: PortOptions,
         chain: NonZeroU8,
     ) -> Result<Self, OpenError> {
-        let port = serialport::new(name, options.baud_or(BAUD))
-            .timeout(LONGEST_WAIT)
-            .open()
-            .map_err(|error| OpenError::of_port(name, &error))?;
+        let port = BytePort::open(name, options.baud_or(BAUD))?;
         let timing = Timing::chain(chain);
         let timing = Timing {
             quiet_timeout_us: timing.quiet_timeout_us + PC_DELAY_US,
@@ -128,12 +124,9 @@ impl Line {
     /// Whether anything comes in that was not asked for. What was left from before is thrown away first.
     pub(super) fn hears_anything(&mut self, wait: Duration) -> Result<bool, DrivesError> {
         let vanished = |_| DrivesError::Link(LinkFault::Vanished);
-        self.port
-            .clear(serialport::ClearBuffer::Input)
-            .map_err(vanished)?;
+        self.port.clear_input().map_err(vanished)?;
         std::thread::sleep(wait);
-        let bytes = self.port.bytes_to_read().map_err(vanished)?;
-        Ok(bytes > 0)
+        self.port.has_input().map_err(vanished)
     }
 
     /// Takes in what comes for so long.
@@ -218,14 +211,14 @@ impl Line {
     }
 
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
-        self.port.write_all(bytes)?;
+        self.port.write_all_within(bytes, LONGEST_WAIT)?;
         self.port.flush()
     }
 
     /// Reads what is there; what a port that never ends brings is no silence, so nothing is sent meanwhile.
     fn take_in(&mut self) -> std::io::Result<()> {
         for _ in 0..MOST_READS {
-            if self.port.bytes_to_read()? == 0 {
+            if !self.port.has_input()? {
                 break;
             }
             self.hear(Duration::ZERO)?;
@@ -236,9 +229,8 @@ impl Line {
     /// Reads what comes within `wait`, or a part of it.
     fn hear(&mut self, wait: Duration) -> std::io::Result<()> {
         let wait = wait.clamp(Duration::from_millis(1), LONGEST_WAIT);
-        self.port.set_timeout(wait)?;
         let mut buffer = [0; 64];
-        match self.port.read(&mut buffer) {
+        match self.port.read_within(&mut buffer, wait) {
             Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
             Ok(length) => {
                 let now_us = self.now_us();
@@ -265,7 +257,7 @@ mod tests {
     use std::sync::mpsc;
 
     use super::*;
-    use crate::pty::{self, Pty};
+    use crate::system::{Input, Pty, wait_for_input};
 
     /// Read_MainGain of drive 1, and its replies 20 and 33.
     const READ: [u8; 4] = [0x01, 0x98, 0x80, 0x99];
@@ -280,7 +272,7 @@ mod tests {
         let drive = std::thread::spawn(move || {
             let (mut buffer, mut heard) = ([0; 64], Vec::new());
             loop {
-                pty::wait([&pty], Duration::from_millis(2)).unwrap();
+                wait_for_input(&[Input::Terminal(&pty)], Duration::from_millis(2)).unwrap();
                 heard.extend_from_slice(pty.read(&mut buffer).unwrap());
                 if heard.ends_with(&READ) {
                     heard.clear();

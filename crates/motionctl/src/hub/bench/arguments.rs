@@ -1,11 +1,10 @@
 //! Options of `motionctl bench --drives zlac`.
 
-use std::path::PathBuf;
-
 use drive_sim::{BitRate, ResponseDelay, ZlacDriveConfig};
 use zlac8030l::{NodeId, objects};
 
 use crate::bench::MechanicsOptions;
+use crate::host_port::Place;
 use crate::hub::nodes::{Nodes, nodes};
 use crate::virtual_drives::{bit_rate, percent};
 
@@ -15,6 +14,7 @@ Examples:
   motionctl bench --drives zlac:4,5 --slcan /tmp/can-adapter        the two wheels of a vehicle
   motionctl run --drives zlac:4,5 --slcan /tmp/can-adapter          in another terminal
   slcand -o -s6 /tmp/can-adapter can0                               as a network interface, on Linux
+  motionctl bench --drives zlac:4,5 --slcan tcp:7000                on any system, for programs of this machine
 
 The adapter speaks the Lawicel protocol and drives a virtual bus with exact bit timing, in real time. The drives answer SDO, PDO, NMT
 and SYNC, and send heartbeat, boot-up and emergency messages. A drive whose stored bit rate (200Eh) is not that of the bus hears and
@@ -30,9 +30,9 @@ pub(in crate::hub) struct Arguments {
     /// Hub motors: zlac for node 4, zlac:NODES for others.
     #[arg(long, value_name = "zlac[:NODES]", value_parser = nodes)]
     drives: Nodes,
-    /// Terminal of a CAN adapter (slcan): a link that does not exist yet.
-    #[arg(long, value_name = "PATH")]
-    pub(super) slcan: PathBuf,
+    /// Where programs find the CAN adapter (slcan): a link that does not exist yet, or tcp:PORT of this machine; port 0 takes one that is free.
+    #[arg(long, value_name = "PATH|tcp:PORT")]
+    pub(super) slcan: Place,
     /// Bit rate of the bus in kbit/s: 100, 125, 250, 500 or 1000.
     #[arg(long, value_name = "KBIT", default_value = "500", value_parser = known_bit_rate)]
     pub(super) bit_rate: BitRate,

@@ -21,7 +21,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
         "{} at {} kbit/s on {}; Ctrl-C ends",
         counted(rig.drives(), "virtual hub motor", "virtual hub motors"),
         arguments.bit_rate.kbit_per_s(),
-        rig.terminal(),
+        rig.port(),
     ));
     rig.serve()?;
     let report = rig.report();

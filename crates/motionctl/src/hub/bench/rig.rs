@@ -10,9 +10,10 @@ use drive_sim::{Bench, Bus, ControllerConfig, DeviceId, NodeId as BusNode, ZlacD
 use super::arguments::Arguments;
 use super::report::Report;
 use crate::bench::{Adapter, BenchError, SwitchOutput, power_cycles};
+use crate::host_port::HostPort;
 use crate::interrupt;
 use crate::output::tell;
-use crate::pty::{self, Pty};
+use crate::system::wait_for_input;
 
 /// The longest wait, so that Ctrl-C is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(10);
@@ -25,7 +26,7 @@ const WARM_UP_NS: u64 = 200_000_000;
 /// Over-current.
 const ALARM: u16 = 0x0004;
 
-/// A bench behind a pseudo-terminal.
+/// A bench behind a pseudo-terminal or a port.
 pub(super) struct Rig<'a> {
     arguments: &'a Arguments,
     bench: Bench<ZlacDrive>,
@@ -34,7 +35,7 @@ pub(super) struct Rig<'a> {
     /// The user asks for a power cycle of every drive.
     is_power_cycled: Arc<AtomicBool>,
     adapter: Adapter,
-    pty: Pty,
+    port: HostPort,
     switch: Option<SwitchOutput>,
     start: Instant,
     /// The bit rate that the user was warned of.
@@ -60,27 +61,20 @@ impl<'a> Rig<'a> {
         befall(arguments, &mut bench, &drives);
         bench.advance_to(WARM_UP_NS);
         let adapter = Adapter::new(&mut bench, node);
-        let link = &arguments.slcan;
-        let pty = Pty::create(link).map_err(|source| BenchError::Create {
-            link: link.clone(),
+        let place = &arguments.slcan;
+        let port = HostPort::create(place, "the adapter").map_err(|source| BenchError::Create {
+            place: place.clone(),
             source,
         })?;
-        let lines = arguments.mechanics.switch_lines.as_ref();
-        let switch = lines.map(|link| {
-            SwitchOutput::create(link).map_err(|source| BenchError::Create {
-                link: link.clone(),
-                source,
-            })
-        });
         Ok(Self {
-            switch: switch.transpose()?,
+            switch: arguments.mechanics.switch_output()?,
             arguments,
             bench,
             node,
             adapter,
             drives,
             is_power_cycled: power_cycles().map_err(BenchError::Interrupt)?,
-            pty,
+            port,
             start: Instant::now(),
             warned_kbit_per_s: None,
         })
@@ -91,9 +85,9 @@ impl<'a> Rig<'a> {
         self.drives.len()
     }
 
-    /// The terminal behind the link, for a message.
-    pub(super) fn terminal(&self) -> &Pty {
-        &self.pty
+    /// Where programs find the drives, for a message.
+    pub(super) fn port(&self) -> &HostPort {
+        &self.port
     }
 
     /// Runs until the user asks to stop.
@@ -130,16 +124,16 @@ impl<'a> Rig<'a> {
         };
         let due_ns = self.bench.next_event_ns().unwrap_or(u64::MAX);
         let until_due = Duration::from_nanos(due_ns.saturating_sub(self.now_ns()));
-        pty::wait([&self.pty], wait.min(until_due))
+        wait_for_input(&self.port.inputs(), wait.min(until_due))
     }
 
     /// Commands in, answers and frames out; tells whether something waits for a host that reads too slowly.
     fn serve_adapter(&mut self) -> io::Result<bool> {
         let mut buffer = [0; 4_096];
-        let heard = self.pty.read(&mut buffer)?;
+        let heard = self.port.read(&mut buffer)?;
         self.adapter.hear(heard, &mut self.bench);
         let outbox = self.adapter.outbox();
-        let written = self.pty.write(outbox)?;
+        let written = self.port.write(outbox)?;
         outbox.drain(..written);
         let is_behind = !outbox.is_empty();
         self.warn_of_bit_rate();

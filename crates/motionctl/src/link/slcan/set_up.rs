@@ -5,12 +5,11 @@
 
 use std::time::{Duration, Instant};
 
-use serialport::ClearBuffer;
-
+use super::Slcan;
 use super::window::Window;
-use super::{Channel, Slcan};
 use crate::lawicel::{self, Token};
 use crate::link::OpenError;
+use crate::link::channel::Channel;
 use crate::output::tell;
 
 /// How long an adapter may take to start after its port was opened.
@@ -108,8 +107,8 @@ impl Slcan {
     fn settle(&mut self) -> Result<(), OpenError> {
         let until = Instant::now() + LONGEST_SETTLING;
         while Instant::now() < until && self.next_token(Instant::now() + SETTLE_TIME).is_some() {}
-        let cleared = self.port.clear(ClearBuffer::Input);
-        cleared.map_err(|error| self.system(error.into()))?;
+        let cleared = self.port.clear_input();
+        cleared.map_err(|error| self.system(error))?;
         self.lines.clear();
         Ok(())
     }
@@ -171,9 +170,7 @@ impl Slcan {
         let mut bytes = line.as_bytes().to_vec();
         bytes.push(lawicel::CR);
         self.port
-            .set_timeout(ANSWER_TIME)
-            .map_err(std::io::Error::from)
-            .and_then(|()| self.port.write_all(&bytes))
+            .write_all_within(&bytes, ANSWER_TIME)
             .map_err(|error| self.system(error))
     }
 

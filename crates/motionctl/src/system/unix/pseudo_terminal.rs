@@ -3,12 +3,10 @@
 use core::fmt;
 use std::fs::{self, File};
 use std::io;
-use std::os::fd::OwnedFd;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -75,22 +73,9 @@ impl Pty {
     }
 }
 
-/// Waits until others have written something to one of the terminals, at most so long.
-pub(crate) fn wait<'a>(
-    terminals: impl IntoIterator<Item = &'a Pty>,
-    most: Duration,
-) -> io::Result<()> {
-    let timeout = Timespec {
-        tv_sec: most.as_secs().try_into().unwrap_or(i64::MAX),
-        tv_nsec: most.subsec_nanos().into(),
-    };
-    let terminals = terminals.into_iter();
-    let mut watched: Vec<_> = terminals
-        .map(|terminal| PollFd::new(&terminal.device, PollFlags::IN))
-        .collect();
-    match poll(&mut watched, Some(&timeout)) {
-        Ok(_) | Err(Errno::INTR) => Ok(()),
-        Err(error) => Err(error.into()),
+impl AsFd for Pty {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.device.as_fd()
     }
 }
 
@@ -122,8 +107,11 @@ fn remove_forgotten(link: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::io::{Read, Write};
+    use std::time::Duration;
+
+    use super::*;
+    use crate::system::{Input, wait_for_input};
 
     fn scratch(name: &str) -> PathBuf {
         std::env::temp_dir().join(format!("motionctl-pty-{}-{name}", std::process::id()))
@@ -135,7 +123,7 @@ mod tests {
         let pty = Pty::create(&link).unwrap();
         let mut line = File::options().read(true).write(true).open(&link).unwrap();
         line.write_all(b"V\r\x03\n\x07").unwrap();
-        wait([&pty], Duration::from_secs(10)).unwrap();
+        wait_for_input(&[Input::Terminal(&pty)], Duration::from_secs(10)).unwrap();
         let mut buffer = [0; 64];
         assert_eq!(pty.read(&mut buffer).unwrap(), b"V\r\x03\n\x07");
         assert_eq!(pty.read(&mut buffer).unwrap(), b"");

@@ -1,0 +1,17 @@
+//! Linux and its relatives.
+
+mod endings;
+mod files;
+mod keyboard;
+mod pseudo_terminal;
+mod serial_port;
+mod socket_file;
+mod waiting;
+
+pub(crate) use endings::{note_endings, note_endings_in_motion, note_power_cycles};
+pub(crate) use files::read_at;
+pub(crate) use keyboard::{Keyboard, keep_signals};
+pub(crate) use pseudo_terminal::Pty;
+pub(crate) use serial_port::{read_serial, serial_port_exists};
+pub(crate) use socket_file::{SocketFile, SocketFileListener, SocketFileStream};
+pub(crate) use waiting::wait_for_input;
