@@ -11,6 +11,7 @@ use crate::load::{Accounts, Load};
 use crate::log::{Log, Memory};
 use crate::nvic::{HARD_FAULT, SV_CALL};
 use crate::soc::{FLASH, ResetCause, Soc};
+use crate::transfers;
 
 const RAM: u32 = 0x2000_0000;
 const RAM_SIZE: u64 = 0x2_0000;
@@ -216,7 +217,8 @@ impl Board {
                 self.reset(cause);
                 continue;
             }
-            if soc.now_ns() >= ns {
+            transfers::carry_out(&mut self.engine);
+            if self.soc().now_ns() >= ns {
                 self.drain_log();
                 return Stop::Limit;
             }
