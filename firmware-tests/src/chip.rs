@@ -3,6 +3,7 @@
 use core::ops::Range;
 
 use crate::dma;
+use crate::flash;
 use crate::gpio::Pin;
 use crate::soc::ResetCause;
 use crate::usart;
@@ -135,8 +136,8 @@ pub struct Chip {
     pub causes: [u32; 4],
     /// Modes of the pins of port A, port B and the others after a reset.
     pub pin_modes: [u32; 3],
-    /// Bytes of flash.
-    pub flash_bytes: u64,
+    /// The flash.
+    pub flash: flash::Part,
     /// Crystal of the board.
     pub crystal_hz: u64,
     /// Pins of the board for the controller, receive and transmit, and their alternate function.
@@ -179,6 +180,7 @@ impl Chip {
     }
 }
 
+const MS: u64 = 1_000_000;
 const F4_RCC: u32 = 0x4002_3800;
 const G4_RCC: u32 = 0x4002_1000;
 const PWR: u32 = 0x4000_7000;
@@ -271,7 +273,19 @@ pub static STM32F405: Chip = Chip {
     ],
     causes: [0x0E00_0000, 1 << 26, 1 << 28, 1 << 29],
     pin_modes: [0xA800_0000, 0x0000_0280, 0],
-    flash_bytes: 0x10_0000,
+    // Times: data sheet DS8626, section 5.3.12.
+    flash: flash::Part {
+        registers: flash::Registers::Sectors,
+        interrupt: 4,
+        banks: 1,
+        sectors: &[(4, 0x4000), (1, 0x1_0000), (7, 0x2_0000)],
+        program_ns: 100_000,
+        erase_ns: &[
+            (0x4000, [800 * MS, 600 * MS, 500 * MS]),
+            (0x1_0000, [2_400 * MS, 1_400 * MS, 1_100 * MS]),
+            (0x2_0000, [4_000 * MS, 2_600 * MS, 2_000 * MS]),
+        ],
+    },
     crystal_hz: 8_000_000,
     can_pins: ([Pin::new('B', 8), Pin::new('B', 9)], 9),
     // USART2; its DMA requests are in RM0090, table 42.
@@ -385,7 +399,15 @@ pub static STM32G474: Chip = Chip {
     ],
     causes: [1 << 27 | 1 << 26, 1 << 26, 1 << 28, 1 << 29],
     pin_modes: [0xABFF_FFFF, 0xFFFF_FEBF, 0xFFFF_FFFF],
-    flash_bytes: 0x8_0000,
+    // Times: data sheet DS12288, section 5.3.10.
+    flash: flash::Part {
+        registers: flash::Registers::Pages,
+        interrupt: 4,
+        banks: 2,
+        sectors: &[(256, 0x800)],
+        program_ns: 83_350,
+        erase_ns: &[(0x800, [24_470_000; 3])],
+    },
     crystal_hz: 24_000_000,
     can_pins: ([Pin::new('A', 11), Pin::new('A', 12)], 9),
     // LPUART1; its DMA requests are in RM0440, section 13.3.2.

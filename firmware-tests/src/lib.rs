@@ -22,6 +22,7 @@
 //! | [`usart`] | register models of the serial ports, and the wire with the device at its other end |
 //! | [`serial_bridge`] | byte queues from that wire to something in real time |
 //! | [`dma`], [`transfers`] | register models of the DMA controllers; memory for their transfers |
+//! | [`flash`], [`flash_memory`] | programming and erasing the flash; the flash as memory, and waiting for it |
 //! | [`chip`] | what differs between the chips, as a table |
 //! | [`can`], [`bxcan`], [`fdcan`] | register models of the CAN controllers, on a node of drive-sim |
 //! | [`load`] | how many instructions each handler took |
@@ -42,6 +43,8 @@ pub mod cpu;
 pub mod dma;
 pub mod drive;
 pub mod fdcan;
+pub mod flash;
+pub mod flash_memory;
 pub mod gpio;
 pub mod hooks;
 pub mod image;

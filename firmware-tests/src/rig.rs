@@ -209,6 +209,17 @@ impl Rig {
         self.board.run_until_ns(until_ns)
     }
 
+    /// Lets `us` pass, cuts the supply of the board there and brings it back `off_us` later; the drives go on. `seed` decides what an
+    /// operation of the flash that was under way leaves.
+    ///
+    /// # Panics
+    /// When Unicorn fails.
+    pub fn cut_power(&mut self, us: u64, off_us: u64, seed: u64) -> Stop {
+        let at_ns = self.board.soc().now_ns() + 1_000 * us;
+        let stop = self.board.cut_power_at_ns(at_ns, 1_000 * off_us, seed);
+        stop.expect("memory is mapped")
+    }
+
     /// Holds the line from the transceiver dominant, or lets it go.
     pub fn hold_dominant(&mut self, held: bool) {
         let soc = self.board.soc_mut();

@@ -1,6 +1,7 @@
 //! Everything but the processor: time, peripherals and where they are (RM0090 and RM0440, section 2).
 
 mod dma;
+mod flash;
 mod serial;
 
 use core::mem::take;
@@ -9,6 +10,7 @@ use crate::can::{Can, Wire};
 use crate::chip::Chip;
 use crate::clock::Clock;
 use crate::dma::{Dma, Mux};
+use crate::flash::Flash;
 use crate::gpio::{self, Gpio};
 use crate::hooks::Leave;
 use crate::instructions::Runs;
@@ -77,6 +79,10 @@ pub struct Soc {
     pub serial: SerialPort,
     /// DMA controllers.
     pub dma: [Dma; 2],
+    /// The flash.
+    pub flash: Flash,
+    /// Cycles so far in which the processor waited for the flash.
+    pub stalled: u64,
     /// The request multiplexer of the DMA controllers, where there is one.
     mux: Mux,
     /// Pins.
@@ -126,6 +132,8 @@ impl Soc {
                 line: SerialLine::default(),
             },
             dma: [0, 1].map(|controller: usize| Dma::new(&chip.dma.controllers[controller])),
+            flash: Flash::new(&chip.flash),
+            stalled: 0,
             mux: Mux::default(),
             gpio: Gpio::new(chip.pin_modes),
             watchdog: Watchdog::default(),
@@ -162,6 +170,7 @@ impl Soc {
         self.serial.port.reset();
         self.dma.iter_mut().for_each(Dma::reset);
         self.mux = Mux::default();
+        self.flash.reset();
         self.gpio.reset();
         self.watchdog.reset();
         (self.event, self.reset_request) = (false, None);
@@ -213,6 +222,7 @@ impl Soc {
         for (interrupt, level) in self.can.lines() {
             self.nvic.set_line(interrupt, level);
         }
+        self.advance_flash();
         self.advance_serial();
         for (interrupt, level) in self.dma.iter().flat_map(Dma::lines) {
             self.nvic.set_line(interrupt, level);
@@ -239,6 +249,7 @@ impl Soc {
         let times_ns = [
             self.can.next_event_ns(&self.wire),
             self.watchdog.expires_ns(),
+            self.flash.next_event_ns(),
             self.serial.port.next_event_ns(&self.serial.line),
             Some(self.limit_ns),
         ];
@@ -293,6 +304,7 @@ impl Soc {
             WATCHDOG => self.watchdog.read(address % BLOCK),
             block if block == self.chip.serial.base => self.read_serial(address),
             _ if self.is_mux(address) => self.read_mux(address),
+            block if block == self.chip.flash_access => self.read_flash_register(address),
             _ if address == CYCLE_COUNTER => self.now as u32,
             _ => match self.dma_at(address) {
                 Some(controller) => self.read_dma(controller, address),
@@ -392,6 +404,7 @@ impl Soc {
             }
             block if block == self.chip.serial.base => self.write_serial(address, value),
             _ if self.is_mux(address) => self.write_mux(address, value),
+            block if block == self.chip.flash_access => self.write_flash_register(address, value),
             _ => match self.dma_at(address) {
                 Some(controller) => self.write_dma(controller, address, value),
                 None => self.write_storage(address, value),

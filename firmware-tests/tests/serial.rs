@@ -264,6 +264,7 @@ fn a_byte_wide_write_sends_and_fetches_nothing() {
         lone.board.soc_mut().write(put, 1, u32::from(b'y'));
         lone.run_bytes(2);
         assert_eq!(lone.received(), b"y");
+        assert_eq!(lone.read(lone.at.status) & 1 << 5, 1 << 5);
         assert_eq!(lone.read(lone.at.fetch) as u8, b'x');
     }
 }

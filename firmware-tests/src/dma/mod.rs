@@ -88,16 +88,21 @@ impl Dma {
     }
 
     /// The transfer that goes next: of the streams that are requested the one with the highest priority, of equals the first. `requested`
-    /// tells whether the peripheral behind a stream, by its index and its channel selection, asks for one.
-    pub fn next_transfer(&self, requested: impl Fn(usize, u32) -> bool) -> Option<Transfer> {
+    /// tells whether the peripheral behind a stream, by its index and its channel selection, asks for one, `free` whether memory at an address
+    /// can be accessed at once.
+    pub fn next_transfer(
+        &self,
+        free: impl Fn(u32) -> bool,
+        requested: impl Fn(usize, u32) -> bool,
+    ) -> Option<Transfer> {
         if !self.used {
             return None;
         }
-        let ready = self
-            .streams
-            .iter()
-            .enumerate()
-            .filter(|(index, stream)| stream.is_ready() && requested(*index, stream.channel));
+        let ready = self.streams.iter().enumerate().filter(|(index, stream)| {
+            stream.is_ready()
+                && requested(*index, stream.channel)
+                && free(stream.transfer(*index).memory)
+        });
         let (index, stream) =
             ready.max_by_key(|(index, stream)| (stream.priority, STREAMS - index))?;
         Some(stream.transfer(index))

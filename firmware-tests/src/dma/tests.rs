@@ -59,7 +59,7 @@ impl Lone {
     }
 
     fn next(&self) -> Option<Transfer> {
-        self.dma.next_transfer(|index, _| index == INDEX)
+        self.dma.next_transfer(|_| true, |index, _| index == INDEX)
     }
 
     fn serve(&mut self) -> Transfer {
@@ -209,7 +209,7 @@ fn the_higher_priority_goes_first_and_of_equals_the_lower_number() {
     set(&mut dma, 1, 0);
     let order: Vec<usize> = (0..3)
         .map(|_| {
-            let transfer = dma.next_transfer(|_, _| true).unwrap();
+            let transfer = dma.next_transfer(|_| true, |_, _| true).unwrap();
             dma.finish(&transfer);
             transfer.stream
         })

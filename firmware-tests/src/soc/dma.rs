@@ -33,7 +33,8 @@ impl Soc {
             if !self.has_dma_clock(dma.wiring().bit) {
                 return None;
             }
-            let transfer = dma.next_transfer(|index, selected| {
+            let free = |memory| !self.flash.is_busy(memory);
+            let transfer = dma.next_transfer(free, |index, selected| {
                 let mut active = active.iter();
                 active.any(|(request, _)| self.goes_to(*request, controller, index, selected))
             });

@@ -387,8 +387,8 @@ fn the_fifo_of_the_newer_port_holds_eight() {
 fn the_dividers_are_those_of_the_manuals() {
     // RM0090, section 30.3.4: USARTDIV 39.0625 is 0x271; from 72 MHz that makes 115 200 bit/s.
     assert_eq!(classic::bit_clocks(0, 0x271), 256 * 625);
-    // With oversampling by 8: 0xDB is 13 and 3 eighths more.
-    assert_eq!(classic::bit_clocks(1 << 15, 0xD3), 256 * (8 * 13 + 3));
+    // With oversampling by 8 bit 3 of the fraction does not count: 0xDB is 13 and 3 eighths.
+    assert_eq!(classic::bit_clocks(1 << 15, 0xDB), 256 * (8 * 13 + 3));
     assert_eq!(classic::bit_clocks(0, 0x00F), 0);
     // RM0440, section 38.4.7: 256ths of a clock, 0x300 is the least; prescalers 1, 12, 16, 256.
     let prescalers = [0, 5, 6, 7, 8, 11].map(|code| low_power::bit_clocks(0x300, code) / 0x300);
