@@ -6,8 +6,13 @@
 extern crate std;
 
 mod admission;
+pub mod board;
 mod buffer;
 mod config;
+pub mod frame;
+pub mod host;
+pub mod message;
+mod outbox;
 mod playback;
 mod polynomial;
 mod rate;

@@ -228,7 +228,8 @@ impl Scenario {
                 }
             }
             let phase = player.phase();
-            if !phase.is_active() || (phase == StreamPhase::Dry && silent_until == u32::MAX) {
+            let waits = matches!(phase, StreamPhase::Dry | StreamPhase::Waiting);
+            if !phase.is_active() || (waits && silent_until == u32::MAX && cycle > 30) {
                 outcome.end = out;
                 outcome.player = admission.player();
                 return Ok(outcome);

@@ -15,6 +15,12 @@ pub(crate) struct Judge {
 }
 
 impl Judge {
+    /// It stands here, and begins anew.
+    #[allow(dead_code, reason = "one test has one motion")]
+    pub(crate) fn stand_at(&mut self, position: Position) {
+        self.before = [position.units() as f64 / Position::UNITS as f64; 4];
+    }
+
     pub(crate) fn see(&mut self, position: Position) {
         let now = position.units() as f64 / Position::UNITS as f64;
         // Before the first cycle it stood.
