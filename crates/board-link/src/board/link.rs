@@ -129,6 +129,8 @@ impl<const OUT: usize> Link<OUT> {
                 return;
             }
         }
+        // Whatever it asks for, the host lives.
+        let commands = board.check_session(message.session, now).is_ok();
         if message.request.is_reading() {
             let result = self.read(board, &message.request, now);
             return self.reply(key.number, result);
@@ -138,7 +140,7 @@ impl<const OUT: usize> Link<OUT> {
             self.counters.repeated = self.counters.repeated.saturating_add(1);
             return;
         }
-        if let Some(result) = self.repeated(board, key, message, now) {
+        if let Some(result) = self.repeated(key, message, commands) {
             self.counters.repeated = self.counters.repeated.saturating_add(1);
             return self.reply(key.number, result);
         }
@@ -152,17 +154,14 @@ impl<const OUT: usize> Link<OUT> {
     }
 
     /// The answer to a command that is repeated, unless its session does not command any more.
-    fn repeated<A: Application, const AXES: usize>(
+    fn repeated(
         &self,
-        board: &mut Board<'_, A, AXES>,
         key: Key,
         message: &ToBoard,
-        now: u64,
+        commands: bool,
     ) -> Option<Result<Answer, Refused>> {
         let (_, result) = self.answered.as_ref().filter(|(last, _)| *last == key)?;
         let is_free = message.request.is_stopping() || message.request == Request::Release;
-        // The host lives, even if the reply was lost.
-        let commands = board.check_session(message.session, now).is_ok();
         (commands || is_free || result.is_err()).then(|| result.clone())
     }
 

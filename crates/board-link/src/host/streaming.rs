@@ -181,12 +181,16 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
     fn send_segments(&mut self, now_us: u64) -> bool {
         let (session, timeout_us) = (self.connection.session, self.config.timeout_us);
         if let Some(stream) = &mut self.stream
-            && stream.sent > 0
             && now_us.saturating_sub(stream.progress_us) >= u64::from(timeout_us)
         {
-            stream.sent = 0;
             stream.progress_us = now_us;
-            stream.tries = stream.tries.saturating_add(1);
+            if stream.sent > 0 {
+                stream.sent = 0;
+                stream.tries = stream.tries.saturating_add(1);
+            } else {
+                // A board that gives no credit for so long says why when it gets one more.
+                stream.limit = stream.limit.max(stream.first.saturating_add(1));
+            }
             if stream.tries >= self.config.tries {
                 return true;
             }
@@ -310,8 +314,10 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
     }
 
     fn refuse_stream(&mut self, index: Option<u32>, refused: Refused) {
-        self.end_stream(StreamEnd::Refused { index, refused });
         self.look_for_end_of_session(&Err(refused));
+        if self.stream.is_some() {
+            self.end_stream(StreamEnd::Refused { index, refused });
+        }
     }
 
     fn end_stream(&mut self, end: StreamEnd) {
