@@ -4,18 +4,21 @@ use std::process::Command;
 
 use crate::error::Error;
 use crate::thumb;
-use crate::toolchain::{Preference, Toolchain};
+use crate::toolchain::{Preference, Target, Toolchain};
 use crate::workspace::{Workspace, cargo};
 
 /// The workspace of the examples, from the root.
 const FOLDER: &str = "hal-examples";
 /// The processor of an ESP32-C3.
-const RISCV: &str = "riscv32imc-unknown-none-elf";
+static RISCV: Target = Target {
+    triple: "riscv32imc-unknown-none-elf",
+    ..thumb::TARGET
+};
 /// Target, `None` for the host, and the packages that are for it.
-const EXAMPLES: [(Option<&str>, &[&str]); 3] = [
+static EXAMPLES: [(Option<&Target>, &[&str]); 3] = [
     (None, &["with-bxcan", "with-mcp2515", "with-socketcan"]),
-    (Some(thumb::TARGET), &["with-embassy"]),
-    (Some(RISCV), &["with-esp32"]),
+    (Some(&thumb::TARGET), &["with-embassy"]),
+    (Some(&RISCV), &["with-esp32"]),
 ];
 
 /// Checks the examples for other people's drivers: on the host those that need no chip, for a Cortex-M4F and an ESP32-C3 the others.
@@ -32,7 +35,7 @@ pub(crate) struct Arguments {
 /// When there is no toolchain for a target, or an example does not compile.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let workspace = Workspace::find()?;
-    for (target, packages) in EXAMPLES {
+    for &(target, packages) in &EXAMPLES {
         let mut check = Command::new(cargo());
         check
             .current_dir(workspace.root.join(FOLDER))
@@ -46,13 +49,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         if let Some(target) = target {
             // What is installed for the boards need not be for other chips.
             let preference = match arguments.toolchain {
-                Preference::Installed if target != thumb::TARGET => Preference::Auto,
+                Preference::Installed if target.triple != thumb::TARGET.triple => Preference::Auto,
                 preference => preference,
             };
             let toolchain = Toolchain::find(target, preference)?;
-            eprintln!("checking for {target}: {}", toolchain.describe());
+            eprintln!("checking for {}: {}", target.triple, toolchain.describe());
             toolchain.apply(&mut check);
-            check.args(["--target", target]);
+            check.args(["--target", target.triple]);
         }
         for package in packages {
             check.args(["--package", package]);
