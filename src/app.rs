@@ -41,8 +41,7 @@ const _: () = {
     );
     // The orders of a host are much more than the built-in motion.
     assert!(
-        cfg!(feature = "link")
-            || size_of::<App>() <= 288 + 4 * AXES + size_of::<config::Homing>(),
+        cfg!(feature = "link") || size_of::<App>() <= 288 + 4 * AXES + size_of::<config::Homing>(),
         "the application has outgrown its room"
     );
 };

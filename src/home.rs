@@ -168,7 +168,8 @@ impl<P: Plan> Sequence<P> {
     /// One cycle of the axis that searches.
     fn search(&mut self, plan: &AxisHoming, master: &mut BoardMaster, now: Instant) -> Step {
         let axis = self.axis;
-        let (Some(snapshot), Some(config)) = (master.snapshot(axis), machine::axes().get(axis)) else {
+        let (Some(snapshot), Some(config)) = (master.snapshot(axis), machine::axes().get(axis))
+        else {
             return Step::Failed;
         };
         let mut inputs = Drives::readings(config, &snapshot);

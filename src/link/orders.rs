@@ -9,12 +9,12 @@ use can_motion::{CommandError, Instant};
 use heapless::spsc::{Consumer, Producer};
 use trajectory::Position;
 
-use crate::rules::{Order, Rules, Situation, board_state};
-use super::shared::SHARED;
 use super::faults;
+use super::shared::SHARED;
 use crate::config::{AXES, CYCLE_US, Drives, GROUP, Homing};
 use crate::drives::{Board as _, BoardFault, BoardMaster};
 use crate::machine;
+use crate::rules::{Order, Rules, Situation, board_state};
 use crate::supervisor::{Axes, Inputs, State, Supervisor};
 
 /// A command with its ticket.
@@ -103,9 +103,7 @@ impl Orders {
             self.answer(ticket, result);
         }
         if let Some((ticket, command)) = self.commands.dequeue()
-            && let Some(result) = self
-                .rules
-                .take(ticket, command, supervisor, self.situation)
+            && let Some(result) = self.rules.take(ticket, command, supervisor, self.situation)
         {
             let result = result.and_then(|order| self.carry_out(order, master, now));
             self.answer(ticket, result);
@@ -226,7 +224,9 @@ fn note_axis(axis: usize, master: &BoardMaster) {
         return;
     };
     let read = Drives::readings(config, &snapshot);
-    let position = read.position.map_or(snapshot.sent_counts, |read| read.value);
+    let position = read
+        .position
+        .map_or(snapshot.sent_counts, |read| read.value);
     SHARED.set_axis(
         axis,
         &AxisSnapshot {
