@@ -108,9 +108,15 @@ impl<const UNIT: usize, const BYTES: usize> Fake<UNIT, BYTES> {
         );
         let is_whole = self.begin()?;
         let keeps = is_whole && (state == Unit::Erased || self.random.bool());
+        // Nothing is to be seen of some that were cut off.
+        let spares_all = self.random.u8(0..4) == 0;
         let place = &mut self.bytes[area][at..at + UNIT];
         for (place, byte) in place.iter_mut().zip(bytes) {
-            let spared = if keeps { 0 } else { self.random.u8(..) };
+            let spared = match (keeps, spares_all) {
+                (true, _) => 0,
+                (false, true) => 0xFF,
+                (false, false) => self.random.u8(..),
+            };
             // Bits only go to 0; a part of them stays behind.
             *place &= byte | spared;
         }
@@ -160,7 +166,11 @@ impl<const UNIT: usize, const BYTES: usize> Flash for Fake<UNIT, BYTES> {
         let units = &self.units[area][offset / UNIT..end.div_ceil(UNIT)];
         let is_bad = units.contains(&Unit::Unreadable);
         Ok(if is_bad {
-            bytes.fill_with(|| self.random.u8(..));
+            match self.random.u8(0..3) {
+                0 => bytes.fill_with(|| self.random.u8(..)),
+                1 => bytes.fill(0xFF),
+                _ => {}
+            }
             Reading::Unreadable
         } else {
             Reading::Good
