@@ -8,13 +8,14 @@ use std::{env, error, fs};
 
 /// Names a file that is compiled in the place of `src/config.rs`; `cargo fw --config` sets it.
 const CONFIG: &str = "MOTION_BOARD_CONFIG";
-/// Memory map of each board, by its feature as cargo writes it in the environment.
+/// Memory map of each board, by its feature as cargo writes it in the environment. None is called `memory.x` in the folder of the package:
+/// the linker looks there first.
 const MEMORY_MAPS: [(&str, &str); 2] = [
-    ("CARGO_FEATURE_STM32F405", "memory.x"),
+    ("CARGO_FEATURE_STM32F405", "src/board/stm32f405.x"),
     ("CARGO_FEATURE_STM32G474", "src/board/stm32g474.x"),
 ];
 /// What is put behind the map of a board for the image that keeps settings in its flash.
-const OF_LINK: (&str, &str, &str) = ("CARGO_FEATURE_LINK", "memory.x", "src/store/sectors.x");
+const OF_LINK: (&str, &str, &str) = ("CARGO_FEATURE_LINK", MEMORY_MAPS[0].1, "src/store/sectors.x");
 
 fn main() -> Result<(), Box<dyn error::Error>> {
     println!("cargo::rerun-if-changed=build.rs");
