@@ -57,6 +57,7 @@ pub mod motion_file;
 pub mod names;
 pub mod nvic;
 pub mod profile;
+pub mod records;
 pub mod rig;
 pub mod scenario;
 pub mod serial_bridge;

@@ -4,9 +4,11 @@
 use std::path::Path;
 
 use board_link::segment::{AxisSegment, Segment, Shape};
+use board_settings::{AxisSettings, BusSettings, Inputs, MotorLimits, Settings, Travel};
 use dyn_can::{DataFrame, Dialect, Request};
 use firmware_tests::host::Host;
 use firmware_tests::motion_file::MotionFile;
+use firmware_tests::records::{bytes_of, settings_of};
 use firmware_tests::{Rig, rig};
 use trajectory::Time;
 
@@ -16,7 +18,37 @@ pub(crate) const VELOCITY: i32 = 163;
 const ACCELERATION: f64 = 2.184;
 
 pub(crate) fn board() -> (Rig, Host) {
+    with_settings()
+}
+
+/// Four axes with the limits above, and no ends.
+pub(crate) fn settings() -> Settings {
+    let limits = MotorLimits {
+        speed_rpm: 600,
+        acceleration_rpm_per_s: 8_000,
+    };
+    let travel = Travel::Counts {
+        min: -(1 << 27),
+        max: (1 << 27) - 1,
+    };
+    Settings {
+        name: "emulated".try_into().unwrap(),
+        bus: BusSettings::new(1_000),
+        inputs: Inputs::default(),
+        axes: (1..=AXES as u8)
+            .map(|drive| AxisSettings::new(drive, 4_096, limits, travel))
+            .collect(),
+    }
+}
+
+/// A board with these settings in its flash.
+pub(crate) fn with_settings() -> (Rig, Host) {
     let mut rig = Rig::with_numbered_drives(rig::image("link"), AXES as i32);
+    let content = rig.board().soc().flash.content().clone();
+    let mut records = settings_of(content, rig::chip());
+    records.append(&bytes_of(&settings())).unwrap();
+    let content = records.flash().content();
+    rig.board_mut().set_flash_content(content);
     let host = Host::new(&mut rig, 1);
     (rig, host)
 }
