@@ -2,8 +2,10 @@
 
 use super::interop;
 use super::need::{
-    CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK, WINDOWS, WINE,
+    CAN_KERNEL, CARGO_DENY, CHROMIUM, OLDEST_RUST, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK,
+    WINDOWS, WINE,
 };
+use super::oldest_rust;
 use super::published;
 use super::report_page;
 use super::seeded_mistakes;
@@ -255,6 +257,18 @@ pub(super) const STEPS: &[Step] = &[
         interop::wireshark,
     )
     .needs(&[&PYTHON, &TSHARK]),
+    Step::cargo(
+        "supply-chain",
+        "licences, sources and doubles of what the project depends on are those of deny.toml; known vulnerabilities need a network",
+        &["deny --offline check bans licenses sources"],
+    )
+    .needs(&[&CARGO_DENY]),
+    Step::call(
+        "oldest-rust",
+        "everything of the host compiles with the oldest Rust of the manifests",
+        oldest_rust::run,
+    )
+    .needs(&[&OLDEST_RUST]),
     Step::call(
         "mutants",
         "how many mistakes in the lines of the core that the last change touched are found, five minutes at most",
