@@ -69,7 +69,9 @@ fn found(output: &Output) -> Vec<u64> {
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{errors}");
     let scan: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let drives = scan["drives"].as_array().unwrap_or_else(|| panic!("{scan}"));
+    let drives = scan["drives"]
+        .as_array()
+        .unwrap_or_else(|| panic!("{scan}"));
     let ids = drives.iter().filter_map(|drive| drive["drive"].as_u64());
     ids.collect()
 }
@@ -92,7 +94,10 @@ fn drives_behind_ports_of_this_machine_are_found_on_both_protocols() {
     assert_eq!(scan(&["--slcan", &bench.slcan]), [1, 9]);
     assert_eq!(scan(&["--serial", &bench.serial]), [1, 9]);
     let (report, log) = bench.end();
-    assert_eq!((report["refused_by_adapter"].as_u64(), log.as_str()), (Some(0), ""));
+    assert_eq!(
+        (report["refused_by_adapter"].as_u64(), log.as_str()),
+        (Some(0), "")
+    );
 }
 
 #[test]
@@ -134,11 +139,17 @@ fn other_machines_are_refused_on_both_sides_and_a_port_without_a_bench_is_told()
     let place = format!("tcp:{}", free.local_addr().expect("its address"));
     let (status, errors) = refused(&["bench", "--slcan", &place]);
     assert_eq!(status, Some(2), "{errors}");
-    assert!(errors.contains("another program listens there already"), "{errors}");
+    assert!(
+        errors.contains("another program listens there already"),
+        "{errors}"
+    );
     drop(free);
     let (status, errors) = refused(&["scan", "--slcan", &place]);
     assert_eq!(status, Some(3), "{errors}");
-    assert!(errors.contains(&format!("nobody listens at {place}")), "{errors}");
+    assert!(
+        errors.contains(&format!("nobody listens at {place}")),
+        "{errors}"
+    );
 }
 
 #[test]
