@@ -462,6 +462,18 @@ mod tests {
     }
 
     #[test]
+    fn the_readme_has_every_number_with_its_text() {
+        let readme = include_str!("../README.md");
+        for (reason, _, why, what_to_do) in REASONS {
+            let row = readme
+                .lines()
+                .find(|line| line.starts_with(&std::format!("| {} | {why} |", reason.number())));
+            let row = row.unwrap_or_else(|| panic!("{reason:?} is missing"));
+            assert!(row.ends_with(&std::format!("| {what_to_do} |")), "{row}");
+        }
+    }
+
+    #[test]
     fn a_refusal_says_what_to_do() {
         assert_eq!(
             Reason::Velocity.at(2, 3 << 23, 2 << 24).to_string(),

@@ -2,12 +2,12 @@
 
 use core::sync::atomic::Ordering;
 
-use heapless::spsc::Producer;
 use serde::{Deserialize, Serialize};
 use trajectory::curve::{Piece, Share};
 use trajectory::{Position, Time, TimeScale};
 
 use super::border::{Edge, check_needs, pass, rests, slopes, units};
+use super::halves::Sender;
 use super::player::{PlayerState, StreamPhase};
 use super::queue::{Admitted, Order, Shared, Start, Tail};
 use super::{AxisSegment, OfAxes, Segment};
@@ -76,8 +76,8 @@ struct Stream {
 
 /// Checks segments and hands them to the [`Player`](super::Player).
 pub struct Admission<'q, const AXES: usize> {
-    segments: Producer<'q, Admitted<AXES>>,
-    orders: Producer<'q, Order<AXES>>,
+    segments: Sender<'q, Admitted<AXES>>,
+    orders: Sender<'q, Order<AXES>>,
     shared: &'q Shared,
     axes: usize,
     limits: [AxisLimits; AXES],
@@ -88,8 +88,8 @@ pub struct Admission<'q, const AXES: usize> {
 
 impl<'q, const AXES: usize> Admission<'q, AXES> {
     pub(super) fn new(
-        segments: Producer<'q, Admitted<AXES>>,
-        orders: Producer<'q, Order<AXES>>,
+        segments: Sender<'q, Admitted<AXES>>,
+        orders: Sender<'q, Order<AXES>>,
         shared: &'q Shared,
         (axes, limits): (usize, [AxisLimits; AXES]),
         config: SegmentConfig,
@@ -134,8 +134,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         if self.check_open().is_err() {
             return 0;
         }
-        let free = self.segments.capacity().saturating_sub(self.segments.len());
-        free as u32
+        self.segments.free() as u32
     }
 
     /// The index of the next segment.
@@ -248,7 +247,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         if index != next {
             return Err(Reason::Order.because(next.into(), index.into()));
         }
-        if !self.segments.ready() {
+        if self.segments.free() == 0 {
             let capacity = self.segments.capacity() as i64;
             return Err(Reason::Full.because(capacity, capacity + 1));
         }
@@ -315,7 +314,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             end,
             pieces,
         };
-        if self.segments.enqueue(admitted).is_err() {
+        if !self.segments.send(admitted) {
             let capacity = self.segments.capacity() as i64;
             return Err(Reason::Full.because(capacity, capacity + 1));
         }
@@ -406,10 +405,11 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
     }
 
     fn order(&mut self, order: Order<AXES>) -> Result<(), Refused> {
-        self.orders.enqueue(order).map_err(|_| {
-            let capacity = self.orders.capacity() as i64;
-            Reason::Busy.because(capacity, capacity + 1)
-        })
+        if self.orders.send(order) {
+            return Ok(());
+        }
+        let capacity = self.orders.capacity() as i64;
+        Err(Reason::Busy.because(capacity, capacity + 1))
     }
 }
 

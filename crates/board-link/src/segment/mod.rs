@@ -5,6 +5,7 @@
 
 mod admission;
 mod border;
+mod halves;
 mod player;
 mod queue;
 

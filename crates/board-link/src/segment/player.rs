@@ -2,11 +2,11 @@
 
 use core::sync::atomic::Ordering;
 
-use heapless::spsc::Consumer;
 use serde::{Deserialize, Serialize};
 use trajectory::curve::Share;
 use trajectory::{Position, Time};
 
+use super::halves::Receiver;
 use super::queue::{Admitted, Order, Shared, Start, Status, Tail};
 use crate::config::WhenDry;
 use crate::rate::{ONE, Rate};
@@ -79,8 +79,8 @@ pub struct PlayerState {
 /// Plays what the [`Admission`](super::Admission) has admitted. A cycle takes the orders that have come, one square root at most, and the
 /// value of one polynomial an axis.
 pub struct Player<'q, const AXES: usize> {
-    segments: Consumer<'q, Admitted<AXES>>,
-    orders: Consumer<'q, Order<AXES>>,
+    segments: Receiver<'q, Admitted<AXES>>,
+    orders: Receiver<'q, Order<AXES>>,
     shared: &'q Shared,
     axes: usize,
     lead: Time,
@@ -101,8 +101,8 @@ pub struct Player<'q, const AXES: usize> {
 
 impl<'q, const AXES: usize> Player<'q, AXES> {
     pub(super) fn new(
-        segments: Consumer<'q, Admitted<AXES>>,
-        orders: Consumer<'q, Order<AXES>>,
+        segments: Receiver<'q, Admitted<AXES>>,
+        orders: Receiver<'q, Order<AXES>>,
         shared: &'q Shared,
         axes: usize,
         rate: Rate,
@@ -174,7 +174,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     }
 
     fn obey(&mut self) {
-        while let Some(order) = self.orders.dequeue() {
+        while let Some(order) = self.orders.receive() {
             match order {
                 Order::Begin(start) => self.take_on(start),
                 Order::End => self.is_ended = true,
@@ -207,7 +207,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             ahead < 0 || (ahead == 0 && !is_active)
         };
         while self.segments.peek().is_some_and(is_old) {
-            drop(self.segments.dequeue());
+            drop(self.segments.receive());
         }
     }
 
@@ -245,7 +245,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     fn has_lead(&self) -> bool {
         let tail = self.shared.tail();
         let buffered = Time::from_cycles(tail.cycles).since(self.time);
-        let is_full = self.segments.len() == self.segments.capacity();
+        let is_full = self.segments.is_full();
         buffered >= self.lead || self.is_ended || is_full
     }
 
@@ -270,7 +270,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
                 self.stand = head.pieces.map(|piece| piece.at(end));
                 self.time = head.end;
             }
-            drop(self.segments.dequeue());
+            drop(self.segments.receive());
             self.finished = self.finished.wrapping_add(1);
         }
         if self.segments.peek().is_none() {

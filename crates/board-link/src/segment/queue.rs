@@ -7,6 +7,7 @@ use trajectory::curve::Piece;
 use trajectory::{Position, Time};
 
 use super::admission::{Admission, SegmentConfig};
+use super::halves::{Receiver, Sender};
 use super::player::{Player, StreamPhase};
 use crate::config::{AxisLimits, WhenDry, ramp};
 use crate::rate::{ONE, Rate};
@@ -160,6 +161,8 @@ impl<const AXES: usize, const SEGMENTS: usize> SegmentQueue<AXES, SEGMENTS> {
         let standing = Rate::standing(most, change);
         let (admit, admitted) = self.segments.split();
         let (order, orders) = self.orders.split();
+        let (admit, order) = (Sender::new(admit), Sender::new(order));
+        let (admitted, orders) = (Receiver::new(admitted), Receiver::new(orders));
         let player = Player::new(admitted, orders, &self.shared, axes, standing, config.lead);
         let admission = Admission::new(admit, order, &self.shared, (axes, all), config);
         Some((admission, player))
