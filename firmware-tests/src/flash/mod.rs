@@ -4,7 +4,9 @@
 //! `pages`. While an operation lasts, its bank cannot be read: whoever tries waits, see [`crate::flash_memory`].
 
 mod content;
+mod operation;
 mod pages;
+mod part;
 mod sectors;
 
 use core::mem::take;
@@ -15,6 +17,8 @@ use drive_sim::SplitMix64;
 use crate::soc::FLASH;
 pub(crate) use content::DOUBLE_WORD;
 pub use content::FlashContent;
+pub use operation::{Change, Operation};
+pub use part::{Part, Registers};
 
 /// Bits of SR, the same in both chips.
 const END: u32 = 1;
@@ -37,114 +41,6 @@ const CR_LOCK: u32 = 1 << 31;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// Memory is protected by whole pages of the emulator.
 const PROTECTION: u32 = 0x1000;
-
-/// The kind of registers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Registers {
-    /// Sectors of different sizes, of the STM32F4.
-    Sectors,
-    /// Pages with error correction, of the STM32G4.
-    Pages,
-}
-
-/// The flash of a chip.
-#[derive(Debug)]
-pub struct Part {
-    /// Kind of its registers.
-    pub registers: Registers,
-    /// Its interrupt.
-    pub interrupt: u16,
-    /// Number of banks, of equal size; while one changes the others can be read.
-    pub banks: u32,
-    /// What is erased as one: number and bytes, in the order of the addresses.
-    pub sectors: &'static [(u32, u32)],
-    /// Longest time of programming one item.
-    pub program_ns: u64,
-    /// Longest time of erasing a sector of so many bytes, with a parallelism of 8, 16 and 32 bits.
-    pub erase_ns: &'static [(u32, [u64; 3])],
-}
-
-impl Part {
-    /// Bytes of the whole.
-    #[must_use]
-    pub fn bytes(&self) -> u32 {
-        let sectors = self.sectors.iter();
-        sectors.map(|(number, bytes)| number * bytes).sum()
-    }
-
-    /// Addresses of a sector, counted over all banks.
-    fn sector(&self, number: u32) -> Option<Range<u32>> {
-        let sizes = self
-            .sectors
-            .iter()
-            .flat_map(|&(number, bytes)| (0..number).map(move |_| bytes));
-        let mut first = FLASH;
-        for (at, bytes) in sizes.enumerate() {
-            if at == number as usize {
-                return Some(first..first + bytes);
-            }
-            first += bytes;
-        }
-        None
-    }
-
-    /// Number of the sector that an address is in.
-    fn sector_at(&self, address: u32) -> Option<u32> {
-        (0..)
-            .map_while(|number| self.sector(number))
-            .position(|range| range.contains(&address))
-            .map(|number| number as u32)
-    }
-
-    fn erase_ns(&self, bytes: u32, parallelism: usize) -> u64 {
-        let mut times = self.erase_ns.iter();
-        let found = times.find(|(of, _)| *of == bytes);
-        found.map_or(0, |(_, times)| times[parallelism.min(2)])
-    }
-}
-
-/// What changes the flash.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Change {
-    /// Programming an item.
-    Program {
-        /// Its address.
-        address: u32,
-        /// Its bytes.
-        size: u32,
-        /// Its value.
-        value: u64,
-    },
-    /// Erasing a sector or page.
-    Erase(Range<u32>),
-}
-
-impl Change {
-    fn first(&self) -> u32 {
-        match self {
-            Self::Program { address, .. } => *address,
-            Self::Erase(range) => range.start,
-        }
-    }
-
-    fn range(&self) -> Range<u32> {
-        match self {
-            Self::Program { address, size, .. } => *address..address + size,
-            Self::Erase(range) => range.clone(),
-        }
-    }
-}
-
-/// An operation of the flash.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Operation {
-    /// What it changes.
-    pub change: Change,
-    /// When it began.
-    pub starts_ns: u64,
-    /// When it ends.
-    pub ends_ns: u64,
-}
 
 /// How far the control register is unlocked.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
