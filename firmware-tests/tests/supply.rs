@@ -7,7 +7,7 @@ fn after_a_cut_of_the_supply_it_starts_anew_and_nothing_moves_until_the_enable_i
     let mut rig = Rig::with_numbered_drives(rig::image("shipped"), 2);
     rig.bring_up();
     assert!(rig.set_points_since(0).count() > 0);
-    rig.cut_power(0, 50_000, 1);
+    rig.cut_power(0, 1_000_000, 1);
     let back_ns = rig.board().soc().now_ns();
     let causes: Vec<_> = rig
         .board()
@@ -27,5 +27,5 @@ fn after_a_cut_of_the_supply_it_starts_anew_and_nothing_moves_until_the_enable_i
     let (before, after): (Vec<u64>, Vec<u64>) =
         starts.into_iter().partition(|at_ns| *at_ns < back_ns);
     let (before, after) = (before[before.len() - 1], after[0]);
-    assert!(after - before > 50_000_000, "the board was off for 50 ms");
+    assert!(after - before > 1_000_000_000, "the board was off for 1 s");
 }

@@ -7,6 +7,7 @@ mod content;
 mod operation;
 mod pages;
 mod part;
+mod registers;
 mod sectors;
 
 use core::mem::take;
@@ -19,6 +20,7 @@ pub(crate) use content::DOUBLE_WORD;
 pub use content::FlashContent;
 pub use operation::{Change, Operation};
 pub use part::{Part, Registers};
+use registers::Keys;
 
 /// Bits of SR, the same in both chips.
 const END: u32 = 1;
@@ -28,7 +30,6 @@ const ALIGNMENT: u32 = 1 << 5;
 /// PGPERR of the STM32F4, SIZERR of the STM32G4: an access of the wrong size.
 const SIZE: u32 = 1 << 6;
 const SEQUENCE: u32 = 1 << 7;
-const BUSY: u32 = 1 << 16;
 /// Bits of CR, the same in both chips.
 const CR_PROGRAM: u32 = 1;
 const CR_ERASE: u32 = 1 << 1;
@@ -37,20 +38,8 @@ const CR_START: u32 = 1 << 16;
 const CR_END_ENABLE: u32 = 1 << 24;
 const CR_ERROR_ENABLE: u32 = 1 << 25;
 const CR_LOCK: u32 = 1 << 31;
-/// Keys of the control register.
-const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// Memory is protected by whole pages of the emulator.
 const PROTECTION: u32 = 0x1000;
-
-/// How far the control register is unlocked.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-enum Keys {
-    #[default]
-    None,
-    First,
-    /// A wrong one: locked until the next reset.
-    Wrong,
-}
 
 /// The flash and its controller.
 #[derive(Debug, Clone)]
@@ -284,101 +273,6 @@ impl Flash {
             Registers::Pages => self.store_pages(address, size, value, now_ns),
         }
     }
-
-    /// Whether a write of this register has to wait for the end of an operation.
-    #[must_use]
-    pub fn holds_up(&self, offset: u32) -> bool {
-        self.is_changing() && self.place(offset) == Some(Place::Control)
-    }
-
-    fn place(&self, offset: u32) -> Option<Place> {
-        let places = [
-            Place::Key,
-            Place::OptionKey,
-            Place::Status,
-            Place::Control,
-            Place::Errors,
-        ];
-        let offsets: &[u32] = match self.part.registers {
-            Registers::Sectors => &[0x04, 0x08, 0x0C, 0x10],
-            Registers::Pages => &[0x08, 0x0C, 0x10, 0x14, 0x18],
-        };
-        let at = offsets.iter().position(|of| *of == offset)?;
-        Some(places[at])
-    }
-
-    /// Reads a register; `None` when it is none of these.
-    #[must_use]
-    pub fn read(&self, offset: u32) -> Option<u32> {
-        Some(match self.place(offset)? {
-            Place::Key | Place::OptionKey => 0,
-            Place::Status if self.is_changing() => self.status | BUSY,
-            Place::Status => self.status,
-            Place::Control => self.control,
-            Place::Errors => self.errors,
-        })
-    }
-
-    /// Writes a register; false when it is none of these. `options` are the option bytes.
-    ///
-    /// # Panics
-    /// When the firmware uses what is not modelled: mass erase, fast programming, a single bank.
-    pub fn write(&mut self, offset: u32, value: u32, options: u32, now_ns: u64) -> bool {
-        let Some(place) = self.place(offset) else {
-            return false;
-        };
-        match place {
-            Place::Key => self.take_key(value),
-            Place::OptionKey => self.take_option_key(value),
-            Place::Status => self.status &= !(value & !BUSY),
-            Place::Control => self.write_control(value, options, now_ns),
-            Place::Errors => self.write_errors(value),
-        }
-        true
-    }
-
-    fn take_key(&mut self, key: u32) {
-        let locked = self.control & CR_LOCK != 0;
-        self.keys = match (self.keys, locked) {
-            (Keys::None, true) if key == KEYS[0] => Keys::First,
-            (Keys::First, true) if key == KEYS[1] => {
-                self.control &= !CR_LOCK;
-                Keys::None
-            }
-            _ => Keys::Wrong,
-        };
-    }
-
-    fn write_control(&mut self, value: u32, options: u32, now_ns: u64) {
-        if self.control & CR_LOCK != 0 {
-            return;
-        }
-        self.control = value;
-        if value & CR_START != 0 {
-            assert_eq!(
-                value & CR_MASS_ERASE,
-                0,
-                "a mass erase of the flash is not modelled"
-            );
-            match self.part.registers {
-                Registers::Sectors => self.start_sectors(options, now_ns),
-                Registers::Pages => self.start_pages(options, now_ns),
-            }
-            if self.operation.is_none() {
-                self.control &= !CR_START;
-            }
-        }
-    }
-}
-
-/// A register of the controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
-    Key,
-    OptionKey,
-    Status,
-    Control,
-    Errors,
 }
 
 #[cfg(test)]

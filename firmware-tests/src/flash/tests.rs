@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::registers::{BUSY, KEYS, Place};
 use super::*;
 use crate::chip::{Chip, STM32F405, STM32G474};
 
