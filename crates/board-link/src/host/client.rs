@@ -318,12 +318,11 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         if !was_online {
             return;
         }
-        for exchange in [self.command.take(), self.urgent.take()] {
-            if let Some(exchange) = exchange {
-                let ticket = exchange.message.number;
-                let result = Err(RequestError::Lost);
-                self.tell(Incoming::Reply { ticket, result });
-            }
+        let open = [self.command.take(), self.urgent.take()];
+        for exchange in open.into_iter().flatten() {
+            let ticket = exchange.message.number;
+            let result = Err(RequestError::Lost);
+            self.tell(Incoming::Reply { ticket, result });
         }
         if self.stream.take().is_some() {
             self.tell(Incoming::Stream(StreamEnd::Lost));

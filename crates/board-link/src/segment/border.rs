@@ -116,7 +116,7 @@ pub(super) fn check_needs(axis: usize, needs: &Needs, limits: &AxisLimits) -> Re
     ];
     for (reason, actual, most) in checks {
         // What is no number is too much.
-        if !(actual <= allowed(most)) {
+        if actual.is_nan() || actual > allowed(most) {
             return Err(reason.at(axis, units(f64::from(most)), units(f64::from(actual))));
         }
     }

@@ -207,7 +207,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             ahead < 0 || (ahead == 0 && !is_active)
         };
         while self.segments.peek().is_some_and(is_old) {
-            drop(self.segments.receive());
+            self.segments.receive();
         }
     }
 
@@ -270,7 +270,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
                 self.stand = head.pieces.map(|piece| piece.at(end));
                 self.time = head.end;
             }
-            drop(self.segments.receive());
+            self.segments.receive();
             self.finished = self.finished.wrapping_add(1);
         }
         if self.segments.peek().is_none() {
