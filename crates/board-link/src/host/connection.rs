@@ -1,10 +1,12 @@
 //! Hello, claim, heartbeat, clock: what keeps a client connected.
 
-use super::client::{Client, Incoming};
+use super::client::Client;
 use super::clock::ClockEstimate;
 use super::exchange::{Exchange, Next};
+use super::incoming::Incoming;
 use crate::message::{Answer, Info, Request};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 /// Round trips at the start.
 const FIRST_ROUNDS: usize = 8;

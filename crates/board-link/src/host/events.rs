@@ -1,6 +1,7 @@
 //! Events come in order and without a gap, or with a gap that is counted.
 
-use super::client::{Client, Incoming};
+use super::client::Client;
+use super::incoming::Incoming;
 use crate::message::Event;
 
 /// Which event is next, and what the board is known to have.

@@ -7,9 +7,11 @@ mod clock;
 mod connection;
 mod events;
 mod exchange;
+mod incoming;
 mod streaming;
 
-pub use client::{Client, ClientConfig, Incoming};
+pub use client::Client;
 pub use clock::ClockEstimate;
 pub use exchange::RequestError;
+pub use incoming::{ClientConfig, Incoming};
 pub use streaming::StreamEnd;

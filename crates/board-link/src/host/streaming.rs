@@ -2,10 +2,12 @@
 
 use heapless::Deque;
 
-use super::client::{Client, Incoming};
+use super::client::Client;
 use super::exchange::{Exchange, Next, RequestError};
+use super::incoming::Incoming;
 use crate::message::{Answer, Request, ToBoard};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 use crate::segment::{Begin, Segment};
 
 /// How a stream has ended for the client.

@@ -9,7 +9,8 @@ mod request;
 
 use heapless::{String, Vec};
 
-pub use crate::refused::{Reason, Refused, Unit};
+pub use crate::reason::{Reason, Unit};
+pub use crate::refused::Refused;
 pub use reply::{Answer, Counters, FaultEntry, Info};
 pub use report::{AxisSnapshot, BoardState, Event, Snapshot};
 pub use request::{Request, ToBoard};

@@ -6,9 +6,11 @@ use heapless::spsc::Queue;
 use trajectory::curve::Piece;
 use trajectory::{Position, Time};
 
-use super::admission::{Admission, SegmentConfig};
+use super::admission::Admission;
+use super::begin::SegmentConfig;
 use super::halves::{Receiver, Sender};
-use super::player::{Player, StreamPhase};
+use super::phase::StreamPhase;
+use super::player::Player;
 use crate::config::{AxisLimits, WhenDry, ramp};
 use crate::rate::{ONE, Rate};
 
