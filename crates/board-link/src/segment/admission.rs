@@ -23,14 +23,14 @@ const SHORTEST: Time = Time::from_ticks(1 << 31);
 const LONGEST_STREAM: Time = Time::from_cycles(u32::MAX >> 1);
 /// The stream that was begun last.
 #[derive(Debug, Clone, Copy)]
-struct Stream {
-    number: u32,
+pub(super) struct Stream {
+    pub(super) number: u32,
     generation: u16,
     next_index: u32,
     end: Time,
     rests: bool,
     is_ended: bool,
-    is_stopping: bool,
+    pub(super) is_stopping: bool,
     highest_rate: i64,
 }
 
@@ -43,7 +43,7 @@ pub struct Admission<'q, const AXES: usize> {
     limits: [AxisLimits; AXES],
     config: SegmentConfig,
     edges: [Edge; AXES],
-    stream: Stream,
+    pub(super) stream: Stream,
 }
 
 impl<'q, const AXES: usize> Admission<'q, AXES> {
@@ -318,53 +318,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         Ok(())
     }
 
-    /// Slows down to a standstill on the path, and waits.
-    ///
-    /// # Errors
-    /// [`Reason::NoStream`], [`Reason::Busy`].
-    pub fn pause(&mut self) -> Result<(), Refused> {
-        self.check_active()?;
-        self.order(Order::Pause)
-    }
-
-    /// Goes on.
-    ///
-    /// # Errors
-    /// As [`Self::pause`].
-    pub fn resume(&mut self) -> Result<(), Refused> {
-        self.check_active()?;
-        self.order(Order::Resume)
-    }
-
-    /// Another speed, 0 to 200 %. Where the limits of an axis allow less, it is held to that.
-    ///
-    /// # Errors
-    /// [`Reason::Override`], or as [`Self::pause`].
-    pub fn set_override(&mut self, percent: u16) -> Result<(), Refused> {
-        let rate = override_rate(percent)?;
-        self.check_active()?;
-        self.order(Order::Override(rate))
-    }
-
-    /// Slows down to a standstill on the path, and ends; nothing is taken any more.
-    ///
-    /// # Errors
-    /// As [`Self::pause`].
-    pub fn stop(&mut self) -> Result<(), Refused> {
-        self.check_active()?;
-        self.order(Order::Stop)?;
-        self.stream.is_stopping = true;
-        Ok(())
-    }
-
-    fn check_active(&self) -> Result<(), Refused> {
-        if self.player().phase.is_active() {
-            return Ok(());
-        }
-        Err(Reason::NoStream.because(0, self.stream.number.into()))
-    }
-
-    fn order(&mut self, order: Order<AXES>) -> Result<(), Refused> {
+    pub(super) fn order(&mut self, order: Order<AXES>) -> Result<(), Refused> {
         if self.orders.send(order) {
             return Ok(());
         }

@@ -8,6 +8,7 @@ mod begin;
 mod border;
 mod checks;
 mod halves;
+mod orders;
 mod pace;
 mod phase;
 mod player;
