@@ -1,7 +1,5 @@
 //! The reasons for which a board refuses a request: numbers, units, texts.
 
-use crate::refused::Refused;
-
 /// What the values of a refusal are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unit {
@@ -361,31 +359,5 @@ impl Reason {
 
     pub(crate) fn row(self) -> Option<&'static Row> {
         REASONS.iter().find(|row| row.0 == self)
-    }
-
-    /// With what was expected and what came.
-    #[must_use]
-    pub const fn because(self, expected: i64, actual: i64) -> Refused {
-        Refused {
-            number: self.number(),
-            axis: None,
-            expected,
-            actual,
-        }
-    }
-
-    /// The same about an axis.
-    #[must_use]
-    pub const fn at(self, axis: usize, expected: i64, actual: i64) -> Refused {
-        Refused {
-            axis: Some(axis as u8),
-            ..self.because(expected, actual)
-        }
-    }
-
-    /// Where there is nothing to compare.
-    #[must_use]
-    pub const fn plain(self) -> Refused {
-        self.because(0, 0)
     }
 }

@@ -22,6 +22,34 @@ pub struct Refused {
     pub actual: i64,
 }
 
+impl Reason {
+    /// With what was expected and what came.
+    #[must_use]
+    pub const fn because(self, expected: i64, actual: i64) -> Refused {
+        Refused {
+            number: self.number(),
+            axis: None,
+            expected,
+            actual,
+        }
+    }
+
+    /// The same about an axis.
+    #[must_use]
+    pub const fn at(self, axis: usize, expected: i64, actual: i64) -> Refused {
+        Refused {
+            axis: Some(axis as u8),
+            ..self.because(expected, actual)
+        }
+    }
+
+    /// Where there is nothing to compare.
+    #[must_use]
+    pub const fn plain(self) -> Refused {
+        self.because(0, 0)
+    }
+}
+
 impl Refused {
     /// The reason, where this version knows its number.
     #[must_use]

@@ -7,7 +7,7 @@ use super::connection::{Connection, Phase};
 use super::events::EventOrder;
 use super::exchange::{Exchange, Next, RequestError};
 use super::incoming::{ClientConfig, Incoming};
-use super::streaming::{Stream, StreamEnd};
+use super::stream::{Stream, StreamEnd};
 use crate::frame::{Decoder, Losses, decode};
 use crate::message::{Answer, Info, Request, ToHost};
 use crate::outbox::Outbox;

@@ -1,7 +1,7 @@
 //! How a client treats a board, and what it tells the program.
 
 use super::exchange::RequestError;
-use super::streaming::StreamEnd;
+use super::stream::StreamEnd;
 use crate::message::{Answer, Event, Snapshot};
 use crate::refused::Refused;
 

@@ -13,6 +13,7 @@ mod pace;
 mod phase;
 mod player;
 mod queue;
+mod split;
 
 use serde::{Deserialize, Serialize};
 use trajectory::curve::{Border, Piece};

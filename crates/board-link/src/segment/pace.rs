@@ -25,7 +25,7 @@ impl<const AXES: usize> Player<'_, AXES> {
         if goal == 0 || self.is_ended {
             return goal;
         }
-        let floor = floor(tail);
+        let floor = tail.floor();
         if self.rate.way_down_after_a_rise_to(floor) >= self.left(tail) {
             self.short_of = Some(tail);
         }
@@ -40,10 +40,4 @@ impl<const AXES: usize> Player<'_, AXES> {
     pub(super) fn left(&self, tail: Tail) -> f32 {
         Time::from_cycles(tail.cycles).since(self.time).cycles()
     }
-}
-
-/// The highest rate with which the axes may come to the end of what was admitted, if something may follow. At an end at rest every rate
-/// ends, but what follows may allow no more than 1.
-pub(super) const fn floor(tail: Tail) -> i64 {
-    if tail.rests { ONE } else { 0 }
 }

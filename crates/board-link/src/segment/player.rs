@@ -6,7 +6,6 @@ use trajectory::curve::Share;
 use trajectory::{Position, Time};
 
 use super::halves::Receiver;
-use super::pace::floor;
 use super::phase::StreamPhase;
 use super::queue::{Admitted, Order, Shared, Start, Status, Tail};
 use crate::config::WhenDry;
@@ -172,7 +171,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
         // At rest the rate has no meaning: it is at once what it shall be, if what is buffered suffices to come down from it.
         let at_once = self.rate.running_at(self.goal_of_orders());
         let tail = self.shared.tail();
-        if self.is_ended || at_once.way_down_after_a_rise_to(floor(tail)) + 1.0 < self.left(tail) {
+        if self.is_ended || at_once.way_down_after_a_rise_to(tail.floor()) + 1.0 < self.left(tail) {
             self.rate = at_once;
         }
     }
