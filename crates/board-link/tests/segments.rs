@@ -356,11 +356,50 @@ fn what_follows_an_end_at_rest_may_allow_less() {
             }
         }
         assert_eq!(player.phase(), StreamPhase::Complete, "{late_by}");
-        let most = positions
-            .windows(3)
-            .map(|at| (at[2] - 2.0 * at[1] + at[0]).abs())
-            .fold(0.0, f64::max);
+        let most = acceleration(&positions);
         assert!(most <= 1.5, "{late_by}: {most}");
+    }
+}
+
+/// The largest second difference.
+fn acceleration(positions: &[f64]) -> f64 {
+    let at = positions.windows(3);
+    at.map(|at| (at[2] - 2.0 * at[1] + at[0]).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_pause_in_any_cycle_of_a_motion_at_its_limits_keeps_the_acceleration() {
+    for pause_at in 1..250 {
+        let mut queue = Queue::new();
+        let (mut admission, mut player) = queue.split(&[limits(); AXES], config()).unwrap();
+        admission
+            .begin(&begin(None, WhenDry::End), &STAND, 0)
+            .unwrap();
+        let parts = [
+            (100, 5_000.0, cubic(0.0, 10_000.0)),
+            (50, 10_000.0, Shape::Line),
+            (100, 15_000.0, cubic(10_000.0, 0.0)),
+        ];
+        for (index, (cycles, end, shape)) in parts.into_iter().enumerate() {
+            let one = segment(cycles, end, shape);
+            admission.push(7, index as u32, &one).unwrap();
+        }
+        admission.end(7).unwrap();
+        let (mut positions, mut out) = (vec![0.0; 3], STAND);
+        for now in 1..3_000 {
+            match now {
+                _ if now == pause_at => admission.pause().unwrap(),
+                1_500 => admission.resume().unwrap(),
+                _ => {}
+            }
+            player.advance(now, &STAND, &mut out);
+            positions.push(out[0].units() as f64 / Position::UNITS as f64);
+        }
+        assert_eq!(player.phase(), StreamPhase::Complete, "{pause_at}");
+        assert_eq!(out[0], Position::from_counts(15_000));
+        let most = acceleration(&positions);
+        assert!(most <= 1.5, "{pause_at}: {most}");
     }
 }
 
