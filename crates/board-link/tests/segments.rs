@@ -390,7 +390,8 @@ fn a_pause_in_any_cycle_of_a_motion_at_its_limits_keeps_the_acceleration() {
         for now in 1..3_000 {
             match now {
                 _ if now == pause_at => admission.pause().unwrap(),
-                1_500 => admission.resume().unwrap(),
+                // It may have ended within the ramp.
+                1_500 => drop(admission.resume()),
                 _ => {}
             }
             player.advance(now, &STAND, &mut out);
