@@ -5,12 +5,15 @@ use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_err
 use crate::can::Wire;
 use crate::chip::Chip;
 use crate::cpu::{self, Engine};
+use crate::flash::FlashContent;
+use crate::flash_memory::{self, FlashMemory};
 use crate::hooks::{self, Leave};
 use crate::image::Image;
 use crate::load::{Accounts, Load};
 use crate::log::{Log, Memory};
 use crate::nvic::{HARD_FAULT, SV_CALL};
 use crate::soc::{FLASH, ResetCause, Soc};
+use crate::transfers;
 
 const RAM: u32 = 0x2000_0000;
 const RAM_SIZE: u64 = 0x2_0000;
@@ -51,7 +54,10 @@ pub struct Reset {
 pub struct Board {
     engine: Engine<'static>,
     image: Image,
+    flash: FlashMemory,
     sleeping: Option<Leave>,
+    /// The processor waits for this address in flash, in the middle of an instruction.
+    waits_for: Option<u32>,
     /// A fault while a fault was handled: the processor stands still until a reset.
     locked_up: bool,
     log: Log,
@@ -74,17 +80,21 @@ impl Board {
         let soc = Soc::new(chip, hse_hz, wire);
         let mut engine = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, soc)?;
         engine.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
-        map_memory(&mut engine, chip.flash_bytes)?;
+        let flash_bytes = u64::from(chip.flash.bytes());
+        map_memory(&mut engine, flash_bytes)?;
         hooks::install(&mut engine, &image)?;
-        for piece in image.load() {
-            engine.mem_write(u64::from(piece.address), &piece.bytes)?;
-        }
+        flash_memory::install(&mut engine, flash_bytes)?;
+        let mut flash = FlashMemory::default();
+        load(&mut engine, &image)?;
+        flash.follow(&mut engine);
         cpu::reset(&mut engine);
         Ok(Self {
             engine,
+            flash,
             log: Log::new(&image),
             image,
             sleeping: None,
+            waits_for: None,
             locked_up: false,
             accounts: Accounts::default(),
             resets: Vec::new(),
@@ -216,21 +226,60 @@ impl Board {
                 self.reset(cause);
                 continue;
             }
-            if soc.now_ns() >= ns {
+            transfers::carry_out(&mut self.engine);
+            if self.soc().now_ns() >= ns {
                 self.drain_log();
                 return Stop::Limit;
             }
-            if self.locked_up {
+            if let Some(address) = self.waits_for {
+                if !self.stalls(address) {
+                    self.waits_for = None;
+                }
+            } else if self.locked_up {
                 self.pass_time();
             } else if let Some(exception) = cpu::takeable(&self.engine) {
-                self.enter(exception);
+                if !self.stalls(self.soc().nvic.vector_table()) {
+                    self.enter(exception);
+                }
             } else if self.wakes()
+                && !self.stalls(cpu::get(&self.engine, RegisterARM::PC))
                 && let Some(stop) = self.execute()
             {
                 self.drain_log();
                 return stop;
             }
         }
+    }
+
+    /// Runs until `ns` after the first power-on, cuts the supply there and brings it back `off_ns` later. `seed` decides what an
+    /// operation of the flash that was under way leaves; [`Flash::history`](crate::flash::Flash::history) of an earlier run tells when
+    /// there is one.
+    ///
+    /// What was connected stays: the bus goes on without the board. Memory holds anything afterwards, the flash what was in it.
+    ///
+    /// # Errors
+    /// When Unicorn refuses to write memory.
+    pub fn cut_power_at_ns(&mut self, ns: u64, off_ns: u64, seed: u64) -> Result<Stop, uc_error> {
+        let flash = &mut self.soc_mut().flash;
+        flash.lose_supply_at_ns(ns);
+        flash.seed = seed;
+        let stop = self.run_until_ns(ns);
+        self.drain_log();
+        paint(&mut self.engine)?;
+        self.reset(ResetCause::PowerOn);
+        let soc = self.engine.get_data_mut();
+        soc.now = soc.clock.cycles(soc.now_ns() + off_ns);
+        soc.process();
+        Ok(stop)
+    }
+
+    /// Puts another content into the flash, as a programmer does, and starts the processor from its reset.
+    ///
+    /// # Panics
+    /// When the content is that of a flash of another size.
+    pub fn set_flash_content(&mut self, content: FlashContent) {
+        self.soc_mut().flash.set_content(content);
+        self.reset(ResetCause::Pin);
     }
 
     fn instructions(&self) -> u64 {
@@ -243,8 +292,10 @@ impl Board {
         let at_ns = self.soc().now_ns();
         self.resets.push(Reset { at_ns, cause });
         self.soc_mut().reset(cause);
+        // An operation of the flash that was cut off has left its traces.
+        self.flash.follow(&mut self.engine);
         cpu::reset(&mut self.engine);
-        (self.sleeping, self.locked_up) = (None, false);
+        (self.sleeping, self.waits_for, self.locked_up) = (None, None, false);
         let instructions = self.instructions();
         self.accounts.reset(instructions);
     }
@@ -282,6 +333,16 @@ impl Board {
         woken
     }
 
+    /// Whether the processor has to wait for this address because the flash changes there; if so, time jumps to what comes next.
+    fn stalls(&mut self, address: u32) -> bool {
+        let soc = self.engine.get_data_mut();
+        let stalls = soc.flash.is_busy(address);
+        if stalls {
+            soc.stall();
+        }
+        stalls
+    }
+
     /// Time jumps to what comes next.
     fn pass_time(&mut self) {
         let soc = self.engine.get_data_mut();
@@ -292,6 +353,7 @@ impl Board {
 
     /// Executes instructions until something has to be done; `Some` ends the run.
     fn execute(&mut self) -> Option<Stop> {
+        self.flash.follow(&mut self.engine);
         let pc = cpu::get(&self.engine, RegisterARM::PC);
         let result = self.engine.emu_start(u64::from(pc | 1), 0, 0, 0);
         let pc = cpu::get(&self.engine, RegisterARM::PC);
@@ -307,6 +369,8 @@ impl Board {
             (Some(Leave::Yield), _) => {
                 cpu::set(&mut self.engine, RegisterARM::PC, (pc + 2) | 1);
             }
+            // The instruction is executed again when the flash is free.
+            (Some(Leave::FlashBusy(address)), _) => self.waits_for = Some(address),
             (None, Ok(())) => {}
             (Some(Leave::Fault(_)), _) | (None, Err(_)) => self.fault(pc),
         }
@@ -342,11 +406,29 @@ impl Board {
     }
 }
 
+/// Flashes the image.
+fn load(engine: &mut Engine<'_>, image: &Image) -> Result<(), uc_error> {
+    let mut content = engine.get_data().flash.content().clone();
+    for piece in image.load() {
+        if !content.write(piece.address, &piece.bytes) {
+            engine.mem_write(u64::from(piece.address), &piece.bytes)?;
+        }
+    }
+    engine.get_data_mut().flash.set_content(content);
+    Ok(())
+}
+
+fn paint(engine: &mut Engine<'_>) -> Result<(), uc_error> {
+    engine.mem_write(u64::from(RAM), &vec![PAINT; RAM_SIZE as usize])?;
+    let core_coupled = vec![PAINT; CORE_COUPLED_RAM_SIZE as usize];
+    engine.mem_write(CORE_COUPLED_RAM, &core_coupled)
+}
+
 fn map_memory(engine: &mut Engine<'_>, flash_bytes: u64) -> Result<(), uc_error> {
     engine.mem_map(u64::from(FLASH), flash_bytes, Prot::READ | Prot::EXEC)?;
     engine.mem_map(CORE_COUPLED_RAM, CORE_COUPLED_RAM_SIZE, Prot::ALL)?;
     engine.mem_map(u64::from(RAM), RAM_SIZE, Prot::ALL)?;
-    engine.mem_write(u64::from(RAM), &vec![PAINT; RAM_SIZE as usize])?;
+    paint(engine)?;
     for (base, size) in REGISTERS {
         engine.mmio_map(
             u64::from(base),
@@ -356,9 +438,12 @@ fn map_memory(engine: &mut Engine<'_>, flash_bytes: u64) -> Result<(), uc_error>
             }),
             Some(
                 move |engine: &mut Unicorn<Soc>, offset: u64, size: usize, value: u64| {
-                    engine
-                        .get_data_mut()
-                        .write(base + offset as u32, size, value as u32);
+                    let address = base + offset as u32;
+                    if engine.get_data().waits_for_flash(address) {
+                        flash_memory::wait(engine);
+                    }
+                    let soc = engine.get_data_mut();
+                    soc.write(address, size, value as u32);
                 },
             ),
         )?;

@@ -1,7 +1,12 @@
 //! What differs between the chips, as a table: where registers are, which bits of the clock control mean what, what a reset leaves.
 
+use core::ops::Range;
+
+use crate::dma;
+use crate::flash;
 use crate::gpio::Pin;
 use crate::soc::ResetCause;
+use crate::usart;
 
 /// The kind of CAN controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +41,56 @@ pub struct Pll {
     pub output: (u32, u32),
     /// The value of the clock switch that means it, the one that means the crystal; anything else is the internal oscillator.
     pub switch: (u32, u32),
+}
+
+/// The serial port that the board uses.
+#[derive(Debug)]
+pub struct Serial {
+    /// Kind of its registers.
+    pub registers: usart::Registers,
+    /// First address.
+    pub base: u32,
+    /// Number of its interrupt.
+    pub interrupt: u16,
+    /// Register and bit that switch its clock on; register and bit that reset it.
+    pub enable: (u32, u32),
+    /// As above.
+    pub reset: (u32, u32),
+    /// Register and lowest bit of the choice of its clock; `None` when it is that of peripheral bus 1.
+    pub clock_choice: Option<(u32, u32)>,
+    /// Pins of the board for it, receive and transmit, and their alternate function.
+    pub pins: ([Pin; 2], u32),
+    /// How it asks for DMA transfers, of received bytes and of bytes to send.
+    pub requests: [DmaRequest; 2],
+}
+
+/// How a peripheral asks for DMA transfers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DmaRequest {
+    /// By a stream of a controller, both counted from 0 and 1 as in the manual, with a channel selection.
+    Stream {
+        /// The controller, 1 or 2.
+        controller: usize,
+        /// The stream.
+        stream: usize,
+        /// The channel selection.
+        channel: u32,
+    },
+    /// By a number of the request multiplexer.
+    Mux(u32),
+}
+
+/// The DMA controllers.
+#[derive(Debug)]
+pub struct DmaPart {
+    /// DMA1 and DMA2.
+    pub controllers: [dma::Wiring; 2],
+    /// Clock enable and reset register of AHB1.
+    pub enable: u32,
+    /// As above.
+    pub reset: u32,
+    /// First address of the request multiplexer, and its bit in the clock enable register.
+    pub mux: Option<(u32, u32)>,
 }
 
 /// A chip on its board.
@@ -81,12 +136,16 @@ pub struct Chip {
     pub causes: [u32; 4],
     /// Modes of the pins of port A, port B and the others after a reset.
     pub pin_modes: [u32; 3],
-    /// Bytes of flash.
-    pub flash_bytes: u64,
+    /// The flash.
+    pub flash: flash::Part,
     /// Crystal of the board.
     pub crystal_hz: u64,
     /// Pins of the board for the controller, receive and transmit, and their alternate function.
     pub can_pins: ([Pin; 2], u32),
+    /// The serial port.
+    pub serial: Serial,
+    /// The DMA controllers.
+    pub dma: DmaPart,
     /// Status LED of the board, and the level that lights it.
     pub led: (Pin, bool),
 }
@@ -121,10 +180,40 @@ impl Chip {
     }
 }
 
+const MS: u64 = 1_000_000;
 const F4_RCC: u32 = 0x4002_3800;
 const G4_RCC: u32 = 0x4002_1000;
 const PWR: u32 = 0x4000_7000;
 const DEVICE_ID: u32 = 0xE004_2000;
+
+/// DMA1's peripheral side reaches the first peripheral bus alone; neither controller reaches the core-coupled memory
+/// (RM0090, section 2.1).
+const fn f4_dma(number: usize, interrupts: [u16; 8], peripherals: Range<u32>) -> dma::Wiring {
+    dma::Wiring {
+        number,
+        registers: dma::Registers::Streams,
+        base: 0x4002_6000 + 0x400 * (number as u32 - 1),
+        bit: 20 + number as u32,
+        interrupts,
+        flash: 0x0800_0000..0x0810_0000,
+        memory: [0x2000_0000..0x2001_C000, 0x2001_C000..0x2002_0000],
+        peripherals,
+    }
+}
+
+/// Every memory is within reach, the core-coupled one at both of its places too (RM0440, section 2.1).
+const fn g4_dma(number: usize, interrupts: [u16; 8]) -> dma::Wiring {
+    dma::Wiring {
+        number,
+        registers: dma::Registers::Channels,
+        base: 0x4002_0000 + 0x400 * (number as u32 - 1),
+        bit: number as u32 - 1,
+        interrupts,
+        flash: 0x0800_0000..0x0808_0000,
+        memory: [0x1000_0000..0x1000_8000, 0x2000_0000..0x2002_0000],
+        peripherals: 0x4000_0000..0x5006_1000,
+    }
+}
 
 /// STM32F405 with an 8 MHz crystal (RM0090).
 pub static STM32F405: Chip = Chip {
@@ -184,9 +273,60 @@ pub static STM32F405: Chip = Chip {
     ],
     causes: [0x0E00_0000, 1 << 26, 1 << 28, 1 << 29],
     pin_modes: [0xA800_0000, 0x0000_0280, 0],
-    flash_bytes: 0x10_0000,
+    // Times: data sheet DS8626, section 5.3.12.
+    flash: flash::Part {
+        registers: flash::Registers::Sectors,
+        interrupt: 4,
+        banks: 1,
+        sectors: &[(4, 0x4000), (1, 0x1_0000), (7, 0x2_0000)],
+        program_ns: 100_000,
+        erase_ns: &[
+            (0x4000, [800 * MS, 600 * MS, 500 * MS]),
+            (0x1_0000, [2_400 * MS, 1_400 * MS, 1_100 * MS]),
+            (0x2_0000, [4_000 * MS, 2_600 * MS, 2_000 * MS]),
+        ],
+    },
     crystal_hz: 8_000_000,
     can_pins: ([Pin::new('B', 8), Pin::new('B', 9)], 9),
+    // USART2; its DMA requests are in RM0090, table 42.
+    serial: Serial {
+        registers: usart::Registers::Classic,
+        base: 0x4000_4400,
+        interrupt: 38,
+        enable: (F4_RCC + 0x40, 17),
+        reset: (F4_RCC + 0x20, 17),
+        clock_choice: None,
+        pins: ([Pin::new('A', 3), Pin::new('A', 2)], 7),
+        requests: [
+            DmaRequest::Stream {
+                controller: 1,
+                stream: 5,
+                channel: 4,
+            },
+            DmaRequest::Stream {
+                controller: 1,
+                stream: 6,
+                channel: 4,
+            },
+        ],
+    },
+    dma: DmaPart {
+        controllers: [
+            f4_dma(
+                1,
+                [11, 12, 13, 14, 15, 16, 17, 47],
+                0x4000_0000..0x4001_0000,
+            ),
+            f4_dma(
+                2,
+                [56, 57, 58, 59, 60, 68, 69, 70],
+                0x4000_0000..0x5006_1000,
+            ),
+        ],
+        enable: F4_RCC + 0x30,
+        reset: F4_RCC + 0x10,
+        mux: None,
+    },
     led: (Pin::new('C', 12), false),
 };
 
@@ -259,8 +399,36 @@ pub static STM32G474: Chip = Chip {
     ],
     causes: [1 << 27 | 1 << 26, 1 << 26, 1 << 28, 1 << 29],
     pin_modes: [0xABFF_FFFF, 0xFFFF_FEBF, 0xFFFF_FFFF],
-    flash_bytes: 0x8_0000,
+    // Times: data sheet DS12288, section 5.3.10.
+    flash: flash::Part {
+        registers: flash::Registers::Pages,
+        interrupt: 4,
+        banks: 2,
+        sectors: &[(256, 0x800)],
+        program_ns: 83_350,
+        erase_ns: &[(0x800, [24_470_000; 3])],
+    },
     crystal_hz: 24_000_000,
     can_pins: ([Pin::new('A', 11), Pin::new('A', 12)], 9),
+    // LPUART1; its DMA requests are in RM0440, section 13.3.2.
+    serial: Serial {
+        registers: usart::Registers::LowPower,
+        base: 0x4000_8000,
+        interrupt: 91,
+        enable: (G4_RCC + 0x5C, 0),
+        reset: (G4_RCC + 0x3C, 0),
+        clock_choice: Some((G4_RCC + 0x88, 10)),
+        pins: ([Pin::new('A', 3), Pin::new('A', 2)], 12),
+        requests: [DmaRequest::Mux(34), DmaRequest::Mux(35)],
+    },
+    dma: DmaPart {
+        controllers: [
+            g4_dma(1, [11, 12, 13, 14, 15, 16, 17, 96]),
+            g4_dma(2, [56, 57, 58, 59, 60, 97, 98, 99]),
+        ],
+        enable: G4_RCC + 0x48,
+        reset: G4_RCC + 0x28,
+        mux: Some((0x4002_0800, 2)),
+    },
     led: (Pin::new('A', 5), true),
 };

@@ -13,6 +13,7 @@ const NS_PER_S: u128 = 1_000_000_000;
 pub struct Clock {
     chip: &'static Chip,
     hse_hz: u64,
+    system_hz: u64,
     hclk_hz: u64,
     pclk1_hz: u64,
     timers_hz: [u64; 2],
@@ -27,6 +28,7 @@ impl Clock {
         Self {
             chip,
             hse_hz,
+            system_hz: HSI_HZ,
             hclk_hz: HSI_HZ,
             pclk1_hz: HSI_HZ,
             timers_hz: [HSI_HZ; 2],
@@ -50,6 +52,20 @@ impl Clock {
     #[must_use]
     pub fn hclk_hz(&self) -> u64 {
         self.hclk_hz
+    }
+
+    /// The frequency of a peripheral that chooses its clock: bus 1, system, internal oscillator (RM0440, section 7.4.28, LPUART1SEL).
+    ///
+    /// # Panics
+    /// When it chooses the 32 kHz crystal, which the boards do not have.
+    #[must_use]
+    pub fn chosen_hz(&self, choice: u32) -> u64 {
+        match choice {
+            0 => self.pclk1_hz,
+            1 => self.system_hz,
+            2 => HSI_HZ,
+            _ => panic!("a clock from the 32 kHz crystal is not modelled"),
+        }
     }
 
     /// The frequency of the first peripheral bus, which clocks the CAN controller.
@@ -89,6 +105,7 @@ impl Clock {
             switch if switch == crystal => self.hse_hz,
             _ => HSI_HZ,
         };
+        self.system_hz = system_hz;
         self.hclk_hz = system_hz >> ahb_shift(cfgr >> 4 & 0xF);
         let [(pclk1_hz, timer1_hz), (_, timer2_hz)] = self
             .chip

@@ -22,6 +22,8 @@ pub enum Leave {
     Breakpoint,
     /// It has nothing urgent to do: a hint that the hardware ignores.
     Yield,
+    /// It reads flash that is being programmed or erased, at this address.
+    FlashBusy(u32),
     /// It met something else; the number is Unicorn's.
     Fault(u32),
 }
@@ -78,7 +80,10 @@ fn stop(engine: &mut Engine<'_>, leave: Leave) {
 /// Time moves by whole runs: one instruction is one cycle. A stop asked for here takes effect before the run's first instruction.
 fn before_run(engine: &mut Engine<'_>, address: u64, bytes: u32) {
     let soc = engine.get_data();
-    if soc.now >= soc.deadline || soc.nvic.first_pending().is_some() && takeable(engine).is_some() {
+    if soc.now >= soc.deadline
+        || soc.flash.is_busy(address as u32)
+        || soc.nvic.first_pending().is_some() && takeable(engine).is_some()
+    {
         let _ = engine.emu_stop();
         return;
     }

@@ -1,18 +1,21 @@
 //! Counting instructions by straight runs of code.
 
+use core::ops::Range;
 use std::collections::HashMap;
 
 /// First address of flash.
 const FLASH: u64 = 0x0800_0000;
 /// Halfwords of flash.
 const FLASH_HALFWORDS: usize = 0x8_0000;
+/// Bytes that no straight run exceeds: Unicorn translates less at once.
+const LONGEST_RUN: u32 = 0x1000;
 /// First byte of a 32-bit instruction, from this value on in its upper five bits (ARMv7-M, section A5.1).
 const WIDE: u8 = 0b11101;
 
 /// Instructions of each straight run met so far, by first address and length in bytes.
 #[derive(Debug, Clone)]
 pub struct Runs {
-    /// Instructions and bytes of the run that begins at each halfword of flash; code does not change there.
+    /// Instructions and bytes of the run that begins at each halfword of flash.
     flash: Vec<(u32, u32)>,
     elsewhere: HashMap<(u64, u32), u32>,
 }
@@ -33,6 +36,19 @@ impl Runs {
         match self.flash.get(halfword(address)) {
             Some(&(instructions, noted)) => (noted == bytes).then_some(instructions),
             None => self.elsewhere.get(&(address, bytes)).copied(),
+        }
+    }
+
+    /// Forgets the runs that begin in this part of flash, where other code may stand now, or reach into it.
+    pub fn forget(&mut self, changed: &Range<u32>) {
+        let first = halfword(u64::from(changed.start.saturating_sub(LONGEST_RUN)).max(FLASH));
+        let last = halfword(u64::from(changed.end));
+        let runs = self.flash.iter_mut().enumerate();
+        for (halfword, (_, bytes)) in runs.take(last).skip(first) {
+            let first = FLASH as u32 + 2 * halfword as u32;
+            if first < changed.end && first + *bytes > changed.start {
+                *bytes = 0;
+            }
         }
     }
 
@@ -77,6 +93,17 @@ mod tests {
         // movs r0, #1; movw r1, #0x1234; bx lr
         let code = [0x01, 0x20, 0x41, 0xF2, 0x34, 0x21, 0x70, 0x47];
         assert_eq!(count(&code), 3);
+    }
+
+    #[test]
+    fn runs_in_changed_flash_are_forgotten() {
+        let mut runs = Runs::default();
+        for (address, bytes) in [(0x10, 8), (0x18, 8), (0x20, 8)] {
+            runs.note(FLASH + address, bytes, 3);
+        }
+        runs.forget(&(FLASH as u32 + 0x16..FLASH as u32 + 0x20));
+        let known = [0x10, 0x18, 0x20].map(|address| runs.known(FLASH + address, 8));
+        assert_eq!(known, [None, None, Some(3)]);
     }
 
     #[test]

@@ -19,6 +19,10 @@
 //! | [`cpu`] | exception entry and return |
 //! | [`hooks`], [`instructions`] | what is done before each straight run of code; counting |
 //! | [`nvic`], [`clock`], [`timer`], [`watchdog`], [`gpio`], [`storage`] | register models |
+//! | [`usart`] | register models of the serial ports, and the wire with the device at its other end |
+//! | [`serial_bridge`] | byte queues from that wire to something in real time |
+//! | [`dma`], [`transfers`] | register models of the DMA controllers; memory for their transfers |
+//! | [`flash`], [`flash_memory`] | programming and erasing the flash; the flash as memory, and waiting for it |
 //! | [`chip`] | what differs between the chips, as a table |
 //! | [`can`], [`bxcan`], [`fdcan`] | register models of the CAN controllers, on a node of drive-sim |
 //! | [`load`] | how many instructions each handler took |
@@ -36,8 +40,11 @@ pub mod chip;
 pub mod clock;
 mod connection;
 pub mod cpu;
+pub mod dma;
 pub mod drive;
 pub mod fdcan;
+pub mod flash;
+pub mod flash_memory;
 pub mod gpio;
 pub mod hooks;
 pub mod image;
@@ -50,9 +57,12 @@ pub mod nvic;
 pub mod profile;
 pub mod rig;
 pub mod scenario;
+pub mod serial_bridge;
 pub mod soc;
 pub mod storage;
 pub mod timer;
+pub mod transfers;
+pub mod usart;
 pub mod watchdog;
 
 /// Mistakes that the image with failures on command can make, for [`Rig::put_back`]: the numbers of `src/misbehaviour`.
@@ -75,4 +85,5 @@ pub use board::{Board, Stop};
 pub use image::Image;
 pub use load::Load;
 pub use rig::{Contact, Rig};
+pub use serial_bridge::SerialBridge;
 pub use soc::ResetCause;

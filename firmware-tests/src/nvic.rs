@@ -11,8 +11,8 @@ pub const NMI: u16 = 2;
 const PEND_SV: u16 = 14;
 const SYS_TICK: u16 = 15;
 
-/// Words of one bit an interrupt: the STM32F405 has 82.
-const WORDS: usize = 3;
+/// Words of one bit an interrupt: the STM32F405 has 82, the STM32G474 102.
+const WORDS: usize = 4;
 /// Priority of the thread: below every exception.
 const THREAD_PRIORITY: i32 = 256;
 /// The STM32F405 has the upper four bits of each priority.
@@ -199,10 +199,10 @@ impl Nvic {
     pub fn read(&self, offset: u32) -> Option<u32> {
         let word = (offset as usize & 0x7F) / 4;
         Some(match offset {
-            0x100..=0x108 | 0x180..=0x188 => self.enabled[word],
-            0x200..=0x208 | 0x280..=0x288 => self.pending[word],
-            0x300..=0x308 => self.active_word(word),
-            0x400..0x460 => bytes_at(&self.priority, offset - 0x400),
+            0x100..=0x10C | 0x180..=0x18C => self.enabled[word],
+            0x200..=0x20C | 0x280..=0x28C => self.pending[word],
+            0x300..=0x30C => self.active_word(word),
+            0x400..0x480 => bytes_at(&self.priority, offset - 0x400),
             0xD00 => CPUID_CORTEX_M4,
             0xD04 => self.interrupt_control_state(),
             0xD08 => self.vector_table,
@@ -237,15 +237,15 @@ impl Nvic {
     pub fn write(&mut self, offset: u32, value: u32) -> bool {
         let word = (offset as usize & 0x7F) / 4;
         match offset {
-            0x100..=0x108 => self.enabled[word] |= value,
-            0x180..=0x188 => self.enabled[word] &= !value,
-            0x200..=0x208 => {
+            0x100..=0x10C => self.enabled[word] |= value,
+            0x180..=0x18C => self.enabled[word] &= !value,
+            0x200..=0x20C => {
                 self.pending[word] |= value;
                 self.pended = true;
             }
             // A request that is still there pends again at once.
-            0x280..=0x288 => self.pending[word] &= !value | self.line[word],
-            0x400..0x460 => set_bytes_at(&mut self.priority, offset - 0x400, value),
+            0x280..=0x28C => self.pending[word] &= !value | self.line[word],
+            0x400..0x480 => set_bytes_at(&mut self.priority, offset - 0x400, value),
             0xD04 => self.set_or_clear_system_pending(value),
             0xD08 => self.vector_table = value & !0x7F,
             0xD0C if value >> 16 == AIRCR_KEY_WRITE => self.priority_group = value >> 8 & 7,

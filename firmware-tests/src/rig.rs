@@ -16,6 +16,8 @@ use crate::chip::{Chip, STM32F405};
 use crate::drive::Drive;
 use crate::gpio::Pin;
 use crate::image::Image;
+use crate::serial_bridge::SerialBridge;
+use crate::usart::SerialLine;
 
 /// Nanoseconds in a millisecond.
 pub const MS: u64 = 1_000_000;
@@ -207,12 +209,46 @@ impl Rig {
         self.board.run_until_ns(until_ns)
     }
 
+    /// Lets `us` pass, cuts the supply of the board there and brings it back `off_us` later; the drives go on. `seed` decides what an
+    /// operation of the flash that was under way leaves.
+    ///
+    /// # Panics
+    /// When Unicorn fails.
+    pub fn cut_power(&mut self, us: u64, off_us: u64, seed: u64) -> Stop {
+        let at_ns = self.board.soc().now_ns() + 1_000 * us;
+        let stop = self.board.cut_power_at_ns(at_ns, 1_000 * off_us, seed);
+        stop.expect("memory is mapped")
+    }
+
     /// Holds the line from the transceiver dominant, or lets it go.
     pub fn hold_dominant(&mut self, held: bool) {
         let soc = self.board.soc_mut();
         soc.can.hold_dominant(&soc.wire, &soc.clock, held);
         // The processor looks anew at what comes next.
         soc.process();
+    }
+
+    /// The wire of the serial port, with the device at its other end.
+    pub fn serial_mut(&mut self) -> &mut SerialLine {
+        &mut self.board.soc_mut().serial.line
+    }
+
+    /// The device at the other end of the serial port sends bytes, from now on.
+    pub fn send_serial(&mut self, bytes: &[u8]) {
+        let now_ns = self.board.soc().now_ns();
+        self.serial_mut().send_bytes(now_ns, bytes);
+    }
+
+    /// The bytes that came out of the serial port since the last call, as the other device reads them.
+    pub fn received_serial(&mut self) -> Vec<u8> {
+        let received = self.serial_mut().take_received().into_iter();
+        received.map(|received| received.byte).collect()
+    }
+
+    /// Moves bytes between the serial port and the queues of a bridge: in real time, after each step.
+    pub fn exchange(&mut self, bridge: &SerialBridge) {
+        let now_ns = self.board.soc().now_ns();
+        bridge.exchange(self.serial_mut(), now_ns);
     }
 
     /// How long the status LED is lit in two seconds, the length of every pattern, in milliseconds.

@@ -1,10 +1,16 @@
 //! Everything but the processor: time, peripherals and where they are (RM0090 and RM0440, section 2).
 
+mod dma;
+mod flash;
+mod serial;
+
 use core::mem::take;
 
 use crate::can::{Can, Wire};
 use crate::chip::Chip;
 use crate::clock::Clock;
+use crate::dma::{Dma, Mux};
+use crate::flash::Flash;
 use crate::gpio::{self, Gpio};
 use crate::hooks::Leave;
 use crate::instructions::Runs;
@@ -13,7 +19,10 @@ use crate::nvic::{NMI, Nvic};
 use crate::profile::Profile;
 use crate::storage::Storage;
 use crate::timer::{TIMERS, Timer};
+use crate::usart::{SerialLine, Usart};
 use crate::watchdog::Watchdog;
+
+pub use serial::SerialPort;
 
 /// First address of flash, where the vector table lies after a reset.
 pub const FLASH: u32 = 0x0800_0000;
@@ -66,6 +75,16 @@ pub struct Soc {
     pub can: Can,
     /// The bus that it is connected to.
     pub wire: Wire,
+    /// The serial port and the wire at it.
+    pub serial: SerialPort,
+    /// DMA controllers.
+    pub dma: [Dma; 2],
+    /// The flash.
+    pub flash: Flash,
+    /// Cycles so far in which the processor waited for the flash.
+    pub stalled: u64,
+    /// The request multiplexer of the DMA controllers, where there is one.
+    mux: Mux,
     /// Pins.
     pub gpio: Gpio,
     /// Independent watchdog.
@@ -108,6 +127,14 @@ impl Soc {
             nvic: Nvic::new(FLASH),
             can: Can::new(chip, &mut wire),
             wire,
+            serial: SerialPort {
+                port: Usart::new(chip.serial.registers),
+                line: SerialLine::default(),
+            },
+            dma: [0, 1].map(|controller: usize| Dma::new(&chip.dma.controllers[controller])),
+            flash: Flash::new(&chip.flash),
+            stalled: 0,
+            mux: Mux::default(),
             gpio: Gpio::new(chip.pin_modes),
             watchdog: Watchdog::default(),
             storage: Storage::default(),
@@ -140,6 +167,10 @@ impl Soc {
         self.nvic = Nvic::new(FLASH);
         self.timers = TIMERS.map(Timer::new).to_vec();
         self.can.reset(&mut self.wire);
+        self.serial.port.reset();
+        self.dma.iter_mut().for_each(Dma::reset);
+        self.mux = Mux::default();
+        self.flash.reset();
         self.gpio.reset();
         self.watchdog.reset();
         (self.event, self.reset_request) = (false, None);
@@ -191,6 +222,11 @@ impl Soc {
         for (interrupt, level) in self.can.lines() {
             self.nvic.set_line(interrupt, level);
         }
+        self.advance_flash();
+        self.advance_serial();
+        for (interrupt, level) in self.dma.iter().flat_map(Dma::lines) {
+            self.nvic.set_line(interrupt, level);
+        }
         if self
             .watchdog
             .expires_ns()
@@ -203,6 +239,9 @@ impl Soc {
     }
 
     fn next_event(&self) -> u64 {
+        if self.next_transfer().is_some() {
+            return self.now;
+        }
         let timers = self
             .timers
             .iter()
@@ -210,6 +249,8 @@ impl Soc {
         let times_ns = [
             self.can.next_event_ns(&self.wire),
             self.watchdog.expires_ns(),
+            self.flash.next_event_ns(),
+            self.serial.port.next_event_ns(&self.serial.line),
             Some(self.limit_ns),
         ];
         let times = times_ns
@@ -261,8 +302,14 @@ impl Soc {
                 self.can.read(&self.wire, address % BLOCK)
             }
             WATCHDOG => self.watchdog.read(address % BLOCK),
+            block if block == self.chip.serial.base => self.read_serial(address),
+            _ if self.is_mux(address) => self.read_mux(address),
+            block if block == self.chip.flash_access => self.read_flash_register(address),
             _ if address == CYCLE_COUNTER => self.now as u32,
-            _ => self.read_storage(address),
+            _ => match self.dma_at(address) {
+                Some(controller) => self.read_dma(controller, address),
+                None => self.read_storage(address),
+            },
         }
     }
 
@@ -305,6 +352,10 @@ impl Soc {
             return self.write_word(word, value);
         }
         let mask = ((1_u32 << (8 * size)) - 1) << shift;
+        if word & !(BLOCK - 1) == self.chip.serial.base {
+            // A read of the rest would fetch a byte.
+            return self.write_word(word, value << shift & mask);
+        }
         // Peripherals see a part of a word with the rest unchanged; only interrupt priorities and plain storage are written so.
         let rest = self.read_word(word) & !mask;
         self.write_word(word, rest | value << shift & mask);
@@ -351,13 +402,19 @@ impl Soc {
                 self.watchdog.write(address % BLOCK, value, now_ns);
                 self.process();
             }
-            _ => self.write_storage(address, value),
+            block if block == self.chip.serial.base => self.write_serial(address, value),
+            _ if self.is_mux(address) => self.write_mux(address, value),
+            block if block == self.chip.flash_access => self.write_flash_register(address, value),
+            _ => match self.dma_at(address) {
+                Some(controller) => self.write_dma(controller, address, value),
+                None => self.write_storage(address, value),
+            },
         }
     }
 
     fn write_storage(&mut self, address: u32, value: u32) {
         self.storage.write(address, value);
-        if self.chip.resets.contains(&address) {
+        if address & !(BLOCK - 1) == self.chip.rcc {
             self.reset_peripherals(address, value);
         }
         if [self.chip.configuration, self.chip.pll_configuration].contains(&address) {
@@ -368,8 +425,8 @@ impl Soc {
     }
 
     fn reset_peripherals(&mut self, register: u32, value: u32) {
-        let [first, _] = self.chip.resets;
-        let bus = if register == first { 1 } else { 2 };
+        let resets = self.chip.resets.iter();
+        let bus = 1 + resets.take_while(|reset| **reset != register).count();
         for timer in &mut self.timers {
             let wiring = *timer.wiring();
             if wiring.bus == bus && value >> wiring.reset_bit & 1 != 0 {
@@ -379,6 +436,13 @@ impl Soc {
         let (can_reset, bit) = self.chip.can_reset;
         if register == can_reset && value >> bit & 1 != 0 {
             self.can.reset(&mut self.wire);
+        }
+        let (serial_reset, bit) = self.chip.serial.reset;
+        if register == serial_reset && value >> bit & 1 != 0 {
+            self.serial.port.reset();
+        }
+        if register == self.chip.dma.reset {
+            self.reset_dma(value);
         }
     }
 

@@ -7,6 +7,8 @@ mod cost;
 mod emulator;
 mod error;
 mod firmware;
+mod fuzz;
+mod hals;
 mod images;
 mod module_cycles;
 mod mutants;
@@ -46,6 +48,10 @@ enum Task {
     Emulate(emulator::EmulateArguments),
     /// Test the real image of the firmware on an emulated board with simulated drives.
     FirmwareTests(emulator::Arguments),
+    /// Run LLVM's fuzzer against the decoders.
+    Fuzz(fuzz::Arguments),
+    /// Check the examples for other people's drivers.
+    Hals(hals::Arguments),
     /// Show which files of a crate need each other.
     ModuleCycles(module_cycles::Arguments),
     /// Seed mistakes into a crate and count those that its tests find.
@@ -67,6 +73,8 @@ fn main() -> ExitCode {
         Task::Cost(arguments) => cost::run(&arguments),
         Task::Emulate(arguments) => emulator::emulate(&arguments),
         Task::FirmwareTests(arguments) => emulator::run(&arguments),
+        Task::Fuzz(arguments) => fuzz::run(&arguments),
+        Task::Hals(arguments) => hals::run(&arguments),
         Task::ModuleCycles(arguments) => module_cycles::run(&arguments),
         Task::Mutants(arguments) => mutants::run(&arguments),
         Task::Peers(arguments) => peers::run(&arguments),

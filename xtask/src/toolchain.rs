@@ -205,7 +205,7 @@ impl Compiler {
 }
 
 /// The host triple in the answer to `rustc -vV`.
-fn host_of(version: &str) -> Option<&str> {
+pub(crate) fn host_of(version: &str) -> Option<&str> {
     version.lines().find_map(|line| line.strip_prefix("host: "))
 }
 

@@ -1,5 +1,6 @@
 //! Limits of the axes, how much is buffered, and what follows from both.
 
+use serde::{Deserialize, Serialize};
 use trajectory::{Limits, Position, Time};
 
 /// Share of the acceleration that the set-points may need; the rest is for ramps.
@@ -57,13 +58,13 @@ impl AxisLimits {
     }
 }
 
-/// What happens when the set-points run out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// What happens when the set-points or segments run out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum WhenDry {
-    /// The axes come to rest at the last set-point, and that is the end.
+    /// The axes come to rest at the last set-point, or on the way to the end of the last segment, and that is the end.
     #[default]
     End,
-    /// The axes come to rest at the last set-point, and go on when [`Config::lead`] is buffered again.
+    /// The axes come to rest there, and go on when the lead is buffered again: [`Config::lead`].
     Wait,
 }
 

@@ -6,13 +6,22 @@
 extern crate std;
 
 mod admission;
+pub mod board;
 mod buffer;
 mod config;
+pub mod frame;
+pub mod host;
+pub mod message;
+mod outbox;
 mod playback;
+mod polynomial;
 mod rate;
 mod refusal;
+mod refused;
+pub mod segment;
 mod stretch;
 
 pub use buffer::{Counters, Phase, SetPointBuffer};
 pub use config::{AxisLimits, Config, WhenDry};
 pub use refusal::Refusal;
+pub use refused::{Reason, Refused, Unit};

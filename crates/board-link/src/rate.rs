@@ -33,9 +33,23 @@ impl Rate {
         }
     }
 
+    /// The same at a rate that it has at once; for axes that are at rest whatever the rate.
+    pub(crate) const fn running_at(self, rate: i64) -> Self {
+        Self {
+            rate,
+            steps: 0,
+            ..self
+        }
+    }
+
     /// The rate, 0 to 2.
     pub(crate) fn value(&self) -> f32 {
         self.rate as f32 / ONE as f32
+    }
+
+    /// The rate, 1 as [`ONE`]: at most 2^31.
+    pub(crate) const fn bits(&self) -> u32 {
+        self.rate as u32
     }
 
     pub(crate) fn is_standing(&self) -> bool {

@@ -8,6 +8,7 @@ use trajectory::curve::{Border, Piece};
 use trajectory::{Position, Time};
 
 use crate::config::AxisLimits;
+use crate::polynomial::{Needs, Polynomial};
 use crate::refusal::Refusal;
 
 /// Positions may have been rounded to whole counts: half a count either way. What that makes of the needs of a curve whose
@@ -19,8 +20,6 @@ const ROUNDING: Needs = Needs {
 };
 /// The same for a second difference.
 const ROUNDING_OF_DIFFERENCE: f32 = 2.0;
-/// Places at which the velocity is looked at; between them it is bounded by the jerk.
-const PLACES: u8 = 16;
 
 /// Velocity and acceleration, in counts per cycle and per cycle².
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -34,14 +33,6 @@ pub(crate) struct Slope {
 pub(crate) struct Point {
     pub(crate) time: Time,
     pub(crate) position: Position,
-}
-
-/// The largest velocity, acceleration and jerk.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Needs {
-    pub(crate) velocity: f32,
-    pub(crate) acceleration: f32,
-    pub(crate) jerk: f32,
 }
 
 pub(crate) fn counts(position: Position) -> f32 {
@@ -125,40 +116,24 @@ impl Stretch {
         ]
     }
 
-    /// The largest velocity, acceleration and jerk on the way, or a little more.
+    fn polynomial(&self) -> Polynomial {
+        Polynomial::new(self.coefficients(), self.cycles())
+    }
+
+    /// The largest velocity, acceleration and jerk on the way.
     pub(crate) fn needs(&self) -> Needs {
-        let h = self.cycles();
-        let [c1, c2, c3, c4, c5] = self.coefficients();
-        let jerk_at = |u: f32| (6.0 * c3 + (24.0 * c4 + 60.0 * c5 * u) * u) / (h * h * h);
-        let acceleration_at =
-            |u: f32| (2.0 * c2 + (6.0 * c3 + (12.0 * c4 + 20.0 * c5 * u) * u) * u) / (h * h);
-        let velocity_at =
-            |u: f32| (c1 + (2.0 * c2 + (3.0 * c3 + (4.0 * c4 + 5.0 * c5 * u) * u) * u) * u) / h;
-        let jerk = largest(jerk_at, [-c4 / (5.0 * c5), 0.0]);
-        let acceleration = largest(acceleration_at, turns(c3, c4, c5));
-        let step = h / f32::from(PLACES);
-        let velocity = places().map(velocity_at).fold(0.0, larger) + jerk * step * step / 8.0;
-        Needs {
-            velocity,
-            acceleration,
-            jerk,
-        }
+        self.polynomial().needs()
     }
 
     /// The lowest and the highest position on the way.
     pub(crate) fn extent(&self) -> (Position, Position) {
-        let [c1, c2, c3, c4, c5] = self.coefficients();
-        let at = |u: f32| (c1 + (c2 + (c3 + (c4 + c5 * u) * u) * u) * u) * u;
-        let velocity =
-            |u: f32| c1 + (2.0 * c2 + (3.0 * c3 + (4.0 * c4 + 5.0 * c5 * u) * u) * u) * u;
+        let polynomial = self.polynomial();
         let way = counts(self.to.position.distance_from(self.from.position));
-        let (mut lowest, mut highest) = (way.min(0.0), way.max(0.0));
-        for (from, to) in places().zip(places().skip(1)) {
-            if velocity(from) * velocity(to) < 0.0 {
-                let place = at(turn_between(&velocity, from, to));
-                (lowest, highest) = (lowest.min(place), highest.max(place));
-            }
-        }
+        let turns = polynomial.turns();
+        let places = turns.iter().map(|&share| polynomial.way(share));
+        let (lowest, highest) = places.fold((way.min(0.0), way.max(0.0)), |(low, high), place| {
+            (low.min(place), high.max(place))
+        });
         let moved = |by: f32| {
             let units = Position::at_velocity(by, Time::from_cycles(1));
             self.from.position.moved_by(units)
@@ -168,12 +143,7 @@ impl Stretch {
 
     /// The highest rate at which this axis keeps its limits on the way: at least 1 where the set-points keep them.
     pub(crate) fn highest_rate(&self, needs: &Needs, limits: &AxisLimits) -> f32 {
-        let most = self.most(limits);
-        let by_velocity = most.velocity / needs.velocity;
-        let by_acceleration = libm::sqrtf(most.acceleration / needs.acceleration);
-        let by_jerk = libm::cbrtf(most.jerk / needs.jerk);
-        // What needs nothing has no limit: the quotient is infinite or no number, which `min` passes over.
-        by_velocity.min(by_acceleration).min(by_jerk).min(2.0)
+        needs.highest_rate(&self.most(limits))
     }
 
     /// What the set-points may need, with what their rounding to whole counts makes of it.
@@ -250,49 +220,4 @@ pub(crate) fn check_mean_acceleration(
         });
     }
     Ok(())
-}
-
-fn places() -> impl Iterator<Item = f32> {
-    (0..=PLACES).map(|place| f32::from(place) / f32::from(PLACES))
-}
-
-/// Where the velocity is zero between two places at which it has different signs.
-fn turn_between(velocity: &impl Fn(f32) -> f32, mut from: f32, mut to: f32) -> f32 {
-    let sign = velocity(from);
-    // More halves make no difference to a number of 24 bits.
-    for _ in 0..20 {
-        let middle = (from + to) / 2.0;
-        if velocity(middle) * sign > 0.0 {
-            from = middle;
-        } else {
-            to = middle;
-        }
-    }
-    from
-}
-
-/// Where the jerk is zero: the roots of `c3 + 4 c4 u + 10 c5 u²`, the one that does not cancel first, the other one from their product.
-fn turns(c3: f32, c4: f32, c5: f32) -> [f32; 2] {
-    let root = libm::sqrtf((4.0 * c4 * c4 - 10.0 * c3 * c5).max(0.0));
-    let sum = -2.0 * c4 + if c4 > 0.0 { -root } else { root };
-    [sum / (10.0 * c5), c3 / sum]
-}
-
-/// The larger size; what is no number is larger than everything.
-fn larger(most: f32, value: f32) -> f32 {
-    if value.abs() <= most {
-        most
-    } else {
-        value.abs()
-    }
-}
-
-/// The largest size at both ends and at the places between them.
-fn largest(of: impl Fn(f32) -> f32, inner: [f32; 2]) -> f32 {
-    let inner = inner.into_iter().filter(|&u| u > 0.0 && u < 1.0);
-    [0.0, 1.0]
-        .into_iter()
-        .chain(inner)
-        .map(of)
-        .fold(0.0, larger)
 }

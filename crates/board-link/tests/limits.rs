@@ -2,42 +2,15 @@
 //!
 //! The judge knows nothing of curves and rates: it takes the positions of the cycles and their finite differences.
 
+mod judge;
+
 use board_link::{AxisLimits, Config, Phase, SetPointBuffer, WhenDry};
+use judge::Judge;
 use proptest::prelude::*;
 use trajectory::{Limits, Position, Time};
 
 const AXES: usize = 2;
 type Buffer = SetPointBuffer<AXES, 64>;
-
-/// Positions, velocities, accelerations and jerks of a run, at their largest.
-#[derive(Debug, Default, Clone, Copy)]
-struct Judge {
-    before: [f64; 4],
-    cycles: usize,
-    velocity: f64,
-    acceleration: f64,
-    jerk: f64,
-    lowest: f64,
-    highest: f64,
-}
-
-impl Judge {
-    fn see(&mut self, position: Position) {
-        let now = position.units() as f64 / Position::UNITS as f64;
-        // Before the first cycle it stood.
-        if self.cycles == 0 {
-            self.before = [now; 4];
-            (self.lowest, self.highest) = (now, now);
-        }
-        let [_, p3, p2, p1] = self.before;
-        self.velocity = self.velocity.max((now - p1).abs());
-        self.acceleration = self.acceleration.max((now - 2.0 * p1 + p2).abs());
-        self.jerk = self.jerk.max((now - 3.0 * p1 + 3.0 * p2 - p3).abs());
-        (self.lowest, self.highest) = (self.lowest.min(now), self.highest.max(now));
-        self.before = [p3, p2, p1, now];
-        self.cycles += 1;
-    }
-}
 
 /// What is ordered before a cycle.
 #[derive(Debug, Clone, Copy)]

@@ -52,6 +52,7 @@ mod restore;
 mod revision;
 mod run;
 mod scan;
+mod schema;
 mod set_points;
 mod settings_file;
 mod side_effect;
@@ -140,6 +141,8 @@ enum Command {
     Monitor(monitor::Arguments),
     /// Print the manual page of the tool or of a command, or write all of them.
     Man(man::Arguments),
+    /// Print the JSON schema of what a command prints with --json, or write all of them.
+    Schema(schema::Arguments),
     /// Print a script that completes this command line in a shell.
     Completions(completions::Arguments),
 }
@@ -196,6 +199,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Monitor(arguments) => monitor::run(arguments).map_err(Failure::coded),
         Command::Record(arguments) => record::run(arguments).map_err(Failure::coded),
         Command::Man(arguments) => man::run(arguments, Arguments::command()).map_err(Into::into),
+        Command::Schema(arguments) => schema::run(arguments).map_err(Into::into),
         Command::Completions(arguments) => {
             completions::run(arguments, Arguments::command()).map_err(Into::into)
         }

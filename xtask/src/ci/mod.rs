@@ -2,6 +2,7 @@
 
 mod interop;
 mod need;
+mod oldest_rust;
 mod packages;
 mod place;
 mod published;

@@ -2,8 +2,10 @@
 
 use super::interop;
 use super::need::{
-    CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK, WINDOWS, WINE,
+    CAN_KERNEL, CARGO_DENY, CHROMIUM, OLDEST_RUST, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK,
+    WINDOWS, WINE,
 };
+use super::oldest_rust;
 use super::published;
 use super::report_page;
 use super::seeded_mistakes;
@@ -113,6 +115,12 @@ pub(super) const STEPS: &[Step] = &[
         ],
     )
     .needs(&[&TARGET]),
+    Step::for_boards(
+        "hals",
+        "the examples for bxcan, MCP2515, SocketCAN, embassy and an ESP32 compile",
+        &["hals"],
+    )
+    .needs(&[&TARGET]),
     // The host's clippy does not see the code of the board, and only the toolchain of the target can lint it.
     Step::cargo(
         "firmware-lint",
@@ -177,6 +185,11 @@ pub(super) const STEPS: &[Step] = &[
         "serial-fuzz",
         "ten million random bytes for the serial decoder",
         &["run -q -p host-tests --bin serial-fuzz"],
+    ),
+    Step::cargo(
+        "fuzz",
+        "LLVM's fuzzer finds no input that breaks a decoder, a log reader or the reader of programs: 50,000 inputs each, more by hand",
+        &["xtask fuzz --runs 50000 --seed 1"],
     ),
     Step::call(
         "python-can-logs",
@@ -244,6 +257,18 @@ pub(super) const STEPS: &[Step] = &[
         interop::wireshark,
     )
     .needs(&[&PYTHON, &TSHARK]),
+    Step::cargo(
+        "supply-chain",
+        "licences, sources and doubles of what the project depends on are those of deny.toml; known vulnerabilities need a network",
+        &["deny --offline check bans licenses sources"],
+    )
+    .needs(&[&CARGO_DENY]),
+    Step::call(
+        "oldest-rust",
+        "everything of the host compiles with the oldest Rust of the manifests",
+        oldest_rust::run,
+    )
+    .needs(&[&OLDEST_RUST]),
     Step::call(
         "mutants",
         "how many mistakes in the lines of the core that the last change touched are found, five minutes at most",

@@ -83,3 +83,8 @@ fn question(arguments: &Arguments) -> String {
         format!("Drive {from} will store id {to}. Is nothing streaming on the bus?")
     }
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<crate::drives::AssignEnd>()
+}

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use dyn_can::StoredDriveId;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::counted::counted;
@@ -56,7 +57,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BackedUp<'a> {
     file: &'a Path,
     drives: Vec<Readings>,
@@ -162,4 +163,9 @@ impl Coded for BackupError {
             Self::File(_) => exit::BAD_INPUT,
         }
     }
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<BackedUp<'_>>()
 }

@@ -39,3 +39,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
     }
     Ok(ExitCode::SUCCESS)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<report::Report>()
+}

@@ -5,6 +5,7 @@ use core::fmt;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use drive_sim::{Bench, DynDrive, NodeId};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::adapter::Refusals;
@@ -12,7 +13,7 @@ use crate::counted::counted;
 use crate::table::align_numbers;
 
 /// One drive at the end.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct DriveReport {
     drive: u8,
     /// Sum of the steps that were accepted.
@@ -36,7 +37,7 @@ struct DriveReport {
 }
 
 /// A whole bench at the end.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Report {
     drives: Vec<DriveReport>,
     /// Frames that the adapter has sent and received.

@@ -52,3 +52,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, CheckError> {
         exit::BROKEN_PROMISE.into()
     })
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<WithMotion<'_, report::Report>>()
+}

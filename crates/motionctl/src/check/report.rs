@@ -7,6 +7,7 @@ use can_motion::{AxisConfig, MasterConfig};
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use dyn_can::{DriveId, GearNumber};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::arguments::Arguments;
@@ -15,7 +16,7 @@ use crate::table::align_numbers;
 use crate::trajectory::Plan;
 
 /// What a motion would do.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Report {
     /// `run` would take it.
     pub(super) would_run: bool,
@@ -28,7 +29,7 @@ pub(super) struct Report {
 }
 
 /// An axis against its limits.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct AxisReport {
     pub(super) drive: u8,
     /// Counts of a motor turn.
@@ -37,7 +38,7 @@ pub(super) struct AxisReport {
 }
 
 /// A quantity of the motor against its limit.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Need {
     pub(super) quantity: &'static str,
     pub(super) unit: &'static str,
@@ -48,7 +49,7 @@ pub(super) struct Need {
 }
 
 /// The bus in a full cycle.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct BusReport {
     pub(super) bit_rate_kbit_per_s: u32,
     pub(super) load_percent: f64,

@@ -7,6 +7,7 @@ mod error;
 mod live;
 mod log_file;
 mod log_motion;
+mod meaning;
 mod output;
 mod source;
 mod table;
@@ -268,4 +269,9 @@ impl<'a> Listener<'a> {
         }
         Ok(())
     }
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<output::Line<'_>>()
 }

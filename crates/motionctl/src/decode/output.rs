@@ -4,9 +4,11 @@ use std::io::{BufWriter, Stdout, Write};
 
 use can_decode::log::Entry;
 use can_decode::{Frame, Meaning};
+use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::bus::Bus;
+use super::meaning::MeaningFields;
 use super::source::Damage;
 use super::table::{Overview, table};
 use crate::counted::counted;
@@ -20,9 +22,9 @@ pub(super) struct Output {
 }
 
 /// One line of JSON.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-enum Line<'a> {
+pub(super) enum Line<'a> {
     /// A frame and its meaning.
     Frame {
         /// Nothing in a log without times.
@@ -32,10 +34,13 @@ enum Line<'a> {
         extended: bool,
         remote: bool,
         /// Two hexadecimal digits a byte.
+        #[schemars(with = "String")]
         data: Hex<'a>,
         #[serde(serialize_with = "as_text")]
+        #[schemars(with = "String")]
         text: &'a Meaning,
         #[serde(flatten)]
+        #[schemars(with = "MeaningFields")]
         meaning: &'a Meaning,
     },
     /// Something else on the bus.
@@ -59,7 +64,7 @@ enum Line<'a> {
 }
 
 /// Bytes without anything between them.
-struct Hex<'a>(&'a [u8]);
+pub(super) struct Hex<'a>(&'a [u8]);
 
 impl Serialize for Hex<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -5,13 +5,15 @@ use core::fmt;
 use can_decode::statistics::{OfIdentifier, Spread, Statistics};
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{CellAlignment, Table};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::bus::Bus;
+use super::meaning::SpreadFields;
 use crate::counted::counted;
 
 /// One bus.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Overview<'a> {
     interface: &'a str,
     frames: u64,
@@ -28,7 +30,7 @@ pub(super) struct Overview<'a> {
     identifiers: Vec<Identifier<'a>>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Identifier<'a> {
     id: u32,
     extended: bool,
@@ -36,7 +38,9 @@ struct Identifier<'a> {
     frames: u64,
     data_bytes: u64,
     undecodable_frames: u64,
+    #[schemars(with = "Option<SpreadFields>")]
     interval: Option<Spread>,
+    #[schemars(with = "Option<SpreadFields>")]
     response: Option<Spread>,
 }
 

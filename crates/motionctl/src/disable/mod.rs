@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use can_motion::PollPeriods;
 use dyn_can::{DriveId, GearNumber};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::drive_ids::{about, drive_ids};
@@ -39,7 +40,7 @@ pub(crate) struct Arguments {
 }
 
 /// The drives afterwards.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Disabled {
     disabled: Vec<u8>,
     unconfirmed: Vec<u8>,
@@ -87,4 +88,9 @@ pub(crate) fn tell_end(end: &End, json: bool) -> Result<ExitCode, DrivesError> {
         drives: end.unconfirmed.clone(),
         after: None,
     })
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Disabled>()
 }

@@ -3,10 +3,11 @@
 use core::fmt;
 
 use dyn_can::{DriveId, Revision, StoredDriveId};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A drive that has stored a new id.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(crate) struct AssignEnd {
     from: u8,
     to: u8,

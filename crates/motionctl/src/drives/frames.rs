@@ -5,12 +5,13 @@ use dyn_can::{
     Address, DataFrame, Dialect, DriveId, RangeError, ReadSelector, Request, Revision,
     StoredDriveId, ZeroAddress,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{DrivesError, Setting, can, serial};
 
 /// When a frame would be sent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum When {
     /// To see who is there and what is stored.
@@ -43,7 +44,7 @@ impl When {
 }
 
 /// One frame that a command would send.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(crate) struct Step {
     pub(crate) when: When,
     /// On CAN identifier and data, as candump prints them; over the serial port the bytes of the packet.

@@ -14,6 +14,7 @@ mod readings;
 mod serial;
 
 use dyn_can::{DriveId, GearNumber, StoredDriveId};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::station::MotionLimits;
@@ -29,7 +30,7 @@ pub(crate) use readings::{DriveState, Readings};
 pub(crate) use serial::{LineMove, SerialDrives, Way};
 
 /// A drive that answered.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(crate) struct FoundDrive {
     pub(crate) drive: u8,
     /// The protocol that it speaks, with its revision where that is known.
@@ -37,7 +38,7 @@ pub(crate) struct FoundDrive {
 }
 
 /// How a write ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum WriteEnd {
     /// The drive already had the value: nothing was written.
@@ -60,7 +61,7 @@ pub(crate) struct Jog {
 }
 
 /// Where a jog has led.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct JogEnd {
     /// The distance asked for, in command counts.
     pub(crate) asked_counts: i32,
@@ -75,7 +76,7 @@ pub(crate) struct JogEnd {
 }
 
 /// What a reset has changed.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(crate) struct ResetEnd {
     pub(crate) drive: u8,
     pub(crate) alarm_before: Option<String>,

@@ -7,10 +7,12 @@ use dyn_can::{
     CommandMode, ConfigByte, GearNumber, MaxAcceleration, MaxSpeed, OnPosRange, Quantity,
     RangeError, ServoMode, TorqueFilter, units,
 };
+use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 /// A parameter that a drive stores.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum, JsonSchema)]
+#[schemars(rename_all = "kebab-case")]
 pub(crate) enum Parameter {
     /// Configuration byte: command mode, absolute mode, servo mode, servo free.
     Config,

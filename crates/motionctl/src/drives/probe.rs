@@ -4,10 +4,11 @@ use core::fmt;
 
 use dyn_can::{ByteOrder, ParamGroup3};
 use dyn_commission::Group3Readings;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Gear and line number in one of the two orders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 struct Reading {
     gear_number: u16,
     line_number: Option<u16>,
@@ -23,7 +24,7 @@ impl From<ParamGroup3> for Reading {
 }
 
 /// The byte orders of a drive; an order that is not known is `None`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(crate) struct ProbeEnd {
     drive: u8,
     revision: String,

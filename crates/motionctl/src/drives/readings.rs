@@ -5,12 +5,13 @@ use core::fmt;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
 use dyn_can::{GearNumber, Revision};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Parameter;
 
 /// The state of a drive at one moment; what it did not tell is `None`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub(crate) struct DriveState {
     pub(crate) enabled: Option<bool>,
     pub(crate) on_position: Option<bool>,
@@ -27,7 +28,7 @@ pub(crate) struct DriveState {
 }
 
 /// A parameter as it was read.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 struct ParameterReading {
     parameter: Parameter,
     value: i32,
@@ -35,7 +36,7 @@ struct ParameterReading {
 }
 
 /// Everything that was read from one drive.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Readings {
     drive: u8,
     protocol: String,

@@ -4,12 +4,13 @@ use std::io;
 
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::drives::Step;
 use crate::output::{print, print_json};
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DryRun {
     /// Always true: nothing was sent.
     dry_run: bool,
@@ -36,4 +37,9 @@ pub(crate) fn show(frames: Vec<Step>, json: bool) -> io::Result<()> {
     print("dry run: nothing is sent and no port is opened. These frames would go out")?;
     print(table.trim_fmt())?;
     Ok(())
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<DryRun>()
 }

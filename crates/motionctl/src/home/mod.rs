@@ -122,3 +122,8 @@ fn frames(arguments: &Arguments) -> Vec<Step> {
     }
     steps
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Outcome>()
+}

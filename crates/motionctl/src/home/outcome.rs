@@ -4,13 +4,14 @@ use core::fmt;
 use std::path::Path;
 
 use homing::{Frame, Home};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::options::SearchOptions;
 use crate::origins::AfterPowerLoss;
 
 /// Whose axis it is: a servo drive by its id, or a hub motor by its node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Whose {
     Drive(u8),
@@ -42,7 +43,7 @@ pub(crate) struct Kept {
 }
 
 /// What was found. Counts are command counts of the drive.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Outcome {
     #[serde(flatten)]
     whose: Whose,
@@ -56,7 +57,7 @@ pub(crate) struct Outcome {
     place: Option<Place>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Place {
     /// What the drive reported at the reference.
     found_counts: i32,

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use drive_sim::BitRate;
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::{NmtCommand, NmtRequest, NodeId, SdoRequest, objects};
 
@@ -87,7 +88,7 @@ fn bit_rate_code(text: &str) -> Result<u16, String> {
         .ok_or_else(|| "hub motors have 100, 125, 250, 500 and 1000 kbit/s".to_owned())
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct End {
     from: u8,
     to: u8,
@@ -262,4 +263,9 @@ fn show(end: &End, json: bool) -> Result<(), HubError> {
     };
     printed.map_err(HubError::Print)?;
     Ok(())
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<End>()
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::dictionary::Entry;
 use zlac8030l::{NodeId, objects};
@@ -55,13 +56,13 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct BackedUp<'a> {
     file: &'a Path,
     drives: Vec<Drive<'a>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Drive<'a> {
     node: u8,
     software_version: u16,
@@ -135,4 +136,9 @@ fn print_end(arguments: &Arguments, drives: &[(NodeId, u16, Vec<Value>)]) -> Res
     };
     printed.map_err(HubError::Print)?;
     Ok(())
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<BackedUp<'_>>()
 }

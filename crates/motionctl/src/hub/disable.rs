@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::{ControlWord, NodeId, StatusWord, objects};
 
@@ -42,7 +43,7 @@ pub(super) struct Arguments {
 }
 
 /// The drives afterwards.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Default, Serialize, JsonSchema)]
 pub(super) struct Disabled {
     pub(super) disabled: Vec<u8>,
     pub(super) unconfirmed: Vec<u8>,
@@ -147,4 +148,9 @@ fn tolerate(written: Result<(), HubError>) -> Result<(), HubError> {
         Err(HubError::WriteInDoubt { .. } | HubError::Refused { .. }) => Ok(()),
         other => other,
     }
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Disabled>()
 }

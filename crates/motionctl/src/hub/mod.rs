@@ -130,6 +130,30 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
     }
 }
 
+/// What each word prints with `--json`, by the name of its file of schemas.
+pub(crate) const SCHEMAS: &[(&str, fn() -> schemars::Schema)] = &[
+    ("zlac-assign-id", assign_id::schema),
+    ("zlac-backup", backup::schema),
+    ("zlac-bench", bench::schema),
+    ("zlac-disable", disable::schema),
+    ("zlac-enable", disable::schema),
+    ("zlac-home", home::schema),
+    ("zlac-jog", own_move::schema),
+    ("zlac-monitor", monitor::schema),
+    ("zlac-move", own_move::schema),
+    ("zlac-origin", origin::schema),
+    ("zlac-plan", plan::schema),
+    ("zlac-read", read::schema),
+    ("zlac-reset", reset::schema),
+    ("zlac-restore", restore::schema),
+    ("zlac-run", run::schema),
+    ("zlac-scan", crate::scan::schema),
+    ("zlac-sim", crate::sim::wheels_schema),
+    ("zlac-speed", speed::schema),
+    ("zlac-tune", tune::schema),
+    ("zlac-write", write::schema),
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::NodeId;
 
@@ -46,7 +47,7 @@ pub(super) struct Arguments {
 }
 
 /// One line.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Line {
     /// Since the start.
     time_s: f64,
@@ -102,4 +103,9 @@ fn show(line: &Line, json: bool) -> Result<Printed, HubError> {
         ),
     };
     print(text).map_err(HubError::Print)
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Line>()
 }

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::dictionary::{self, Entry};
 use zlac8030l::{ObjectAddress, objects};
@@ -85,7 +86,7 @@ pub(super) fn number(text: &str) -> Result<i64, String> {
 }
 
 /// Why `write` and `restore` leave an object alone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum LeftAlone {
     /// It is read-only.

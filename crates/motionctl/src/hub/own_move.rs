@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::objects;
 
@@ -40,7 +41,7 @@ pub(super) enum Target {
 }
 
 /// Where a move has led.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct MoveEnd {
     node: u8,
     /// The distance asked for, in counts.
@@ -186,4 +187,9 @@ fn show(end: &MoveEnd, json: bool) -> Result<(), HubError> {
     ))
     .map_err(HubError::Print)?;
     Ok(())
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<MoveEnd>()
 }

@@ -8,6 +8,7 @@ use can_motion::wheel::{
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use drive_sim::BitRate;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::error::HubError;
@@ -54,7 +55,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Stream {
     frame: &'static str,
     count: u32,
@@ -65,7 +66,7 @@ struct Stream {
     in_time: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Plan {
     fits: bool,
     reason: Option<String>,
@@ -167,4 +168,9 @@ fn text(plan: &Plan) -> String {
         str::to_owned,
     );
     format!("{table}\n{verdict}")
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Plan>()
 }

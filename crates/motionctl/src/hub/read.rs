@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::dictionary::{self, Access, Entry};
 use zlac8030l::{NodeId, objects};
@@ -18,6 +19,7 @@ use crate::drives::When;
 use crate::dry_run;
 use crate::link::LinkOptions;
 use crate::output::{print, print_json};
+use crate::schema::Either;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -53,7 +55,7 @@ pub(super) struct Arguments {
 }
 
 /// One object with its value.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Value {
     pub(super) object: String,
     pub(super) name: String,
@@ -72,7 +74,7 @@ impl Value {
     }
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Readings {
     node: u8,
     software_version: u16,
@@ -169,4 +171,9 @@ fn table(values: &[Value]) -> String {
         ]);
     }
     table.trim_fmt()
+}
+
+/// The shape of what `--json` prints: everything, or the objects that were named.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Either<Readings, Vec<Value>>>()
 }

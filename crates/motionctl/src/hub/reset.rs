@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::{ControlWord, FaultCode, NmtCommand, NmtRequest, NodeId, objects};
 
@@ -54,7 +55,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct End {
     node: u8,
     fault_before: Option<String>,
@@ -195,4 +196,9 @@ fn show(end: &End, json: bool) -> Result<(), HubError> {
     };
     printed.map_err(HubError::Print)?;
     Ok(())
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<End>()
 }

@@ -4,6 +4,7 @@ use core::fmt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::NodeId;
 
@@ -63,7 +64,7 @@ pub(super) struct Arguments {
 }
 
 /// What has become of everything.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Outcome<'a> {
     file: &'a Path,
     /// Every drive has every value of the file.
@@ -208,4 +209,9 @@ impl fmt::Display for Outcome<'_> {
         }
         Ok(())
     }
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Outcome<'_>>()
 }

@@ -5,6 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::bus::Bus;
@@ -63,7 +64,7 @@ pub(super) struct Arguments {
 }
 
 /// One wheel at the end.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 struct WheelEnd {
     node: u8,
     /// What was asked for, rounded to the resolution of the drive.
@@ -74,7 +75,7 @@ struct WheelEnd {
     counts: Option<i32>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct End {
     wheels: Vec<WheelEnd>,
     reached: bool,
@@ -345,4 +346,9 @@ fn seconds(text: &str) -> Result<f64, String> {
         Ok(seconds) if seconds > 0.0 && seconds <= 3_600.0 => Ok(seconds),
         _ => Err(format!("must be above 0 and up to 3600 s, got {text}")),
     }
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<End>()
 }

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::{FaultCode, Mode, NodeId, State, StatusWord, objects};
 
@@ -9,7 +10,7 @@ use super::bus::Bus;
 use super::error::HubError;
 
 /// The state of a drive.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub(super) struct HubState {
     /// The power stage, in the words of CiA 402.
     pub(super) state: String,

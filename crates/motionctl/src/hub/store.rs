@@ -7,6 +7,7 @@
 use core::fmt;
 use std::collections::BTreeSet;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::dictionary::{self, Access};
 use zlac8030l::{NmtCommand, NmtRequest, NodeId, ObjectAddress, SdoRequest, objects};
@@ -17,7 +18,7 @@ use super::object::{ObjectSetting, address_text, name};
 use crate::counted::counted;
 
 /// What has become of an object that differed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum ChangeEnd {
     /// Written, and read back as written.
@@ -45,7 +46,7 @@ impl ChangeEnd {
 }
 
 /// An object that differs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub(super) struct Change {
     object: String,
     name: String,
@@ -61,7 +62,7 @@ pub(super) struct Change {
 }
 
 /// What has become of one drive.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub(super) struct NodeOutcome {
     pub(super) node: u8,
     /// Objects that had their value already.

@@ -152,3 +152,8 @@ pub(super) fn write_frames(
     }
     Ok(steps)
 }
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<NodeOutcome>()
+}

@@ -182,3 +182,8 @@ fn rpm(text: &str) -> Result<f64, String> {
         _ => Err(format!("must be 1..={MOST_RPM} rpm, got {text}")),
     }
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<JogEnd>()
+}

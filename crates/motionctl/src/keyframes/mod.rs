@@ -59,3 +59,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, KeyframesError> {
     printed.map_err(KeyframesError::Print)?;
     Ok(ExitCode::SUCCESS)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<WithMotion<'_, report::Report>>()
+}

@@ -3,13 +3,14 @@
 use core::fmt;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::fit::Fitted;
 use crate::counted::counted;
 
 /// Keyframes in figures.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Report {
     file: String,
     keyframes: usize,

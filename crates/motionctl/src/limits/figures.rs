@@ -4,19 +4,20 @@ use core::fmt;
 
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{CellAlignment, Table};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::measure::Bounds;
 use crate::counted::counted;
 
 /// The largest number of axes without polls.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct SetPointsOnly {
     pub(crate) axes: usize,
 }
 
 /// The largest number of axes with status and position of each at 50 Hz.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Polled {
     pub(crate) delay_us: u32,
     pub(crate) axes: usize,
@@ -27,14 +28,14 @@ pub(crate) struct Polled {
 }
 
 /// Share of the time in which set-points are on the wire, at the largest number of axes.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct WireShare {
     pub(crate) polled: f64,
     pub(crate) set_points_only: f64,
 }
 
 /// Everything that was measured.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Figures {
     pub(crate) targets_met: bool,
     pub(crate) cycles: u64,

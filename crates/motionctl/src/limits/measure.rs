@@ -4,13 +4,14 @@ use can_motion::plan::BusPlan;
 use drive_sim::{Outcome, Record};
 use dyn_can::FunctionCode;
 use embedded_can::{Frame as _, Id};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// One bit at 1 Mbit/s.
 pub(crate) const BIT_NS: u64 = 1_000;
 
 /// Longest time that frames of one kind took, and the bound of the plan, in bit times.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, JsonSchema)]
 pub(crate) struct Observed {
     pub(crate) observed_bits: u64,
     /// The largest bound of the kind.
@@ -18,7 +19,7 @@ pub(crate) struct Observed {
 }
 
 /// Observed against bound, by kind of frame.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, JsonSchema)]
 pub(crate) struct Bounds {
     pub(crate) set_points: Observed,
     pub(crate) requests: Observed,

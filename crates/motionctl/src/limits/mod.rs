@@ -271,3 +271,8 @@ impl Session {
             .map(|(before, now)| before.max(now));
     }
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<figures::Figures>()
+}

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use can_motion::{AxisSnapshot, Fault, Feedback, Instant, PollPeriods};
 use dyn_can::{DriveId, GearNumber};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::drive_ids::drive_ids;
@@ -54,7 +55,7 @@ pub(crate) struct Arguments {
 }
 
 /// One line.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Line {
     /// Since the start.
     time_s: f64,
@@ -66,7 +67,7 @@ struct Line {
 }
 
 /// How long ago each value was read, in milliseconds; `None` when it never was.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Ages {
     status_ms: Option<u64>,
     position_ms: Option<u64>,
@@ -200,4 +201,9 @@ fn line_of(axis: &AxisSnapshot, now: Instant, max_age_us: u64) -> Line {
         state,
         ages: Ages::of(&axis.feedback, now),
     }
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Line>()
 }

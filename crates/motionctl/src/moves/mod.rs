@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use can_motion::{AxisConfig, DriveMove};
 use dyn_can::{Counts28, DriveId, GearNumber, Request, SyncKind};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::confirm::confirm;
@@ -82,7 +83,7 @@ pub(crate) struct Arguments {
 }
 
 /// Where one move has led.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 struct MoveEnd {
     drive: u8,
     /// Where it began and where it was to end, in command counts from the origin of the drive.
@@ -95,7 +96,7 @@ struct MoveEnd {
     enabled: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Moves {
     moves: Vec<MoveEnd>,
     /// They were stopped by Ctrl-C.
@@ -340,4 +341,9 @@ fn frames(arguments: &Arguments, wanted: &[(DriveId, f64)]) -> Result<Vec<Step>,
         steps.extend(Frames::to_all(When::Always, Request::SyncTrigger(kind)));
     }
     Ok(steps)
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Moves>()
 }

@@ -4,6 +4,7 @@ use core::fmt;
 use std::process::ExitCode;
 
 use dyn_can::StoredDriveId;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::confirm::confirm;
@@ -56,7 +57,7 @@ pub(crate) struct Arguments {
 }
 
 /// Where the zero is.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Origin {
     drive: u8,
     /// What the drive reports where the zero shall be, in the unit of its read-back: subtract it.
@@ -186,4 +187,9 @@ impl fmt::Display for Origin {
             )
         }
     }
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Origin>()
 }

@@ -30,7 +30,7 @@ const AT_ZERO_COUNTS: u32 = 16;
 const FAR_TURNS: u32 = 8;
 
 /// What becomes of an origin when the drive loses its power.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum AfterPowerLoss {
     /// It is lost: home again.

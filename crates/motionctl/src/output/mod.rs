@@ -7,6 +7,7 @@ use core::fmt;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::{Mutex, PoisonError};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Messages that wait until a view gives the terminal back.
@@ -77,7 +78,7 @@ pub(crate) fn print(text: impl fmt::Display) -> io::Result<Printed> {
 ///
 /// # Errors
 /// As [`print()`].
-pub(crate) fn print_json(value: &impl Serialize) -> io::Result<Printed> {
+pub(crate) fn print_json(value: &(impl Serialize + JsonSchema)) -> io::Result<Printed> {
     print(serde_json::to_string_pretty(value)?)
 }
 

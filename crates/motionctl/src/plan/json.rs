@@ -1,12 +1,13 @@
 //! The plan for other programs.
 
 use can_motion::plan::BusPlan;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::table::{Row, rows};
 
 /// The whole plan.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Verdict {
     schedulable: bool,
     refusal: Option<String>,

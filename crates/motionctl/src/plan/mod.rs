@@ -89,3 +89,8 @@ fn most_axes(config: &MasterConfig, arguments: &Arguments) -> usize {
     let fits = |count: &usize| BusPlan::new(config, &axes[..*count]).check().is_ok();
     (1..=axes.len()).take_while(fits).last().unwrap_or(0)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<json::Verdict>()
+}

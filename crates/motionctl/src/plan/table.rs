@@ -6,10 +6,11 @@ use can_motion::{AxisConfig, MasterConfig, PollKind};
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{CellAlignment, Table};
 use dyn_can::FunctionCode;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Frames of one kind. Times in microseconds; without a response there is no bound.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Row {
     pub(super) frame: String,
     pub(super) first_id: u16,

@@ -113,3 +113,8 @@ fn frames(drive: StoredDriveId) -> Option<Vec<Step>> {
     ];
     Some(steps.into_iter().flatten().collect())
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<crate::drives::ProbeEnd>()
+}

@@ -4,6 +4,7 @@ use core::fmt;
 
 use comfy_table::Table as TextTable;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::check::Checked;
@@ -11,7 +12,7 @@ use super::machine::MachineSetup;
 use crate::counted::counted;
 
 /// A program in figures.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ProgramReport {
     program: String,
     lines: u32,
@@ -20,7 +21,7 @@ pub(crate) struct ProgramReport {
     axes: Vec<AxisReport>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct AxisReport {
     axis: String,
     drive: u8,

@@ -49,3 +49,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, DrivesError> {
     }
     Ok(ExitCode::SUCCESS)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<crate::drives::Readings>()
+}

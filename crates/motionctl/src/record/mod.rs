@@ -11,6 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use can_decode::Frame;
 use can_decode::log::Event;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::counted::counted;
@@ -30,7 +31,7 @@ const QUEUE: usize = 1 << 17;
 const REST: Duration = Duration::from_millis(100);
 
 /// What became of the frames.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Summary {
     /// In files, those that were removed since then included.
     frames: u64,
@@ -243,6 +244,11 @@ impl fmt::Display for Summary {
             None => Ok(()),
         }
     }
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Summary>()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::io::{self, ErrorKind};
 use std::time::{Duration, Instant};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::item::Item;
@@ -14,7 +15,7 @@ const FLUSH_ITEMS: u64 = 1_000;
 const FLUSH_TIME: Duration = Duration::from_millis(500);
 
 /// Numbers of cycles and frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub(crate) struct Counts {
     pub(crate) cycles: u64,
     pub(crate) frames: u64,
@@ -38,7 +39,7 @@ impl Counts {
 }
 
 /// What became of one file.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub(crate) struct FileReport {
     pub(crate) path: String,
     /// What is in it. A log holds no cycles and a table no frames: these count what it was given.

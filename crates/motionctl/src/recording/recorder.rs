@@ -3,6 +3,7 @@
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::about::AxisNaming;
@@ -38,7 +39,7 @@ pub(crate) struct Recorded {
 }
 
 /// What became of the files.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub(crate) struct RecordingReport {
     /// Everything that was to be recorded.
     pub(crate) cycles: u64,
@@ -47,7 +48,7 @@ pub(crate) struct RecordingReport {
 }
 
 /// A result together with what became of its recording, for JSON.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct WithRecording<'a, T> {
     #[serde(flatten)]
     pub(crate) result: &'a T,

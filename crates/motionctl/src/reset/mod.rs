@@ -109,3 +109,8 @@ impl fmt::Display for ResetEnd {
         Ok(())
     }
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<crate::drives::ResetEnd>()
+}

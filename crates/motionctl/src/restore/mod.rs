@@ -113,3 +113,8 @@ fn confirm_all(
     );
     confirm(&question, arguments.yes)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<outcome::Outcome>()
+}

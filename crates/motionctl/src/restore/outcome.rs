@@ -3,6 +3,7 @@
 use core::fmt;
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::difference::Difference;
@@ -10,7 +11,7 @@ use crate::counted::counted;
 use crate::drives::Parameter;
 
 /// What has become of a setting that differed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum ChangeEnd {
     /// Written, and read back as written.
@@ -27,7 +28,7 @@ pub(super) enum ChangeEnd {
     NotWritten,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(super) struct ChangeOutcome {
     pub(super) parameter: Parameter,
     pub(super) before: Option<i32>,
@@ -35,7 +36,7 @@ pub(super) struct ChangeOutcome {
     pub(super) result: ChangeEnd,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(super) struct DriveOutcome {
     pub(super) drive: u8,
     /// Settings that were the same and were not written.
@@ -47,7 +48,7 @@ pub(super) struct DriveOutcome {
 }
 
 /// What has become of everything.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub(super) struct Outcome {
     file: PathBuf,
     /// Every drive has every value of the file.

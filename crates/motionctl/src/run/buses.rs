@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::arguments::Arguments;
@@ -151,7 +152,7 @@ pub(super) fn follow_all(
 }
 
 /// Everything that came of a motion.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Outcome<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     motion: Option<&'a MotionReport>,
@@ -161,7 +162,7 @@ struct Outcome<'a> {
     on: On<'a>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum On<'a> {
     One(&'a Summary),
@@ -192,4 +193,9 @@ pub(super) fn show(
     }
     let worst = summaries.iter().max_by_key(|summary| summary.severity());
     Ok(worst.map_or(ExitCode::SUCCESS, Summary::exit_code))
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Outcome<'_>>()
 }

@@ -151,3 +151,8 @@ fn look_at(arguments: &Arguments, link: &mut Link, axes: &[Axis]) -> Result<Vec<
     }
     Ok(seen)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    buses::schema()
+}

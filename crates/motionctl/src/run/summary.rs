@@ -7,6 +7,7 @@ use can_motion::{AxisSnapshot, Instant, ReadBackScale};
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use dyn_can::DriveId;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::counted::counted;
@@ -63,7 +64,7 @@ impl fmt::Display for Outcome {
 }
 
 /// One axis at the end.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct AxisSummary {
     axis: usize,
     drive: u8,
@@ -125,7 +126,7 @@ impl AxisSummary {
 }
 
 /// A whole motion.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Summary {
     /// The bus, where there are several.
     #[serde(skip_serializing_if = "String::is_empty")]

@@ -5,6 +5,7 @@ mod canopen;
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::confirm::confirm;
@@ -66,7 +67,7 @@ enum ProtocolOption {
     Canopen,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Found {
     drives: Vec<FoundDrive>,
 }
@@ -163,4 +164,9 @@ fn progress_bar(ids: u64, show: bool) -> ProgressBar {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Found>()
 }

@@ -1,9 +1,10 @@
 //! The result of one axis: were its promises kept?
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// One axis at the end.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct AxisSummary {
     pub(crate) axis: usize,
     pub(crate) drive: u8,

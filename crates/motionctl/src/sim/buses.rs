@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::arguments::Arguments;
@@ -20,6 +21,7 @@ use crate::recording::{
     WithRecording,
 };
 use crate::report;
+use crate::schema::Either;
 use crate::trajectory::{MotionReport, Plan, WithMotion};
 
 /// A bus that is ready to run.
@@ -130,14 +132,14 @@ pub(super) fn run(
 }
 
 /// One of several buses, in JSON.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct NamedBus<'a> {
     bus: &'a str,
     #[serde(flatten)]
     result: WithRecording<'a, Summary>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Several<'a> {
     buses: Vec<NamedBus<'a>>,
 }
@@ -197,6 +199,12 @@ fn print_json(motion: &MotionReport, results: &[BusResult]) -> Result<(), SimErr
         }
     };
     printed.map(drop).map_err(SimError::Print)
+}
+
+/// The shape of what `--json` prints: of the only bus, or of several.
+pub(super) fn schema() -> schemars::Schema {
+    type One<'a> = WithMotion<'a, WithRecording<'a, Summary>>;
+    crate::schema::of::<Either<One<'_>, WithMotion<'_, Several<'_>>>>()
 }
 
 #[cfg(test)]

@@ -46,3 +46,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, SimError> {
     let results = buses::run(arguments, buses, &plan)?;
     buses::show(arguments, &motion, &results)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    buses::schema()
+}
+
+/// The shape of what `--json` prints of hub motors.
+pub(crate) fn wheels_schema() -> schemars::Schema {
+    wheels::schema()
+}

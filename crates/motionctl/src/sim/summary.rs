@@ -5,6 +5,7 @@ use core::fmt;
 use can_motion::CycleCounters;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::axis_summary::{AxisSummary, age_text};
@@ -14,7 +15,7 @@ use crate::counted::counted;
 use crate::table::align_numbers;
 
 /// A whole simulation.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Default, Serialize, JsonSchema)]
 pub(crate) struct Summary {
     pub(crate) promises_kept: bool,
     pub(crate) axes: Vec<AxisSummary>,

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use can_motion::{AxisState, DriveMove};
 use dyn_can::{DriveId, Request, SpeedRpm};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::confirm::confirm;
@@ -61,7 +62,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 struct Turned {
     drive: u8,
     /// What the drive reported last, in command counts from its origin.
@@ -72,7 +73,7 @@ struct Turned {
     enabled: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Ends {
     drives: Vec<Turned>,
     interrupted: bool,
@@ -247,4 +248,9 @@ fn frames(arguments: &Arguments) -> Vec<Step> {
         ));
     }
     steps
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Ends>()
 }

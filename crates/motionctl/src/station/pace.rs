@@ -1,10 +1,11 @@
 //! When cycles are due, and how well they kept their time.
 
 use can_motion::Instant;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// How well the cycles kept their time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub(crate) struct PaceCounts {
     /// Cycles begun.
     pub(crate) cycles: u64,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender};
 
 use board_link::{Phase, Refusal, SetPointBuffer};
+use schemars::JsonSchema;
 use serde::Serialize;
 use trajectory::{Position, Time};
 
@@ -55,7 +56,7 @@ pub(super) enum Incoming {
 }
 
 /// What came in, for the summary.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub(crate) struct StreamReport {
     /// Lines that were dealt with.
     lines: u64,

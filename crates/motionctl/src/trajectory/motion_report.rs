@@ -8,6 +8,7 @@ use core::fmt;
 use comfy_table::Table as TextTable;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use dyn_can::{Counts28, StepLimit};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::columns::Column;
@@ -22,7 +23,7 @@ const NEAR: f64 = 0.8;
 const RATED_RPM: f64 = 3_000.0;
 
 /// A motion in figures.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(crate) enum MotionReport {
     File(FileReport),
@@ -30,7 +31,7 @@ pub(crate) enum MotionReport {
 }
 
 /// A motion file in figures.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct FileReport {
     file: String,
     points: usize,
@@ -41,7 +42,7 @@ pub(crate) struct FileReport {
     left_out: Vec<LeftOut>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct TimeColumn {
     /// From 1.
     column: usize,
@@ -49,7 +50,7 @@ struct TimeColumn {
     unit: TimeUnit,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct LeftOut {
     column: usize,
     name: String,
@@ -57,7 +58,7 @@ struct LeftOut {
 }
 
 /// One axis.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct AxisReport {
     axis: usize,
     /// Drive or node.
@@ -258,7 +259,7 @@ fn travel(axis: &AxisReport) -> String {
 }
 
 /// A result together with the motion that led to it, for JSON.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct WithMotion<'a, T> {
     pub(crate) motion: &'a MotionReport,
     #[serde(flatten)]

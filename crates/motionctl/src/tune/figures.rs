@@ -1,5 +1,6 @@
 //! What an answer is worth, in numbers.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::measure::Sample;
@@ -10,7 +11,7 @@ const BAND: f64 = 0.05;
 const LEAST_BAND: f64 = 2.0;
 
 /// The figures of an answer; the worst of its steps.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Figures {
     /// Positions that were read.
     pub(crate) samples: usize,

@@ -173,3 +173,8 @@ fn frames(arguments: &Arguments) -> Result<Vec<Step>, TuneError> {
     steps.extend(moves.filter_map(|request| Frames::on_can(When::Always, drive, request)));
     Ok(steps)
 }
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<outcome::Outcome>()
+}

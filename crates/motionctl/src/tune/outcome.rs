@@ -5,6 +5,7 @@ use core::fmt;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use dyn_can::DriveId;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::arguments::Arguments;
@@ -16,7 +17,7 @@ use crate::counted::counted;
 use crate::table::align_numbers;
 
 /// What was measured of a set.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
 enum Answer {
     Step(Figures),
@@ -24,7 +25,7 @@ enum Answer {
 }
 
 /// One set of gains.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Set {
     pub(super) gains: Gains,
     figures: Answer,
@@ -59,7 +60,7 @@ impl Set {
 }
 
 /// Every set.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Outcome {
     drive: u8,
     pub(super) sets: Vec<Set>,

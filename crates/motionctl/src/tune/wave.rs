@@ -5,6 +5,7 @@
 use can_motion::{DriveMove, Instant, Limits, PollPeriods, WaveShape};
 use clap::ValueEnum;
 use dyn_can::{Amplitude, FrequencyHz, Request, StepLimit};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::arguments::Arguments;
@@ -182,7 +183,7 @@ fn come_back(station: &mut Station<'_>) -> Result<(), DrivesError> {
 }
 
 /// What a wave of the drive is worth, in numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct WaveFigures {
     /// Positions that were read.
     samples: usize,

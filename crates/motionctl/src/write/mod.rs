@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use dyn_can::{GearNumber, StoredDriveId};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::confirm::confirm;
@@ -61,7 +62,7 @@ pub(crate) struct Arguments {
 }
 
 /// What became of one setting.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Change {
     parameter: Parameter,
     before: Option<i32>,
@@ -69,7 +70,7 @@ struct Change {
     result: WriteEnd,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Changes {
     drive: u8,
     changes: Vec<Change>,
@@ -214,4 +215,9 @@ fn print(
         .map_err(DrivesError::Print)?;
     }
     Ok(())
+}
+
+/// The shape of what `--json` prints.
+pub(crate) fn schema() -> schemars::Schema {
+    crate::schema::of::<Changes>()
 }

@@ -126,12 +126,17 @@ impl BenchProcess {
     }
 
     /// Ends it as Ctrl-C does and returns what its drives have received.
-    pub(crate) fn stop(mut self) -> serde_json::Value {
+    pub(crate) fn stop(self) -> serde_json::Value {
+        serde_json::from_slice(&self.end().stdout).expect("JSON")
+    }
+
+    /// Ends it as Ctrl-C does.
+    pub(crate) fn end(mut self) -> Output {
         let child = self.child.take().expect("it runs");
         interrupt(&child);
         let output = child.wait_with_output().expect("its output");
         assert_eq!(output.status.code(), Some(0), "{output:?}");
-        serde_json::from_slice(&output.stdout).expect("JSON")
+        output
     }
 
     /// It does nothing any more until it is let go on, as an adapter that hangs.

@@ -21,6 +21,7 @@ mod record;
 mod recording;
 mod relay;
 mod run;
+mod schemas;
 mod serial;
 mod serial_echo;
 mod settings;

@@ -139,6 +139,18 @@ impl Piece {
         }
     }
 
+    /// Where it starts.
+    #[must_use]
+    pub const fn start(&self) -> Position {
+        self.start
+    }
+
+    /// Coefficients of the powers 1 to 5 of the share, in position units.
+    #[must_use]
+    pub const fn coefficients(&self) -> [i64; 5] {
+        self.coefficients
+    }
+
     /// The position at a share of the duration.
     #[must_use]
     pub const fn at(&self, share: Share) -> Position {

@@ -32,3 +32,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
     }
     Ok(ExitCode::SUCCESS)
 }
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<report::Report>()
+}

@@ -5,6 +5,7 @@ use core::fmt;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use drive_sim::{Bench, NodeId as BusNode, ZlacDrive};
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::FaultCode;
 
@@ -13,7 +14,7 @@ use crate::counted::counted;
 use crate::table::align_numbers;
 
 /// One drive at the end.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct DriveReport {
     node: u8,
     /// PDOs with targets that were taken.
@@ -37,7 +38,7 @@ struct DriveReport {
 }
 
 /// A whole bench at the end.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Report {
     drives: Vec<DriveReport>,
     /// Frames that the adapter has sent and received.

@@ -156,3 +156,8 @@ fn frames(arguments: &Arguments) -> Result<Vec<Step>, HubError> {
     }
     Ok(steps)
 }
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Outcome>()
+}

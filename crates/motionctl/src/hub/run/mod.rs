@@ -14,6 +14,7 @@ use super::error::HubError;
 use super::jog::acceleration;
 use crate::link::LinkOptions;
 use crate::recording::RecordingOptions;
+use crate::schema::Either;
 use crate::trajectory::MotionOptions;
 use crate::twist::TwistOptions;
 
@@ -76,4 +77,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, HubError> {
         Some(source) => vehicle::run(arguments, source),
         None => speeds::run(arguments),
     }
+}
+
+/// The shape of what `--json` prints: of wheels that are moved by a file, or of a vehicle.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<Either<crate::trajectory::WithMotion<'_, summary::Summary>, summary::Summary>>(
+    )
 }

@@ -3,6 +3,7 @@
 use core::fmt;
 use std::process::ExitCode;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::counted::counted;
@@ -10,7 +11,7 @@ use crate::exit;
 use crate::recording::{AxisOutcome, Outcome, RecordingReport};
 
 /// What every run counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub(super) struct Counts {
     pub(super) interrupted: bool,
     /// Every wheel says that it stands.
@@ -23,7 +24,7 @@ pub(super) struct Counts {
 }
 
 /// One wheel at the end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub(super) struct WheelCounts {
     pub(super) node: u8,
     /// How far it turned, by its own count.
@@ -31,7 +32,7 @@ pub(super) struct WheelCounts {
 }
 
 /// Where a vehicle is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub(super) struct VehiclePose {
     pub(super) x_m: f64,
     pub(super) y_m: f64,
@@ -42,7 +43,7 @@ pub(super) struct VehiclePose {
 }
 
 /// A run at its end.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub(super) struct Summary {
     /// The end of the input was reached, and every wheel stands.
     pub(super) complete: bool,

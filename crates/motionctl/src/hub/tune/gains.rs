@@ -1,5 +1,6 @@
 //! Gains of one loop of a ZLAC8030L.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use zlac8030l::dictionary::{self, Entry};
 use zlac8030l::{NodeId, ObjectAddress};
@@ -50,7 +51,7 @@ impl Loop {
 }
 
 /// Values of the gains of a loop.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(transparent)]
 pub(super) struct Gains(Vec<i64>);
 

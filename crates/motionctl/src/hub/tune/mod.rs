@@ -121,3 +121,8 @@ fn frames(arguments: &Arguments, sets: &[Gains]) -> Result<Vec<Frame>, HubError>
     }
     Ok(steps)
 }
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<outcome::Outcome>()
+}

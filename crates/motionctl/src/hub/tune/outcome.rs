@@ -4,6 +4,7 @@ use core::fmt;
 
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use zlac8030l::NodeId;
@@ -14,7 +15,7 @@ use crate::table::align_numbers;
 use crate::tune::{Figures, Panel, Sample};
 
 /// Figures of steps of the speed.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct SpeedFigures {
     samples: usize,
     overshoot_percent: f64,
@@ -26,7 +27,7 @@ struct SpeedFigures {
 }
 
 /// Figures in the unit of what was stepped.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
 enum Answer {
     Position(Figures),
@@ -34,7 +35,7 @@ enum Answer {
 }
 
 /// One set of gains.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Set {
     gains: Map<String, Value>,
     figures: Answer,
@@ -80,7 +81,7 @@ fn in_rpm(figures: &Figures) -> SpeedFigures {
 }
 
 /// Every set.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Outcome {
     node: u8,
     of: &'static str,

@@ -17,6 +17,7 @@ use super::error::SimError;
 use crate::exit;
 use crate::output::{print, print_json};
 use crate::recording::{AxisAbout, Recorded, WithRecording};
+use crate::schema::Either;
 use crate::trajectory::{Plan, WithMotion};
 use crate::twist::read_file;
 use bench::Bench;
@@ -180,4 +181,10 @@ fn nodes_of(given: &[NodeId], wheels: usize) -> Result<Vec<NodeId>, SimError> {
         });
     }
     Ok(nodes)
+}
+
+/// The shape of what `--json` prints: of wheels that are moved by a file, or of a vehicle.
+pub(super) fn schema() -> schemars::Schema {
+    type Wheels<'a> = WithMotion<'a, WithRecording<'a, summary::Summary>>;
+    crate::schema::of::<Either<Wheels<'_>, WithRecording<'_, vehicle::RunSummary>>>()
 }

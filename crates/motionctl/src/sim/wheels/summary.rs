@@ -4,6 +4,7 @@ use core::fmt;
 
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::setup::Setup;
@@ -15,7 +16,7 @@ use crate::table::align_numbers;
 const WAY_TOLERANCE_TURNS: f64 = 0.01;
 
 /// One wheel at the end.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct WheelSummary {
     pub(super) wheel: usize,
     pub(super) node: u8,
@@ -53,7 +54,7 @@ impl WheelSummary {
 }
 
 /// A whole simulation.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Summary {
     pub(super) promises_kept: bool,
     wheels: Vec<WheelSummary>,

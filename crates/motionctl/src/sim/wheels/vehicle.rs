@@ -3,6 +3,7 @@
 use core::fmt;
 
 use diff_drive::Odometry;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::summary::Summary;
@@ -12,7 +13,7 @@ use crate::recording::Outcome;
 const MOST_COUNTS: i64 = 2;
 
 /// A pose, and the counts behind it.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub(super) struct PoseSummary {
     x_m: f64,
     y_m: f64,
@@ -54,7 +55,7 @@ impl fmt::Display for PoseSummary {
 }
 
 /// A whole simulation of a vehicle.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct VehicleSummary {
     /// The wheels kept their promises, and the odometry agrees with them.
     pub(super) promises_kept: bool,
@@ -75,8 +76,8 @@ pub(super) struct VehicleSummary {
 }
 
 /// The wheels, under a name of their own in JSON.
-#[derive(Debug, Serialize)]
-struct RunSummary {
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct RunSummary {
     run: Summary,
 }
 

@@ -1,0 +1,87 @@
+//! A request that waits for its reply, and is repeated when none comes.
+
+use crate::message::{Request, ToBoard};
+use crate::outbox::Outbox;
+use crate::refused::Refused;
+
+/// Why a request has no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RequestError {
+    /// The board refuses it.
+    #[error(transparent)]
+    Refused(Refused),
+    /// There was no reply. Whether it was carried out is not known.
+    #[error(
+        "no reply after {tries} tries: check the cable and the bit rate, then read the state of the board"
+    )]
+    TimedOut {
+        /// How often it was sent.
+        tries: u8,
+    },
+    /// The connection was lost, or made anew, before a reply came.
+    #[error("the connection was lost before a reply came: read the state of the board")]
+    Lost,
+    /// Nothing is sent before the board has answered, and the command is claimed.
+    #[error("not connected to a board")]
+    Offline,
+    /// The request before has no reply yet.
+    #[error("the request before has no reply yet: wait for it")]
+    Busy,
+}
+
+/// A request on its way.
+#[derive(Debug, Clone)]
+pub(super) struct Exchange {
+    pub(super) message: ToBoard,
+    /// First sent.
+    pub(super) first_us: u64,
+    sent_us: u64,
+    tries: u8,
+}
+
+/// What is to be done with an exchange.
+pub(super) enum Next {
+    Wait,
+    GiveUp { tries: u8 },
+}
+
+impl Exchange {
+    /// Not sent yet.
+    pub(super) const fn new(number: u16, session: u32, request: Request) -> Self {
+        Self {
+            message: ToBoard {
+                number,
+                session,
+                request,
+            },
+            first_us: 0,
+            sent_us: 0,
+            tries: 0,
+        }
+    }
+
+    /// Sends it, first or again, when it is time and there is room.
+    pub(super) fn drive<const OUT: usize>(
+        &mut self,
+        outbox: &mut Outbox<OUT>,
+        now_us: u64,
+        (timeout_us, most_tries): (u32, u8),
+    ) -> Next {
+        let is_due = self.tries == 0 || now_us.saturating_sub(self.sent_us) >= timeout_us.into();
+        if !is_due {
+            return Next::Wait;
+        }
+        if self.tries >= most_tries {
+            return Next::GiveUp { tries: self.tries };
+        }
+        if outbox.send(&self.message) {
+            if self.tries == 0 {
+                self.first_us = now_us;
+            }
+            self.sent_us = now_us;
+            self.tries += 1;
+        }
+        Next::Wait
+    }
+}

@@ -1,0 +1,105 @@
+//! What a board says unasked.
+
+use serde::{Deserialize, Serialize};
+
+use crate::segment::{OfAxes, PlayerState, StreamPhase};
+
+/// Where the machine is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum BoardState {
+    /// Without settings it moves nothing.
+    #[default]
+    NoSettings,
+    /// The firmware failed; the board must be switched off and on.
+    Locked,
+    /// The stop circuit is open.
+    StopOpen,
+    /// The enable input is not active.
+    EnableInactive,
+    /// The drives are off.
+    Off,
+    /// The drives are on their way to be enabled.
+    GettingReady,
+    /// The drives are enabled and stand, or follow a stream.
+    Enabled,
+    /// The axes find their origins.
+    Homing,
+    /// The axes slow down.
+    Stopping,
+    /// An axis has a fault.
+    Faulted,
+}
+
+/// How everything is.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// The cycle.
+    pub cycle: u64,
+    /// Where the machine is.
+    pub state: BoardState,
+    /// The stream that was begun last.
+    pub stream: u32,
+    /// What becomes of it.
+    pub player: PlayerState,
+    /// Its next segment.
+    pub next_segment: u32,
+    /// So many segments may be sent from that one on.
+    pub credit: u32,
+    /// The number of the next event: a host that has fewer asks for them.
+    pub events: u32,
+    /// The axes.
+    pub axes: OfAxes<AxisSnapshot>,
+}
+
+/// An axis, in command counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct AxisSnapshot {
+    /// Its set-point.
+    pub target: i32,
+    /// Its position.
+    pub position: i32,
+    /// Its following error.
+    pub error: i32,
+    /// The application's number of its fault; 0 for none.
+    pub fault: u16,
+}
+
+/// Something that has happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Event {
+    /// The machine is in another state.
+    State(BoardState),
+    /// A stream is in another phase.
+    Stream {
+        /// Its number.
+        stream: u32,
+        /// Its phase.
+        phase: StreamPhase,
+        /// Segments that were played to their end.
+        finished: u32,
+    },
+    /// A fault.
+    Fault {
+        /// The axis, where it is about one.
+        axis: Option<u8>,
+        /// The application's number of the fault.
+        code: u16,
+        /// What else is known of it.
+        detail: i32,
+    },
+    /// A session has the command.
+    Claimed {
+        /// Its number.
+        session: u32,
+    },
+    /// A session has given the command back.
+    Released {
+        /// Its number.
+        session: u32,
+    },
+    /// The host that commands was silent for too long: the axes stop, and nobody commands.
+    SilentHost {
+        /// The number of the session.
+        session: u32,
+    },
+}

@@ -1,0 +1,388 @@
+//! The half of the cycle: where the axes are in each cycle, along what was admitted and nothing else.
+
+use core::sync::atomic::Ordering;
+
+use serde::{Deserialize, Serialize};
+use trajectory::curve::Share;
+use trajectory::{Position, Time};
+
+use super::halves::Receiver;
+use super::queue::{Admitted, Order, Shared, Start, Status, Tail};
+use crate::config::WhenDry;
+use crate::rate::{ONE, Rate};
+
+/// What becomes of a stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum StreamPhase {
+    /// None was begun.
+    #[default]
+    Idle,
+    /// It waits for its start, or for enough segments.
+    Waiting,
+    /// The axes are on their way, or paused on it.
+    Moving,
+    /// The segments ran out, the axes stand on the way, and go on when enough follow.
+    Dry,
+    /// The axes stand where its end was announced.
+    Complete,
+    /// The segments ran out, the axes stand on the way, and that is the end.
+    DriedUp,
+    /// It was told to stop, and the axes stand on the way.
+    Stopped,
+    /// At its start the axes stood elsewhere: nothing has moved.
+    Displaced,
+}
+
+impl StreamPhase {
+    const ALL: [Self; 8] = [
+        Self::Idle,
+        Self::Waiting,
+        Self::Moving,
+        Self::Dry,
+        Self::Complete,
+        Self::DriedUp,
+        Self::Stopped,
+        Self::Displaced,
+    ];
+
+    /// Whether it moves the axes, or may do so yet.
+    #[must_use]
+    pub const fn is_active(self) -> bool {
+        matches!(self, Self::Waiting | Self::Moving | Self::Dry)
+    }
+
+    /// The number on the wire.
+    pub(super) const fn number(self) -> u8 {
+        self as u8
+    }
+
+    pub(super) fn of_number(number: u8) -> Self {
+        let all = Self::ALL.iter();
+        let found = all.copied().find(|phase| phase.number() == number);
+        found.unwrap_or_default()
+    }
+}
+
+/// What a player does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct PlayerState {
+    /// What becomes of the stream.
+    pub phase: StreamPhase,
+    /// Whole cycles of the stream that have passed.
+    pub time_cycles: u32,
+    /// Segments that have been played to their end.
+    pub finished: u32,
+    /// Percent of the speed of the stream, at this moment.
+    pub percent: u16,
+}
+
+/// Plays what the [`Admission`](super::Admission) has admitted. A cycle takes the orders that have come, one square root at most, and the
+/// value of one polynomial an axis.
+pub struct Player<'q, const AXES: usize> {
+    segments: Receiver<'q, Admitted<AXES>>,
+    orders: Receiver<'q, Order<AXES>>,
+    shared: &'q Shared,
+    axes: usize,
+    lead: Time,
+    start: Start<AXES>,
+    phase: StreamPhase,
+    /// Where the axes are between segments.
+    stand: [Position; AXES],
+    /// Since the start of the stream.
+    time: Time,
+    rate: Rate,
+    is_paused: bool,
+    is_stopping: bool,
+    is_ended: bool,
+    /// It slows down, because there may be nothing more than this.
+    short_of: Option<Tail>,
+    finished: u32,
+}
+
+impl<'q, const AXES: usize> Player<'q, AXES> {
+    pub(super) fn new(
+        segments: Receiver<'q, Admitted<AXES>>,
+        orders: Receiver<'q, Order<AXES>>,
+        shared: &'q Shared,
+        axes: usize,
+        rate: Rate,
+        lead: Time,
+    ) -> Self {
+        Self {
+            segments,
+            orders,
+            shared,
+            axes,
+            lead,
+            start: Start {
+                generation: shared.status().generation,
+                at: 0,
+                when_dry: WhenDry::End,
+                override_rate: 0,
+                from: [Position::ZERO; AXES],
+            },
+            phase: StreamPhase::Idle,
+            stand: [Position::ZERO; AXES],
+            time: Time::ZERO,
+            rate,
+            is_paused: false,
+            is_stopping: false,
+            is_ended: false,
+            short_of: None,
+            finished: 0,
+        }
+    }
+
+    /// What becomes of the stream.
+    #[must_use]
+    pub const fn phase(&self) -> StreamPhase {
+        self.phase
+    }
+
+    /// The cycle `now`. `stand` is where the set-points of the axes stand, for the start; whether `out` has the set-points of this cycle:
+    /// as long as the stream is under way, and in the cycle in which it ends. Otherwise nothing is written.
+    pub fn advance(&mut self, now: u64, stand: &[Position], out: &mut [Position]) -> bool {
+        self.obey();
+        let before = self.phase;
+        match self.phase {
+            StreamPhase::Waiting => self.begin(now, stand),
+            StreamPhase::Dry => self.go_on_after_dry(),
+            _ => {}
+        }
+        if before == StreamPhase::Moving {
+            self.go_on();
+        }
+        let has_set_points = matches!(self.phase, StreamPhase::Moving | StreamPhase::Dry)
+            || matches!(before, StreamPhase::Moving | StreamPhase::Dry);
+        if has_set_points {
+            self.write(out);
+        }
+        if !self.phase.is_active() {
+            self.drop_old();
+        }
+        self.publish();
+        has_set_points
+    }
+
+    /// Ends the stream at once, whatever it does: for an application whose axes do not follow any more.
+    pub fn halt(&mut self) {
+        if self.phase.is_active() {
+            self.rate.stand();
+            self.phase = StreamPhase::Stopped;
+            self.publish();
+        }
+    }
+
+    fn obey(&mut self) {
+        while let Some(order) = self.orders.receive() {
+            match order {
+                Order::Begin(start) => self.take_on(start),
+                Order::End => self.is_ended = true,
+                Order::Pause => self.is_paused = true,
+                Order::Resume => self.is_paused = false,
+                Order::Override(rate) => self.start.override_rate = rate,
+                Order::Stop => self.is_stopping = true,
+            }
+        }
+    }
+
+    fn take_on(&mut self, start: Start<AXES>) {
+        self.stand = start.from;
+        self.start = start;
+        self.phase = StreamPhase::Waiting;
+        self.time = Time::ZERO;
+        self.rate.stand();
+        (self.is_paused, self.is_stopping, self.is_ended) = (false, false, false);
+        self.short_of = None;
+        self.finished = 0;
+        self.drop_old();
+    }
+
+    /// Segments of streams that have ended, or were never played.
+    fn drop_old(&mut self) {
+        let (present, is_active) = (self.start.generation, self.phase.is_active());
+        let is_old = |head: &Admitted<AXES>| {
+            // A later one belongs to a stream whose begin has not been taken yet.
+            let ahead = head.generation.wrapping_sub(present) as i16;
+            ahead < 0 || (ahead == 0 && !is_active)
+        };
+        while self.segments.peek().is_some_and(is_old) {
+            drop(self.segments.receive());
+        }
+    }
+
+    fn begin(&mut self, now: u64, stand: &[Position]) {
+        if self.is_stopping {
+            return self.finish(StreamPhase::Stopped);
+        }
+        if now < self.start.at || !self.has_lead() {
+            return;
+        }
+        if self.segments.peek().is_none() {
+            if self.is_ended {
+                self.finish(StreamPhase::Complete);
+            }
+            return;
+        }
+        let from = self.start.from.iter().take(self.axes);
+        let is_there = stand.len() == self.axes
+            && from
+                .zip(stand)
+                .all(|(from, stand)| from.wide_counts() == stand.wide_counts());
+        if !is_there {
+            return self.finish(StreamPhase::Displaced);
+        }
+        self.phase = StreamPhase::Moving;
+        // At rest the rate has no meaning: it is at once what it shall be, if what is buffered suffices to come down from it.
+        let at_once = self.rate.running_at(self.goal_of_orders());
+        let tail = self.shared.tail();
+        if self.is_ended || at_once.way_down_after_a_rise_to(floor(tail)) + 1.0 < self.left(tail) {
+            self.rate = at_once;
+        }
+    }
+
+    /// Whether enough is buffered to move, or more cannot be waited for.
+    fn has_lead(&self) -> bool {
+        let tail = self.shared.tail();
+        let buffered = Time::from_cycles(tail.cycles).since(self.time);
+        let is_full = self.segments.is_full();
+        buffered >= self.lead || self.is_ended || is_full
+    }
+
+    fn go_on_after_dry(&mut self) {
+        if self.is_stopping {
+            self.finish(StreamPhase::Stopped);
+        } else if self.is_ended && self.segments.peek().is_none() {
+            self.finish(StreamPhase::Complete);
+        } else if self.short_of != Some(self.shared.tail()) && self.has_lead() {
+            self.phase = StreamPhase::Moving;
+        }
+    }
+
+    fn go_on(&mut self) {
+        let goal = self.goal();
+        self.time = self.time.after(self.rate.advance(goal));
+        while let Some(head) = self.segments.peek()
+            && head.end <= self.time
+        {
+            if self.segments.len() == 1 {
+                let end = Share::of(1, 1);
+                self.stand = head.pieces.map(|piece| piece.at(end));
+                self.time = head.end;
+            }
+            drop(self.segments.receive());
+            self.finished = self.finished.wrapping_add(1);
+        }
+        if self.segments.peek().is_none() {
+            self.arrive();
+        } else if self.rate.is_standing() {
+            self.rest();
+        }
+    }
+
+    /// At the end of all that was admitted.
+    fn arrive(&mut self) {
+        // Every axis is at rest here, whatever the rate.
+        self.rate.stand();
+        self.short_of = Some(self.shared.tail());
+        if self.is_stopping {
+            self.finish(StreamPhase::Stopped);
+        } else if self.is_ended {
+            self.finish(StreamPhase::Complete);
+        } else {
+            self.run_dry();
+        }
+    }
+
+    /// At rest on the way.
+    fn rest(&mut self) {
+        if self.is_stopping {
+            self.finish(StreamPhase::Stopped);
+        } else if self.goal_of_orders() != 0 && self.short_of.is_some_and(|tail| !tail.rests) {
+            self.run_dry();
+        }
+    }
+
+    fn run_dry(&mut self) {
+        match self.start.when_dry {
+            WhenDry::Wait => self.phase = StreamPhase::Dry,
+            WhenDry::End => self.finish(StreamPhase::DriedUp),
+        }
+    }
+
+    /// Ends the stream where the axes are.
+    fn finish(&mut self, phase: StreamPhase) {
+        let mut stand = self.stand;
+        self.write(&mut stand);
+        self.stand = stand;
+        self.phase = phase;
+    }
+
+    fn goal_of_orders(&self) -> i64 {
+        if self.is_paused || self.is_stopping {
+            return 0;
+        }
+        self.start
+            .override_rate
+            .min(self.shared.highest_rate().max(ONE))
+    }
+
+    /// The rate to go to.
+    fn goal(&mut self) -> i64 {
+        let (goal, tail) = (self.goal_of_orders(), self.shared.tail());
+        if self.short_of.is_some_and(|short_of| short_of != tail) {
+            self.short_of = None;
+        }
+        if goal == 0 || self.is_ended {
+            return goal;
+        }
+        let floor = floor(tail);
+        if self.rate.way_down_after_a_rise_to(floor) >= self.left(tail) {
+            self.short_of = Some(tail);
+        }
+        if self.short_of.is_some() {
+            goal.min(floor)
+        } else {
+            goal
+        }
+    }
+
+    /// Cycles of the stream that are admitted ahead.
+    fn left(&self, tail: Tail) -> f32 {
+        Time::from_cycles(tail.cycles).since(self.time).cycles()
+    }
+
+    fn write(&self, out: &mut [Position]) {
+        let is_on_the_way = matches!(self.phase, StreamPhase::Moving | StreamPhase::Dry);
+        let Some(head) = self.segments.peek().filter(|_| is_on_the_way) else {
+            let stand = self.stand.iter().take(self.axes);
+            out.iter_mut().zip(stand).for_each(|(out, at)| *out = *at);
+            return;
+        };
+        let share = Share::of(
+            self.time.since(head.start).ticks(),
+            head.end.since(head.start).ticks(),
+        );
+        let pieces = head.pieces.iter().take(self.axes);
+        out.iter_mut()
+            .zip(pieces)
+            .for_each(|(out, piece)| *out = piece.at(share));
+    }
+
+    fn publish(&self) {
+        let cycles = (self.time.ticks() >> 32) as u32;
+        self.shared.time_cycles.store(cycles, Ordering::Relaxed);
+        self.shared.rate.store(self.rate.bits(), Ordering::Relaxed);
+        self.shared.finished.store(self.finished, Ordering::Relaxed);
+        self.shared.set_status(Status {
+            generation: self.start.generation,
+            phase: self.phase,
+        });
+    }
+}
+
+/// The highest rate with which the axes may come to the end of what was admitted, if something may follow. At an end at rest every rate
+/// ends, but what follows may allow no more than 1.
+const fn floor(tail: Tail) -> i64 {
+    if tail.rests { ONE } else { 0 }
+}
