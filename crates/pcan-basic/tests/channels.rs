@@ -1,5 +1,8 @@
 //! Channels of a library that behaves as PCAN-Basic is described: each number has its own trouble, see `fake/pcan_basic.c`.
 
+// Elsewhere the compiler of C, and the library without the functions, have other names.
+#![cfg(target_os = "linux")]
+
 mod fake;
 
 use std::sync::{Mutex, OnceLock};
