@@ -5,7 +5,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
-use crate::toolchain::Target;
+use crate::target::Target;
 
 /// Why a task stopped. The text says what to do about it.
 #[derive(Debug)]

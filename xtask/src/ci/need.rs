@@ -4,8 +4,9 @@ use std::env;
 use std::process::{Command, Stdio};
 
 use super::oldest_rust::VERSION as OLDEST;
+use crate::target::Target;
 use crate::thumb::TARGET as BOARD_TARGET;
-use crate::toolchain::{Preference, Target, Toolchain};
+use crate::toolchain::{Preference, Toolchain};
 use crate::windows::TARGET as WINDOWS_TARGET;
 
 /// Something that a machine may lack.
