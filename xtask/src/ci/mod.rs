@@ -5,6 +5,7 @@ mod need;
 mod packages;
 mod place;
 mod published;
+mod recipes;
 mod report;
 mod report_page;
 mod runner;

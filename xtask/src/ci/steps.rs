@@ -3,6 +3,7 @@
 use super::interop;
 use super::need::{CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK};
 use super::published;
+use super::recipes;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -89,6 +90,11 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p trajectory --example follow",
             "run -q -p trajectory --example pictures -- --check",
         ],
+    ),
+    Step::call(
+        "recipes",
+        "each recipe of ARCHITECTURE.md, as somebody followed it: its patch applies, builds, and passes its tests",
+        recipes::run,
     ),
     Step::call(
         "packages",
