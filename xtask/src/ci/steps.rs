@@ -7,6 +7,7 @@ use super::need::{
 };
 use super::oldest_rust;
 use super::published;
+use super::recipes;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -93,6 +94,11 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p trajectory --example follow",
             "run -q -p trajectory --example pictures -- --check",
         ],
+    ),
+    Step::call(
+        "recipes",
+        "each recipe of ARCHITECTURE.md, as somebody followed it: its patch applies, builds, and passes its tests",
+        recipes::run,
     ),
     Step::call(
         "packages",
