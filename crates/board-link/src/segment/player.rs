@@ -99,13 +99,16 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
         has_set_points
     }
 
-    /// Ends the stream at once, whatever it does: for an application whose axes do not follow any more.
+    /// Ends the stream at once, whatever it does, and whatever was ordered and has not begun: for an application whose axes do not follow.
+    /// To be called in every cycle in which they do not, so that nothing of before moves them when they follow again.
     pub fn halt(&mut self) {
+        self.obey();
         if self.phase.is_active() {
             self.rate.stand();
             self.phase = StreamPhase::Stopped;
-            self.publish();
         }
+        self.drop_old();
+        self.publish();
     }
 
     fn obey(&mut self) {
