@@ -142,6 +142,9 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         let override_rate = override_rate(begin.percent)?;
         let at = self.check_start(begin.start, now)?;
         let generation = self.stream.generation.wrapping_add(1);
+        // No stream is played, so nobody looks at the end of the one before; the next one must not start with it.
+        self.shared.set_tail(Tail::default());
+        self.shared.set_highest_rate(2 * ONE);
         self.order(Order::Begin(Start {
             generation,
             at,
@@ -267,6 +270,10 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             edge.position = Position::from_units(part.end);
             is_rest &= rests(edge, limits);
         }
+        // 1 is allowed, as was checked.
+        let rate = ((rate * ONE as f32) as i64).clamp(ONE, 2 * ONE);
+        let highest_rate = self.stream.highest_rate.min(rate);
+        self.shared.set_highest_rate(highest_rate);
         let (start, end) = (self.stream.end, self.stream.end.after(segment.time()));
         let admitted = Admitted {
             generation: self.stream.generation,
@@ -280,17 +287,12 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         }
         self.edges = edges;
         let stream = &mut self.stream;
-        stream.end = end;
-        stream.rests = is_rest;
+        (stream.end, stream.rests, stream.highest_rate) = (end, is_rest, highest_rate);
         stream.next_index = stream.next_index.wrapping_add(1);
-        // 1 is allowed, as was checked.
-        let rate = ((rate * ONE as f32) as i64).clamp(ONE, 2 * ONE);
-        stream.highest_rate = stream.highest_rate.min(rate);
-        let tail = Tail {
+        self.shared.set_tail(Tail {
             cycles: (end.ticks() >> 32) as u32,
             rests: is_rest,
-        };
-        self.shared.set_tail(tail, stream.highest_rate);
+        });
         Ok(())
     }
 
@@ -324,5 +326,51 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         }
         let capacity = self.orders.capacity() as i64;
         Err(Reason::Busy.because(capacity, capacity + 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use trajectory::Limits;
+
+    use super::*;
+    use crate::config::WhenDry;
+    use crate::segment::{AxisSegment, SegmentQueue, Shape};
+
+    /// The cycle may come between a segment and the end that it brings: the end of the stream before must not be taken for it.
+    #[test]
+    fn a_stream_does_not_begin_with_the_end_of_the_one_before() {
+        let limits = AxisLimits {
+            motion: Limits::without_jerk(100.0, 1.0).unwrap(),
+            lowest: Position::from_counts(-1_000),
+            highest: Position::from_counts(1_000),
+        };
+        let mut queue = SegmentQueue::<1, 4>::new();
+        let config = SegmentConfig::with_cycles_per_second(1_000);
+        let (mut admission, mut player) = queue.split(&[limits], config).unwrap();
+        let begin = |stream| Begin {
+            stream,
+            start: None,
+            when_dry: WhenDry::End,
+            percent: 100,
+            from: [0].into_iter().collect(),
+        };
+        let stand = [Position::ZERO];
+        let axis = AxisSegment {
+            end: 0,
+            shape: Shape::Line,
+        };
+        let segment = Segment {
+            duration: 400 << 32,
+            axes: [axis].into_iter().collect(),
+        };
+        admission.begin(&begin(1), &stand, 0).unwrap();
+        admission.push(1, 0, &segment).unwrap();
+        assert_eq!(admission.shared.tail().cycles, 400);
+        admission.stop().unwrap();
+        player.advance(1, &stand, &mut [Position::ZERO]);
+        admission.begin(&begin(2), &stand, 1).unwrap();
+        assert_eq!(admission.shared.tail(), Tail::default());
+        assert_eq!(admission.shared.highest_rate(), 2 * ONE);
     }
 }

@@ -92,10 +92,14 @@ impl Shared {
         }
     }
 
-    pub(super) fn set_tail(&self, tail: Tail, highest_rate: i64) {
+    /// Before a segment that allows no more is queued.
+    pub(super) fn set_highest_rate(&self, highest_rate: i64) {
         let rate = u32::try_from(highest_rate).unwrap_or(ONE as u32);
-        // Whoever sees the tail sees the rate, and the segment that was queued before.
-        self.highest_rate.store(rate, Ordering::Relaxed);
+        self.highest_rate.store(rate, Ordering::Release);
+    }
+
+    /// After a segment is queued: until then the player takes the end before for the end.
+    pub(super) fn set_tail(&self, tail: Tail) {
         let word = (tail.cycles << 1) | u32::from(tail.rests);
         self.tail.store(word, Ordering::Release);
     }
@@ -109,7 +113,7 @@ impl Shared {
     }
 
     pub(super) fn highest_rate(&self) -> i64 {
-        i64::from(self.highest_rate.load(Ordering::Relaxed))
+        i64::from(self.highest_rate.load(Ordering::Acquire))
     }
 
     pub(super) fn set_status(&self, status: Status) {
