@@ -1,49 +1,11 @@
-//! The image that takes orders: a host at the serial port, drives on the bus.
+//! The image that takes orders follows a motion file that a host sends.
 
-use std::path::Path;
+mod orders;
 
 use board_link::WhenDry;
 use board_link::host::StreamEnd;
 use board_link::segment::StreamPhase;
-use dyn_can::{DataFrame, Dialect, Request as DriveRequest};
-use firmware_tests::host::Host;
-use firmware_tests::motion_file::MotionFile;
-use firmware_tests::{Rig, rig};
-
-const AXES: usize = 4;
-
-fn board() -> (Rig, Host) {
-    let mut rig = Rig::with_numbered_drives(rig::image("link"), AXES as i32);
-    let host = Host::new(&mut rig, 1);
-    (rig, host)
-}
-
-fn pick_and_place() -> MotionFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/pick-and-place.csv");
-    MotionFile::read(&path)
-}
-
-fn targets(host: &Host) -> Vec<i32> {
-    host.snapshot.axes.iter().map(|axis| axis.target).collect()
-}
-
-/// The counts that each drive was told since `from_ns`, after each set-point: one in each cycle.
-fn counts_told(rig: &Rig, from_ns: u64) -> Vec<Vec<i32>> {
-    let mut told = vec![Vec::new(); AXES];
-    for record in rig.set_points_since(from_ns) {
-        let frame = DataFrame::from_can(&record.frame).unwrap();
-        match DriveRequest::decode(&frame, &Dialect::V1_6A) {
-            Ok((address, DriveRequest::GoRelativePosPd(step))) => {
-                let drive = address.drive().unwrap();
-                let told: &mut Vec<i32> = &mut told[drive.get() as usize - 1];
-                let before = told.last().copied().unwrap_or(0);
-                told.push(before + i32::from(step.get()));
-            }
-            other => panic!("{other:?} is no set-point"),
-        }
-    }
-    told
-}
+use orders::{board, counts_told, pick_and_place, targets};
 
 #[test]
 fn four_axes_follow_a_file_of_a_host_that_is_up_to_50_ms_late() {
