@@ -6,7 +6,8 @@ mod state;
 mod worker;
 
 use std::hash::{BuildHasher, Hasher};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -31,13 +32,15 @@ const SIGNALS: Duration = Duration::from_millis(50);
 const ANSWER: Duration = Duration::from_secs(15);
 
 /// The link to a board.
-#[pyclass(module = "motion_board._native")]
+///
+/// Every call takes it as it is: one thread may stop what another one streams.
+#[pyclass(module = "motion_board._native", frozen)]
 pub(crate) struct Link {
     address: String,
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
-    maker: Option<SegmentMaker>,
-    last_stream: u32,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    maker: Mutex<Option<SegmentMaker>>,
+    last_stream: AtomicU32,
 }
 
 #[pymethods]
@@ -60,9 +63,9 @@ impl Link {
         Ok(Self {
             address,
             shared,
-            thread: Some(thread),
-            maker: None,
-            last_stream: random(),
+            thread: Mutex::new(Some(thread)),
+            maker: Mutex::new(None),
+            last_stream: AtomicU32::new(random()),
         })
     }
 
@@ -205,7 +208,7 @@ impl Link {
 
     /// Begins a stream at its first set-point; the result is its number.
     fn begin(
-        &mut self,
+        &self,
         py: Python<'_>,
         cycles: f64,
         counts: Vec<f64>,
@@ -213,10 +216,10 @@ impl Link {
         percent: u16,
     ) -> PyResult<u32> {
         let first = Point::of(cycles, &counts).map_err(|text| input_error(py, text))?;
-        self.last_stream = self.last_stream.wrapping_add(1);
+        let number = self.last_stream.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
         let from: OfAxes<i64> = first.positions.iter().map(|position| position.units()).collect();
         let begin = Begin {
-            stream: self.last_stream,
+            stream: number,
             start: None,
             when_dry: if waits { WhenDry::Wait } else { WhenDry::End },
             percent,
@@ -232,31 +235,23 @@ impl Link {
             ..StreamState::default()
         });
         drop(state);
-        self.maker = Some(SegmentMaker::new(first));
-        Ok(self.last_stream)
+        *locked(&self.maker) = Some(SegmentMaker::new(first));
+        Ok(number)
     }
 
     /// Adds a set-point; waits for room. Whether the stream still takes set-points.
-    fn push(&mut self, py: Python<'_>, cycles: f64, counts: Vec<f64>) -> PyResult<bool> {
-        let Some(maker) = &mut self.maker else {
-            return Err(input_error(py, "no stream is under way"));
-        };
+    fn push(&self, py: Python<'_>, cycles: f64, counts: Vec<f64>) -> PyResult<bool> {
         let point = Point::of(cycles, &counts).map_err(|text| input_error(py, text))?;
-        let latest = maker.latest();
-        if point.time <= latest.time {
-            let (expected, actual) = (latest.time.cycles(), cycles);
-            let text = format_args!("the time: expected later than {expected} cycles, got {actual}");
-            return Err(input_error(py, text));
+        match self.make(point).map_err(|text| input_error(py, text))? {
+            Some(segment) => self.offer(py, segment),
+            None => Ok(self.is_open()),
         }
-        if let Some(segment) = maker.push(point) {
-            return self.offer(py, segment);
-        }
-        Ok(self.is_open())
     }
 
     /// No set-point follows.
-    fn finish(&mut self, py: Python<'_>) -> PyResult<bool> {
-        if let Some(segment) = self.maker.take().and_then(|mut maker| maker.finish()) {
+    fn finish(&self, py: Python<'_>) -> PyResult<bool> {
+        let segment = locked(&self.maker).take().and_then(|mut maker| maker.finish());
+        if let Some(segment) = segment {
             self.offer(py, segment)?;
         }
         if let Some(stream) = &mut self.shared.lock().stream {
@@ -266,8 +261,8 @@ impl Link {
     }
 
     /// No set-point follows, and those that wait are not sent; the board is told to stop by another call.
-    fn abandon(&mut self) {
-        self.maker = None;
+    fn abandon(&self) {
+        *locked(&self.maker) = None;
         if let Some(stream) = &mut self.shared.lock().stream {
             stream.segments.clear();
             stream.end.get_or_insert(StreamEnd::Lost);
@@ -300,9 +295,10 @@ impl Link {
     }
 
     /// Gives the command back and closes the port.
-    fn close(&mut self, py: Python<'_>) {
+    fn close(&self, py: Python<'_>) {
         self.shared.lock().is_closing = true;
-        if let Some(thread) = self.thread.take() {
+        let thread = locked(&self.thread).take();
+        if let Some(thread) = thread {
             py.detach(|| {
                 // A thread that panicked is gone all the same.
                 let _ = thread.join();
@@ -311,7 +307,7 @@ impl Link {
     }
 
     fn is_closed(&self) -> bool {
-        self.thread.is_none()
+        locked(&self.thread).is_none()
     }
 
     fn describe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -377,6 +373,20 @@ impl Link {
         }
     }
 
+    /// The segment that a set-point completes.
+    fn make(&self, point: Point) -> Result<Option<board_link::segment::Segment>, String> {
+        let mut maker = locked(&self.maker);
+        let Some(maker) = maker.as_mut() else {
+            return Err("no stream is under way".to_owned());
+        };
+        let latest = maker.latest().time;
+        if point.time <= latest {
+            let (expected, actual) = (latest.cycles(), point.time.cycles());
+            return Err(format!("the time: expected later than {expected} cycles, got {actual}"));
+        }
+        Ok(maker.push(point))
+    }
+
     fn offer(&self, py: Python<'_>, segment: board_link::segment::Segment) -> PyResult<bool> {
         let mut segment = Some(segment);
         loop {
@@ -410,6 +420,11 @@ impl Drop for Link {
         // The thread says goodbye by itself.
         self.shared.lock().is_closing = true;
     }
+}
+
+/// A caller that panicked left nothing half done.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 fn seconds(seconds: f64) -> Duration {

@@ -45,12 +45,12 @@ struct Made {
 }
 
 /// The board, in a thread of its own, in real time.
-#[pyclass(module = "motion_board._native")]
+#[pyclass(module = "motion_board._native", frozen)]
 pub(crate) struct SimulatedBoard {
     address: SocketAddr,
     axes: usize,
     wishes: Arc<Mutex<Wishes>>,
-    thread: Option<JoinHandle<()>>,
+    thread: Mutex<Option<JoinHandle<()>>>,
 }
 
 #[pymethods]
@@ -120,7 +120,7 @@ impl SimulatedBoard {
             address,
             axes,
             wishes,
-            thread: Some(thread),
+            thread: Mutex::new(Some(thread)),
         })
     }
 
@@ -188,9 +188,10 @@ impl SimulatedBoard {
     }
 
     /// Ends the board.
-    fn close(&mut self, py: Python<'_>) {
+    fn close(&self, py: Python<'_>) {
         self.wishes().is_closing = true;
-        if let Some(thread) = self.thread.take() {
+        let thread = self.thread.lock().map_or(None, |mut thread| thread.take());
+        if let Some(thread) = thread {
             py.detach(|| {
                 // A thread that panicked is gone all the same.
                 let _ = thread.join();

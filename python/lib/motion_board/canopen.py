@@ -5,7 +5,7 @@ Numbers in objects are little-endian, so their width matters: ``int.to_bytes(4, 
     >>> str(sdo_write(4, 0x60FF, 0, (100).to_bytes(4, "little")))
     '604 23 FF 60 00 64 00 00 00'
     >>> decode(Frame(0x584, bytes.fromhex("60FF600000000000")))["text"]
-    'from node 4   SDO reply: 60FFh:00 Target speed written'
+    'from node 4   SDO reply: 60FFh:00 target speed written - nobody asked: late, or repeated'
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def tpdo(node: int, number: int, objects: Sequence[Mapped]) -> Frame:
 def decode(frame: Frame) -> Dict[str, Any]:
     """What one frame says by itself, with the names of ``motionctl decode --json``.
 
-    What is in a PDO depends on the mapping that was heard before: use :class:`motion_board.Decoder` for a conversation.
+    It knows of no request, and of no mapping of a PDO: use :class:`motion_board.Decoder` for a conversation.
     """
     decoder = _native.FrameDecoder("canopen", None, 10.0)
     return decoder.hear(*frame, None)
