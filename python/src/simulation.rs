@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use pythonize::pythonize;
 use serde::Serialize;
-use trajectory::{Limits, Position, Time};
+use trajectory::{Limits, Position};
 
 use crate::errors::input_error;
 use crate::plan::bit_rate;
@@ -82,6 +82,9 @@ pub(crate) fn simulate<'py>(
 type Done = (Vec<u8>, Vec<u8>, Summary);
 
 fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
+    if !(250..=1_000_000).contains(&wish.cycle_us) {
+        return Err(format!("cycle_us: expected 250 to 1000000, got {}", wish.cycle_us));
+    }
     let drives = wish.drives()?;
     let points = points_of(points, drives.len())?;
     let first = points.first().ok_or("expected at least one set-point, got none")?;
@@ -164,9 +167,6 @@ impl Wish {
 
     /// The limits in counts and cycles.
     fn buffer(&self, stand: &[Position]) -> Result<Buffer, String> {
-        if !(250..=1_000_000).contains(&self.cycle_us) {
-            return Err(format!("cycle_us: expected 250 to 1000000, got {}", self.cycle_us));
-        }
         let turn = f64::from(dyn_can::units::command_counts_per_turn(gear()?));
         let cycle_s = f64::from(self.cycle_us) / 1e6;
         let velocity = (self.max_rpm / 60.0 * turn * cycle_s) as f32;
@@ -184,10 +184,7 @@ impl Wish {
             lowest: Position::from_counts(i32::MIN),
             highest: Position::from_counts(i32::MAX),
         };
-        let config = Config {
-            lead: Time::ZERO,
-            ..Config::with_cycles_per_second(1_000_000 / self.cycle_us)
-        };
+        let config = Config::with_cycles_per_second(1_000_000 / self.cycle_us);
         let all = vec![limits; stand.len()];
         Buffer::new(&all, stand, config)
             .ok_or_else(|| format!("expected 1 to {MOST_AXES} axes, got {}", stand.len()))
