@@ -35,6 +35,8 @@ pub(super) const STEPS: &[Step] = &[
         "features",
         "each feature of the libraries builds alone, and all build together",
         &[
+            "check -p board-settings --no-default-features",
+            "check -p board-settings --all-features",
             "check -p bus-plan --no-default-features",
             "check -p bus-plan --all-features",
             "check -p bus-user --no-default-features",
@@ -65,13 +67,14 @@ pub(super) const STEPS: &[Step] = &[
             "check -p can-motion --all-features",
         ],
     ),
-    // The serial client's front end for UARTs is a feature that nothing else turns on; the peers are built for their table only.
+    // The serial client's front end for UARTs and the settings as a file are features that nothing else turns on; the peers are built for their table only.
     Step::cargo(
         "test",
         "every test that runs on the host",
         &[
             "test",
             "test -p dyn-serial --all-features",
+            "test -p board-settings --all-features",
             "test -p peers",
         ],
     ),
