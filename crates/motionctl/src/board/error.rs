@@ -4,6 +4,7 @@ use core::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use board_link::frame::VERSION;
 use board_link::host::RequestError;
 use board_link::message::{BoardState, Refused};
 use dyn_can::{DriveId, GearNumber, units};
@@ -28,6 +29,8 @@ pub(crate) enum BoardError {
     Port { port: String, source: io::Error },
     /// Nobody answers.
     NoAnswer { port: String, seconds: f64 },
+    /// A board answers in another version of the protocol.
+    OtherVersion { port: String },
     /// The board cannot be used now: another version, or another host commands.
     Unavailable { port: String, refused: Refused },
     /// The board refuses what it was asked for.
@@ -92,6 +95,7 @@ impl Coded for BoardError {
             | Self::Reset { .. }
             | Self::Unexpected { .. } => exit::LINK_FAILED,
             Self::Unavailable { .. }
+            | Self::OtherVersion { .. }
             | Self::Refused { .. }
             | Self::NotStored
             | Self::NotReady { .. }
@@ -112,6 +116,10 @@ impl fmt::Display for BoardError {
             Self::NoAnswer { port, seconds } => write!(
                 f,
                 "no motion board answers at {port} within {seconds} s: check cable, power and --baud; `motionctl board find` asks other ports"
+            ),
+            Self::OtherVersion { port } => write!(
+                f,
+                "the board at {port} speaks another version of the protocol than this tool, which has version {VERSION}: use the tool of its version, or update the board; `motionctl board find` says which it is"
             ),
             Self::Unavailable { port, refused } => {
                 write!(f, "the board at {port} cannot be used: {}", refusal(refused))

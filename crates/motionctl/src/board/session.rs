@@ -74,18 +74,13 @@ impl Session {
                 CONNECT_TIME
             };
             if start.elapsed() >= most {
-                let port = self.name.clone();
-                let seconds = most.as_secs_f64();
-                return Err(unavailable.map_or_else(
-                    || BoardError::NoAnswer {
-                        port: port.clone(),
-                        seconds,
-                    },
-                    |refused| BoardError::Unavailable {
-                        port: port.clone(),
-                        refused,
-                    },
-                ));
+                let (port, seconds) = (self.name.clone(), most.as_secs_f64());
+                let answers = self.client.losses().version > 0;
+                return Err(match unavailable {
+                    Some(refused) => BoardError::Unavailable { port, refused },
+                    None if answers => BoardError::OtherVersion { port },
+                    None => BoardError::NoAnswer { port, seconds },
+                });
             }
             match self.next(POLL)? {
                 Some(Incoming::Connected { .. }) => return Ok(()),
