@@ -40,7 +40,8 @@ impl<const OUT: usize> Link<OUT> {
         }
     }
 
-    fn counters<A: Application, const AXES: usize>(
+    /// What came in at this port, and what was lost.
+    pub fn counters<A: Application, const AXES: usize>(
         &self,
         board: &mut Board<'_, A, AXES>,
     ) -> Counters {
