@@ -97,14 +97,14 @@ pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
     let folder = place.root().join(PATCHES);
     let mut complaints = unpaired(&names(&folder)?);
     let mut unchecked = Vec::new();
-    let has_target = Toolchain::find(TARGET, Preference::Installed).is_ok();
+    let has_target = Toolchain::find(&TARGET, Preference::Installed).is_ok();
     for recipe in RECIPES {
         let patch = folder.join(recipe.name).with_extension("patch");
         if !patch.is_file() {
             continue;
         }
         if recipe.for_boards && !has_target {
-            unchecked.push(format!("{}: {TARGET} is not installed", recipe.name));
+            unchecked.push(format!("{}: {} is not installed", recipe.name, TARGET.triple));
             continue;
         }
         println!("{PATCHES}/{}.patch", recipe.name);
