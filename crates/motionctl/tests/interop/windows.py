@@ -12,6 +12,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -213,14 +214,35 @@ def scan_both_ways(here, windows):
             expect(f"drives behind {port}", [1, 9], found(near.run(["scan", "--json", "--slcan", port])))
 
 
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+def wait_for_cycle(child, port, cycle):
+    """Waits until a motion has come so far."""
+    end = time.monotonic() + PATIENCE_S
+    passed = 0
+    while passed < cycle:
+        if time.monotonic() > end or child.poll() is not None:
+            sys.exit(f"the motion did not come to cycle {cycle}: {passed} passed, exit status {child.poll()}")
+        time.sleep(0.2)
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as control:
+            control.sendall(b"status\n")
+            answer = control.recv(256).decode()
+            passed = int(answer.partition("cycle=")[2].partition(" ")[0] or 0)
+
+
 def ending(here, windows):
     """Ctrl-C in a motion: the drive is slowed down and disabled. Wine delivers SIGINT as Ctrl-C, and has no way to deliver Ctrl-Break here."""
     with bench(here, "1") as (port, report):
         expect("disable", 0, windows.run(["disable", "--slcan", port, "--drives", "1"])[0])
+        control = free_port()
         # Slow cycles: nothing here is about the pace.
         child = windows.start(["run", "--json", "--yes", "--max-turns", "200", "--cycle-us", "10000",
-                               "--trajectory", "long.csv", "--slcan", port])
-        time.sleep(5)
+                               "--trajectory", "long.csv", "--slcan", port, "--control", f"tcp:{control}"])
+        wait_for_cycle(child, control, 100)
         child.send_signal(signal.SIGINT)
         output, errors = child.communicate(timeout=PATIENCE_S)
         expect(f"exit status ({errors} {output})", 130, child.returncode)
@@ -243,11 +265,11 @@ def main():
                 for name, text in [("plan.csv", PLAN), ("windows.csv", PLAN.replace("\n", "\r\n")), ("bad.csv", BAD), ("long.csv", LONG)]:
                     with open(os.path.join(system.folder, name), "w", encoding="ascii", newline="") as file:
                         file.write(text)
-            same_outputs(here, windows)
+            ending(here, windows)
+            scan_both_ways(here, windows)
             refusals(windows)
             pcan(windows)
-            scan_both_ways(here, windows)
-            ending(here, windows)
+            same_outputs(here, windows)
         finally:
             windows.stop()
     print(f"the program of Windows under Wine: {checked} checks")
