@@ -6,6 +6,7 @@ mod oldest_rust;
 mod packages;
 mod place;
 mod published;
+mod recipes;
 mod report;
 mod report_page;
 mod runner;

@@ -7,6 +7,7 @@ use super::need::{
 };
 use super::oldest_rust;
 use super::published;
+use super::recipes;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -37,6 +38,8 @@ pub(super) const STEPS: &[Step] = &[
         "features",
         "each feature of the libraries builds alone, and all build together",
         &[
+            "check -p board-settings --no-default-features",
+            "check -p board-settings --all-features",
             "check -p bus-plan --no-default-features",
             "check -p bus-plan --all-features",
             "check -p bus-user --no-default-features",
@@ -67,13 +70,14 @@ pub(super) const STEPS: &[Step] = &[
             "check -p can-motion --all-features",
         ],
     ),
-    // The serial client's front end for UARTs is a feature that nothing else turns on; the peers are built for their table only.
+    // The serial client's front end for UARTs and the settings as a file are features that nothing else turns on; the peers are built for their table only.
     Step::cargo(
         "test",
         "every test that runs on the host",
         &[
             "test",
             "test -p dyn-serial --all-features",
+            "test -p board-settings --all-features",
             "test -p peers",
         ],
     ),
@@ -93,6 +97,11 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p trajectory --example follow",
             "run -q -p trajectory --example pictures -- --check",
         ],
+    ),
+    Step::call(
+        "recipes",
+        "each recipe of ARCHITECTURE.md, as somebody followed it: its patch applies, builds, and passes its tests",
+        recipes::run,
     ),
     Step::call(
         "packages",
