@@ -76,11 +76,7 @@ const RECIPES: &[Recipe] = &[
     },
     Recipe::new(
         "command",
-        &[
-            "test -q -p motionctl --bin motionctl functions",
-            "test -q -p motionctl --bin motionctl schema",
-            "test -q -p motionctl --test functions --test words",
-        ],
+        &["test -q -p motionctl --test functions --test words"],
     ),
     Recipe::new(
         "policy",
@@ -180,7 +176,7 @@ fn refresh(place: &Place, tree: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The manifest of the workspace with the version of the copy.
+/// The manifest of the workspace with the version of the copy. Few tests of many builds run there: without optimisation both are sooner done.
 fn of_the_copy(manifest: &[u8]) -> io::Result<Vec<u8>> {
     let [ours, of_copy] = VERSION;
     let manifest = String::from_utf8_lossy(manifest);
@@ -190,7 +186,8 @@ fn of_the_copy(manifest: &[u8]) -> io::Result<Vec<u8>> {
             ours.trim_end()
         )));
     }
-    Ok(manifest.replace(ours, of_copy).into_bytes())
+    let copy = manifest.replace(ours, of_copy);
+    Ok(copy.replace("opt-level = 2", "opt-level = 0").into_bytes())
 }
 
 /// Removes the files that are not in the list, such as those that a patch brought.
