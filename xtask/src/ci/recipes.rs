@@ -117,8 +117,8 @@ fn follow(place: &Place, recipe: &Recipe, patch: &Path) -> Result<(), String> {
     let name = recipe.name;
     let tree = place.target().join("recipes").join("tree");
     refresh(place, &tree).map_err(|reason| format!("{}: {reason}", tree.display()))?;
-    apply(place, patch, &tree).map_err(|reason| {
-        format!("{PATCHES}/{name}.patch does not apply ({reason}): follow the recipe again, and mend page and patch")
+    apply(place, patch, &tree).map_err(|_| {
+        format!("{PATCHES}/{name}.patch does not apply, see above: follow the recipe again, and mend page and patch")
     })?;
     for line in recipe.checks {
         println!("$ cargo {line}");
@@ -126,9 +126,7 @@ fn follow(place: &Place, recipe: &Recipe, patch: &Path) -> Result<(), String> {
         check
             .args(line.split(' '))
             .current_dir(&tree)
-            .env("CARGO_TARGET_DIR", place.target())
-            // A page of events; that it ends well is what counts.
-            .stdout(std::process::Stdio::null());
+            .env("CARGO_TARGET_DIR", place.target());
         place.run(&mut check).map_err(|_| {
             format!(
                 "`cargo {line}` fails with {PATCHES}/{name}.patch: see above, the tree is in {}",
