@@ -12,7 +12,7 @@ use trajectory::Time;
 
 pub(crate) const AXES: usize = 4;
 /// The limits of the axes: counts per cycle, 600 r/min, and per cycle², 8000 r/min per second.
-const VELOCITY: i32 = 163;
+pub(crate) const VELOCITY: i32 = 163;
 const ACCELERATION: f64 = 2.184;
 
 pub(crate) fn board() -> (Rig, Host) {
