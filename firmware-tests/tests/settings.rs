@@ -258,18 +258,18 @@ fn a_cut_of_the_supply_while_settings_are_saved_leaves_the_old_or_the_new_ones()
         let before = rig.board().soc().flash.history().len();
         // Until the command is there, and then anywhere in the operations.
         let _ = host.run_until(&mut rig, 20, |_, rig| rig.board().soc().flash.is_changing());
-        let longest_us = match (rig::chip().name, is_long) {
-            ("stm32f405", true) => 510_000,
-            ("stm32f405", false) => 6_000,
-            (_, true) => 52_000,
-            (_, false) => 3_000,
+        let erase_us = match (rig::chip().name, is_long) {
+            (_, false) => 0,
+            ("stm32f405", true) => 500_000,
+            (_, true) => 49_000,
         };
-        let us = if random.bool() {
-            longest_us
-        } else {
-            longest_us / 16
+        // In the erase, or at the double words of the record, or after its end.
+        let us = match random.u8(0..4) {
+            0 => random.u64(0..=erase_us),
+            1 | 2 => erase_us + random.u64(0..6_000),
+            _ => erase_us + random.u64(6_000..40_000),
         };
-        rig.cut_power(random.u64(0..us), 20_000, random.u64(..));
+        rig.cut_power(us, 20_000, random.u64(..));
         let operations = rig.board().soc().flash.history().len() - before;
         within += u64::from(operations > 0 && stored(&rig).as_ref() == Some(&old));
         let context = format!("cut {number}, seed 2026, {operations} operations");
@@ -313,7 +313,11 @@ fn faults_go_to_the_flash_when_everything_is_off_and_are_there_after_a_power_cut
     rig.open(firmware_tests::Contact::Enable);
     host.run_ms(&mut rig, 4_000);
     assert!(!rig.board().soc().flash.history().is_empty());
-    println!("{:#?} {:?}", rig.board().log(), rig.board().soc().flash.history().len());
+    println!(
+        "{:#?} {:?}",
+        rig.board().log(),
+        rig.board().soc().flash.history().len()
+    );
     let mut host = restart(&mut rig, 3);
     let after = info(&mut rig, &mut host);
     assert!(after.faults >= all, "{after:?} {:#?}", rig.board().log());
