@@ -74,10 +74,16 @@ impl Orders {
     /// As above.
     pub(crate) fn finish(&mut self) {}
 
-    /// A cycle in which the supervisor is not asked, because the bus is not there: nothing can be commanded.
-    pub(crate) fn wait(&mut self) {
-        if let Some((ticket, _)) = self.commands.dequeue() {
-            self.answer(ticket, Err(Reason::NotReady.plain()));
+    /// A cycle in which the supervisor is not asked, because the bus is not there: nothing can be commanded but to store settings, which
+    /// may be what keeps the board off the bus. A board that is locked has drives to disable first.
+    pub(crate) fn wait(&mut self, is_locked: bool) {
+        match self.commands.dequeue() {
+            Some((ticket, Command::SaveSettings { .. })) if !is_locked => {
+                SHARED.set_storing(true);
+                self.answer(ticket, Ok(()));
+            }
+            Some((ticket, _)) => self.answer(ticket, Err(Reason::NotReady.plain())),
+            None => {}
         }
         self.player.halt();
     }

@@ -122,10 +122,12 @@ pub enum Reason {
     Version = 38,
     /// The firmware failed; the board must be switched off and on.
     Locked = 39,
+    /// The flash does not keep what is stored.
+    Store = 40,
 }
 
 /// Number, unit and text of each reason.
-const REASONS: [(Reason, Unit, &str, &str); 39] = {
+const REASONS: [(Reason, Unit, &str, &str); 40] = {
     use Reason as R;
     use Unit as U;
     [
@@ -353,6 +355,12 @@ const REASONS: [(Reason, Unit, &str, &str); 39] = {
             "the firmware failed and enables nothing",
             "read the fault log, switch the board off and on",
         ),
+        (
+            R::Store,
+            U::Number,
+            "the flash does not keep what is stored: its status",
+            "repeat it; replace the board if it fails again",
+        ),
     ]
 };
 
@@ -456,9 +464,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_are_1_to_39_in_order() {
+    fn the_numbers_are_1_to_40_in_order() {
         let numbers: std::vec::Vec<u16> = Reason::all().map(Reason::number).collect();
-        assert_eq!(numbers, (1..=39).collect::<std::vec::Vec<u16>>());
+        assert_eq!(numbers, (1..=40).collect::<std::vec::Vec<u16>>());
     }
 
     #[test]
