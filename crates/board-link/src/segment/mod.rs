@@ -7,6 +7,7 @@ mod admission;
 mod border;
 mod player;
 mod queue;
+mod quick;
 
 use serde::{Deserialize, Serialize};
 use trajectory::curve::{Border, Piece};
