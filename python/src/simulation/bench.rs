@@ -5,6 +5,7 @@ use can_motion::{
     StepChange, Travel, service,
 };
 use can_motion::plan::{BusSetup, ResponseWindow};
+use board_link::segment::MOST_AXES;
 use drive_sim::{
     Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, LoadMark, LogMode, NodeId, Outcome,
     ResponseDelay, TxOrder,
@@ -12,7 +13,7 @@ use drive_sim::{
 use dyn_can::{DriveId, FunctionCode, StepLimit};
 use embedded_can::{Frame as _, Id};
 
-use super::{AxisSummary, MOST_AXES, Summary, gear};
+use super::{AxisSummary, Summary, gear};
 
 const GROUP: GroupId = GroupId(0);
 /// The drives are ready by then, or something is wrong.
