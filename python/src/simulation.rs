@@ -83,20 +83,32 @@ type Done = (Vec<u8>, Vec<u8>, Summary);
 
 fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
     if !(250..=1_000_000).contains(&wish.cycle_us) {
-        return Err(format!("cycle_us: expected 250 to 1000000, got {}", wish.cycle_us));
+        return Err(format!(
+            "cycle_us: expected 250 to 1000000, got {}",
+            wish.cycle_us
+        ));
     }
     let drives = wish.drives()?;
     let points = points_of(points, drives.len())?;
-    let first = points.first().ok_or("expected at least one set-point, got none")?;
+    let first = points
+        .first()
+        .ok_or("expected at least one set-point, got none")?;
     let stand: Vec<Position> = first.positions.clone();
     let limits = vec![wish.limits()?; stand.len()];
     let mut queue = SegmentQueue::<MOST_AXES, SEGMENTS>::new();
     let config = SegmentConfig::with_cycles_per_second(1_000_000 / wish.cycle_us);
-    let (mut admission, mut player) = queue.split(&limits, config).ok_or_else(|| {
-        format!("expected 1 to {MOST_AXES} axes, got {}", stand.len())
-    })?;
-    admission.begin(&begin(&stand), &stand, 0).map_err(|refused| format!("set-point 0: {refused}"))?;
-    let mut bench = Bench::new(&drives, bit_rate(wish.bit_rate_kbit)?, wish.cycle_us, wish.seed)?;
+    let (mut admission, mut player) = queue
+        .split(&limits, config)
+        .ok_or_else(|| format!("expected 1 to {MOST_AXES} axes, got {}", stand.len()))?;
+    admission
+        .begin(&begin(&stand), &stand, 0)
+        .map_err(|refused| format!("set-point 0: {refused}"))?;
+    let mut bench = Bench::new(
+        &drives,
+        bit_rate(wish.bit_rate_kbit)?,
+        wish.cycle_us,
+        wish.seed,
+    )?;
     bench.bring_up()?;
     let (mut set_points, mut positions) = (Vec::new(), Vec::new());
     let mut out = stand.clone();
@@ -108,7 +120,9 @@ fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
             break;
         }
         let offsets = out.iter().zip(&stand);
-        let offsets: Vec<i32> = offsets.map(|(out, stand)| out.counts() - stand.counts()).collect();
+        let offsets: Vec<i32> = offsets
+            .map(|(out, stand)| out.counts() - stand.counts())
+            .collect();
         let motors = bench.cycle(&offsets);
         for ((out, stand), motor) in out.iter().zip(&stand).zip(motors) {
             set_points.extend(i64::from(out.counts()).to_ne_bytes());
@@ -120,7 +134,9 @@ fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
     }
     let last = points.last().unwrap_or(first);
     let way = last.positions.iter().zip(&stand);
-    let way: Vec<i32> = way.map(|(last, stand)| last.counts() - stand.counts()).collect();
+    let way: Vec<i32> = way
+        .map(|(last, stand)| last.counts() - stand.counts())
+        .collect();
     Ok((set_points, positions, bench.finish(&way)))
 }
 
@@ -131,7 +147,10 @@ fn begin(stand: &[Position]) -> Begin {
         start: None,
         when_dry: WhenDry::End,
         percent: 100,
-        from: stand.iter().map(|position| position.units()).collect::<OfAxes<i64>>(),
+        from: stand
+            .iter()
+            .map(|position| position.units())
+            .collect::<OfAxes<i64>>(),
     }
 }
 
@@ -152,7 +171,9 @@ fn feed(
 ) -> Result<(), String> {
     while admission.credit() > 0 {
         let Some((index, segment)) = segments.next() else {
-            return admission.end(1).map_err(|refused| format!("the end: {refused}"));
+            return admission
+                .end(1)
+                .map_err(|refused| format!("the end: {refused}"));
         };
         admission
             .push(1, index as u32, &segment)
@@ -170,7 +191,8 @@ fn points_of(points: &[(f64, Vec<f64>)], axes: usize) -> Result<Vec<Point>, Stri
                 counts.len()
             ));
         }
-        let point = Point::of(*cycles, counts).map_err(|text| format!("set-point {index}: {text}"))?;
+        let point =
+            Point::of(*cycles, counts).map_err(|text| format!("set-point {index}: {text}"))?;
         if let Some(before) = checked.last()
             && point.time <= before.time
         {
@@ -190,7 +212,9 @@ impl Wish {
         for &drive in &self.drives {
             let drive = DriveId::new(drive).map_err(|error| format!("drives: {error}"))?;
             if drives.contains(&drive) {
-                return Err(format!("drives: expected each drive once, got {drive} twice"));
+                return Err(format!(
+                    "drives: expected each drive once, got {drive} twice"
+                ));
             }
             drives.push(drive);
         }

@@ -65,7 +65,7 @@ def test_arrays_are_played_to_their_end_within_the_limits(board: Board, simulate
     seen: List[Progress] = []
     times, rows = sine(1.5)
     result = board.stream(times, rows, progress=seen.append)
-    assert (result.set_points, result.time_s) == (len(times), pytest.approx(1.5))
+    assert result.set_points == len(times) and result.time_s == pytest.approx(1.5)
     assert simulated.positions() == [0, 0]
     trace = simulated.trace()
     assert len(trace) >= 1500
@@ -117,7 +117,7 @@ def test_the_steps_of_a_stream_can_be_looked_at(board: Board, simulated: Simulat
     for step in playing:
         if step.time_s > 0.8:
             break
-    playing.close()  # type: ignore[attr-defined]
+    playing.close()
     assert not board.snapshot().is_moving
     assert 0 < simulated.positions()[0] < 2000
     check_limits(simulated)

@@ -58,9 +58,9 @@ class Simulation:
     """Faults."""
     mean_bus_load: float
     """From 0 to 1."""
-    set_points: "memoryview[int]"
+    set_points: "memoryview[Any]"
     """Set-points in counts, one row a cycle and one column an axis: ``.tolist()`` for lists, ``numpy.asarray(...)`` for an array."""
-    positions: "memoryview[int]"
+    positions: "memoryview[Any]"
     """Positions of the motors at the end of each cycle, of the same shape; a motor follows its set-points with a delay."""
 
     def times(self) -> List[float]:
@@ -123,6 +123,6 @@ def simulate(
     )
 
 
-def _table(numbers: bytes, columns: int) -> "memoryview[int]":
+def _table(numbers: bytes, columns: int) -> "memoryview[Any]":
     rows = len(numbers) // 8 // columns
     return memoryview(numbers).cast("q", (rows, columns))

@@ -71,7 +71,11 @@ fn live(
         host: start.host,
         now: 0,
         cycle_us: made.cycle_us,
-        stand: start.targets.iter().map(|&at| Position::from_counts(at)).collect(),
+        stand: start
+            .targets
+            .iter()
+            .map(|&at| Position::from_counts(at))
+            .collect(),
     };
     let begin = Instant::now();
     let cycle = Duration::from_micros(made.cycle_us.into());
@@ -123,14 +127,23 @@ impl Running<'_> {
             let mut wishes = lock(wishes);
             if wishes.trace.len() < MOST_TRACE * (out.len() + 1) {
                 wishes.trace.push(self.now as i64);
-                wishes.trace.extend(out.iter().map(|position| position.units()));
+                wishes
+                    .trace
+                    .extend(out.iter().map(|position| position.units()));
             } else {
                 wishes.trace_lost += 1;
             }
             wishes.positions = out.iter().map(|position| position.counts()).collect();
-            self.board.application().targets.clone_from(&wishes.positions);
+            self.board
+                .application()
+                .targets
+                .clone_from(&wishes.positions);
             // The next stream begins at the whole count.
-            self.stand = wishes.positions.iter().map(|&at| Position::from_counts(at)).collect();
+            self.stand = wishes
+                .positions
+                .iter()
+                .map(|&at| Position::from_counts(at))
+                .collect();
         }
     }
 

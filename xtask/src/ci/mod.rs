@@ -5,6 +5,7 @@ mod need;
 mod packages;
 mod place;
 mod published;
+mod python_package;
 mod report;
 mod report_page;
 mod runner;

@@ -5,6 +5,7 @@ use super::need::{
     CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK, WINDOWS, WINE,
 };
 use super::published;
+use super::python_package;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -223,6 +224,12 @@ pub(super) const STEPS: &[Step] = &[
         "python-canopen",
         "python-canopen as the drive of our SDO client, and as the master of the simulated hub-motor drive",
         interop::python_canopen,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "python",
+        "the wheel of the Python package, its types, its tests and examples: vectors, the tool, a simulated board",
+        python_package::run,
     )
     .needs(&[&PYTHON]),
     Step::call(
