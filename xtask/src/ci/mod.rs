@@ -2,10 +2,15 @@
 
 mod interop;
 mod need;
+mod oldest_rust;
 mod packages;
 mod place;
 mod published;
+<<<<<<< HEAD
 mod python_package;
+=======
+mod recipes;
+>>>>>>> main
 mod report;
 mod report_page;
 mod runner;

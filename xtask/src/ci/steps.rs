@@ -2,10 +2,13 @@
 
 use super::interop;
 use super::need::{
-    CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK, WINDOWS, WINE,
+    CAN_KERNEL, CARGO_DENY, CHROMIUM, OLDEST_RUST, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK,
+    WINDOWS, WINE,
 };
+use super::oldest_rust;
 use super::published;
 use super::python_package;
+use super::recipes;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -36,6 +39,8 @@ pub(super) const STEPS: &[Step] = &[
         "features",
         "each feature of the libraries builds alone, and all build together",
         &[
+            "check -p board-settings --no-default-features",
+            "check -p board-settings --all-features",
             "check -p bus-plan --no-default-features",
             "check -p bus-plan --all-features",
             "check -p bus-user --no-default-features",
@@ -66,13 +71,14 @@ pub(super) const STEPS: &[Step] = &[
             "check -p can-motion --all-features",
         ],
     ),
-    // The serial client's front end for UARTs is a feature that nothing else turns on; the peers are built for their table only.
+    // The serial client's front end for UARTs and the settings as a file are features that nothing else turns on; the peers are built for their table only.
     Step::cargo(
         "test",
         "every test that runs on the host",
         &[
             "test",
             "test -p dyn-serial --all-features",
+            "test -p board-settings --all-features",
             "test -p peers",
         ],
     ),
@@ -92,6 +98,11 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p trajectory --example follow",
             "run -q -p trajectory --example pictures -- --check",
         ],
+    ),
+    Step::call(
+        "recipes",
+        "each recipe of ARCHITECTURE.md, as somebody followed it: its patch applies, builds, and passes its tests",
+        recipes::run,
     ),
     Step::call(
         "packages",
@@ -262,6 +273,18 @@ pub(super) const STEPS: &[Step] = &[
         interop::wireshark,
     )
     .needs(&[&PYTHON, &TSHARK]),
+    Step::cargo(
+        "supply-chain",
+        "licences, sources and doubles of what the project depends on are those of deny.toml; known vulnerabilities need a network",
+        &["deny --offline check bans licenses sources"],
+    )
+    .needs(&[&CARGO_DENY]),
+    Step::call(
+        "oldest-rust",
+        "everything of the host compiles with the oldest Rust of the manifests",
+        oldest_rust::run,
+    )
+    .needs(&[&OLDEST_RUST]),
     Step::call(
         "mutants",
         "how many mistakes in the lines of the core that the last change touched are found, five minutes at most",
