@@ -31,6 +31,9 @@ const SIGNALS: Duration = Duration::from_millis(50);
 /// The application of a board takes no longer for a command than this.
 const ANSWER: Duration = Duration::from_secs(15);
 
+/// An event and its number.
+type Numbered<'py> = (u32, Bound<'py, PyAny>);
+
 /// The link to a board.
 ///
 /// Every call takes it as it is: one thread may stop what another one streams.
@@ -107,7 +110,12 @@ impl Link {
             "pause" => Request::Pause,
             "resume" => Request::Resume,
             "override" => Request::Override { percent },
-            other => return Err(input_error(py, format_args!("no command is called {other}"))),
+            other => {
+                return Err(input_error(
+                    py,
+                    format_args!("no command is called {other}"),
+                ));
+            }
         };
         self.ask(py, request).map(|_| ())
     }
@@ -122,7 +130,10 @@ impl Link {
     fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self.ask(py, Request::ReadCounters)? {
             Answer::Counters(counters) => Ok(pythonize(py, &counters)?),
-            _ => Err(no_reply(py, "the board gave another answer than its counters")),
+            _ => Err(no_reply(
+                py,
+                "the board gave another answer than its counters",
+            )),
         }
     }
 
@@ -147,7 +158,10 @@ impl Link {
                 ..
             } = answer
             else {
-                return Err(no_reply(py, "the board gave another answer than its settings"));
+                return Err(no_reply(
+                    py,
+                    "the board gave another answer than its settings",
+                ));
             };
             all.extend_from_slice(&bytes);
             if bytes.is_empty() || all.len() >= length as usize {
@@ -188,7 +202,7 @@ impl Link {
     }
 
     /// Events that have come, and how many were lost since the last call.
-    fn events<'py>(&self, py: Python<'py>) -> PyResult<(Vec<(u32, Bound<'py, PyAny>)>, u64)> {
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<(Vec<Numbered<'py>>, u64)> {
         let (events, lost) = {
             let mut state = self.shared.lock();
             let lost = core::mem::take(&mut state.events_lost);
@@ -216,8 +230,15 @@ impl Link {
         percent: u16,
     ) -> PyResult<u32> {
         let first = Point::of(cycles, &counts).map_err(|text| input_error(py, text))?;
-        let number = self.last_stream.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
-        let from: OfAxes<i64> = first.positions.iter().map(|position| position.units()).collect();
+        let number = self
+            .last_stream
+            .fetch_add(1, Ordering::Relaxed)
+            .wrapping_add(1);
+        let from: OfAxes<i64> = first
+            .positions
+            .iter()
+            .map(|position| position.units())
+            .collect();
         let begin = Begin {
             stream: number,
             start: None,
@@ -228,7 +249,10 @@ impl Link {
         let mut state = self.shared.lock();
         let is_under_way = |stream: &StreamState| stream.end.is_none();
         if state.stream.as_ref().is_some_and(is_under_way) && state.gone.is_none() {
-            return Err(input_error(py, "another stream is under way: stop it, or wait for its end"));
+            return Err(input_error(
+                py,
+                "another stream is under way: stop it, or wait for its end",
+            ));
         }
         state.stream = Some(StreamState {
             begin: Some(begin),
@@ -250,7 +274,9 @@ impl Link {
 
     /// No set-point follows.
     fn finish(&self, py: Python<'_>) -> PyResult<bool> {
-        let segment = locked(&self.maker).take().and_then(|mut maker| maker.finish());
+        let segment = locked(&self.maker)
+            .take()
+            .and_then(|mut maker| maker.finish());
         if let Some(segment) = segment {
             self.offer(py, segment)?;
         }
@@ -280,7 +306,10 @@ impl Link {
             Some(Some(StreamEnd::Sent { .. })) => Ok("sent"),
             Some(Some(StreamEnd::Lost)) => Ok("lost"),
             Some(Some(StreamEnd::TimedOut)) => Ok("timed-out"),
-            Some(Some(StreamEnd::Refused { index, refused: why })) => {
+            Some(Some(StreamEnd::Refused {
+                index,
+                refused: why,
+            })) => {
                 // Segment 0 leads to set-point 1.
                 Err(refused(py, &why, index.map(|index| index + 1)))
             }
@@ -332,7 +361,8 @@ impl Link {
             let mut found = py.detach(|| {
                 let found = look(&mut self.shared.lock());
                 if found.is_none() {
-                    self.shared.wait(SIGNALS.min(most.saturating_sub(start.elapsed())));
+                    self.shared
+                        .wait(SIGNALS.min(most.saturating_sub(start.elapsed())));
                 }
                 found
             });
@@ -344,7 +374,10 @@ impl Link {
             }
             py.check_signals()?;
             if let Some(gone) = &self.shared.lock().gone {
-                return Err(connection_lost(py, format_args!("{}: {gone}", self.address)));
+                return Err(connection_lost(
+                    py,
+                    format_args!("{}: {gone}", self.address),
+                ));
             }
             if start.elapsed() >= most {
                 return Ok(None);
@@ -356,7 +389,10 @@ impl Link {
         let ticket = {
             let mut state = self.shared.lock();
             if let Some(gone) = &state.gone {
-                return Err(connection_lost(py, format_args!("{}: {gone}", self.address)));
+                return Err(connection_lost(
+                    py,
+                    format_args!("{}: {gone}", self.address),
+                ));
             }
             state.last_ticket += 1;
             let ticket = state.last_ticket;
@@ -368,7 +404,10 @@ impl Link {
             Some(Err(error)) => Err(request_failed(py, &error)),
             None => Err(no_reply(
                 py,
-                format_args!("no reply in {} s: read the state of the board", ANSWER.as_secs()),
+                format_args!(
+                    "no reply in {} s: read the state of the board",
+                    ANSWER.as_secs()
+                ),
             )),
         }
     }
@@ -382,7 +421,9 @@ impl Link {
         let latest = maker.latest().time;
         if point.time <= latest {
             let (expected, actual) = (latest.cycles(), point.time.cycles());
-            return Err(format!("the time: expected later than {expected} cycles, got {actual}"));
+            return Err(format!(
+                "the time: expected later than {expected} cycles, got {actual}"
+            ));
         }
         Ok(maker.push(point))
     }
@@ -411,7 +452,10 @@ impl Link {
 
     fn is_open(&self) -> bool {
         let state = self.shared.lock();
-        state.stream.as_ref().is_some_and(|stream| stream.end.is_none())
+        state
+            .stream
+            .as_ref()
+            .is_some_and(|stream| stream.end.is_none())
     }
 }
 
@@ -424,7 +468,9 @@ impl Drop for Link {
 
 /// A caller that panicked left nothing half done.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 fn seconds(seconds: f64) -> Duration {

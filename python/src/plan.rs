@@ -1,12 +1,8 @@
 //! The bus plan: whether a bus carries its axes.
 
 use can_motion::plan::analysis::Response;
-use can_motion::plan::{
-    BitRate, BusPlan, BusSetup, RequestMix, ResponseWindow, TxOrder, frames,
-};
-use can_motion::{
-    AxisConfig, Limits, MasterConfig, PollKind, PollPeriods, StepChange, Travel,
-};
+use can_motion::plan::{BitRate, BusPlan, BusSetup, RequestMix, ResponseWindow, TxOrder, frames};
+use can_motion::{AxisConfig, Limits, MasterConfig, PollKind, PollPeriods, StepChange, Travel};
 use dyn_can::{DriveId, FunctionCode, GearNumber, StepLimit};
 use pyo3::prelude::*;
 use pythonize::pythonize;
@@ -90,7 +86,10 @@ impl Wish {
     fn config(&self) -> Result<MasterConfig, String> {
         let cycles = 250..=1_000_000;
         if !cycles.contains(&self.cycle_us) {
-            return Err(format!("cycle_us: expected 250 to 1000000, got {}", self.cycle_us));
+            return Err(format!(
+                "cycle_us: expected 250 to 1000000, got {}",
+                self.cycle_us
+            ));
         }
         if self.requests == 0 {
             return Err("requests: expected 1 to 255, got 0".to_owned());
@@ -109,7 +108,11 @@ impl Wish {
             order: match self.tx_order.as_str() {
                 "fifo" => TxOrder::Fifo,
                 "identifier" => TxOrder::Identifier,
-                other => return Err(format!("tx_order: expected fifo or identifier, got {other}")),
+                other => {
+                    return Err(format!(
+                        "tx_order: expected fifo or identifier, got {other}"
+                    ));
+                }
             },
             response: ResponseWindow { min_us, max_us },
             requests: if self.any_request {
@@ -135,7 +138,9 @@ impl Wish {
         for &drive in &self.drives {
             let drive = DriveId::new(drive).map_err(|error| format!("drives: {error}"))?;
             if drives.contains(&drive) {
-                return Err(format!("drives: expected each drive once, got {drive} twice"));
+                return Err(format!(
+                    "drives: expected each drive once, got {drive} twice"
+                ));
             }
             drives.push(drive);
         }
@@ -168,7 +173,9 @@ impl Wish {
 
 /// The largest number of axes of the same kind, from drive 1 on.
 fn most_axes(config: &MasterConfig, wish: &Wish) -> usize {
-    let axes: Vec<AxisConfig> = DriveId::all().map_while(|drive| wish.axis(drive).ok()).collect();
+    let axes: Vec<AxisConfig> = DriveId::all()
+        .map_while(|drive| wish.axis(drive).ok())
+        .collect();
     let fits = |count: &usize| {
         let some = axes.get(..*count).unwrap_or_default();
         BusPlan::new(config, some).check().is_ok()
@@ -256,7 +263,6 @@ fn set_points(plan: &BusPlan<'_>) -> Vec<Row> {
     };
     plan.axes().iter().enumerate().filter_map(row).collect()
 }
-
 
 /// Request and reply of one poll, over all drives that are asked.
 fn poll(plan: &BusPlan<'_>, kind: PollKind) -> Vec<Row> {

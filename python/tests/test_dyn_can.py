@@ -47,6 +47,9 @@ def values_of(command: str, args: Dict[str, Any]) -> Dict[str, Any]:
 ORDERS = {"auto": "recognise", "big": "msb", "little": "lsb"}
 
 
+OPTIONS = {"group3_reply_order_12a": "group3_reply_order_1_2a", "group3_reply_order_16a": "group3_reply_order_1_6a"}
+
+
 def dialect_of(vector: Dict[str, Any]) -> Dialect:
     """The readings that a vector needs."""
     # The reference reads this reply as it is printed; by default we recognise its order.
@@ -55,8 +58,7 @@ def dialect_of(vector: Dict[str, Any]) -> Dialect:
         if name == "allow_broadcast":
             options["zero_address"] = "lone-fresh-drive" if value else None
         else:
-            renamed = {"group3_reply_order_12a": "group3_reply_order_1_2a", "group3_reply_order_16a": "group3_reply_order_1_6a"}
-            options[renamed.get(name, name)] = ORDERS.get(value, value)
+            options[OPTIONS.get(name, name)] = ORDERS.get(value, value)
     return Dialect(vector["revision"], **options)
 
 

@@ -6,7 +6,7 @@ import time
 import warnings
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Callable, Dict, Generator, Iterator, List, Optional, Sequence, Tuple, Type, Union
 
 from . import _native
 from .errors import BoardError, ConnectionLost, InputError, Refused, StreamStopped
@@ -425,7 +425,7 @@ class Board:
         relative: bool = False,
         when_dry: str = "end",
         percent: int = 100,
-    ) -> Iterator[Progress]:
+    ) -> Generator[Progress, None, StreamResult]:
         """:meth:`stream` as an iterator: nothing moves before the first step is taken, and an iterator that is closed stops the axes.
 
         >>> for progress in board.play(times, positions):
@@ -454,7 +454,7 @@ class Board:
         relative: bool,
         waits: bool,
         percent: int,
-    ) -> Iterator[Progress]:
+    ) -> Generator[Progress, None, StreamResult]:
         cycle_us = self.info().cycle_us
         first = next(points, None)
         if first is None:

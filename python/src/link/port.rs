@@ -31,7 +31,9 @@ impl Port {
 
     fn connect(address: &str, place: &str) -> Result<Self, String> {
         let place = place_of(place).ok_or_else(|| {
-            format!("expected tcp:PORT or tcp:127.0.0.1:PORT, an address of this machine, got {address}")
+            format!(
+                "expected tcp:PORT or tcp:127.0.0.1:PORT, an address of this machine, got {address}"
+            )
         })?;
         let connect = || {
             let stream = TcpStream::connect_timeout(&place, CONNECT)?;

@@ -4,10 +4,10 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
+use board_link::Refused;
 use board_link::host::{RequestError, StreamEnd};
 use board_link::message::{Answer, Event, Info, Request, Snapshot};
 use board_link::segment::{Begin, Segment};
-use board_link::Refused;
 
 /// Segments that wait for the client.
 pub(super) const QUEUE: usize = 64;
@@ -70,7 +70,9 @@ pub(super) struct Shared {
 impl Shared {
     pub(super) fn lock(&self) -> MutexGuard<'_, State> {
         // A caller that panicked left nothing half done: every change is one assignment.
-        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        self.state
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     pub(super) fn tell(&self) {

@@ -206,12 +206,7 @@ impl Worker {
         }
     }
 
-    fn take_reply(
-        &mut self,
-        state: &mut State,
-        ticket: u16,
-        result: Result<Answer, RequestError>,
-    ) {
+    fn take_reply(&mut self, state: &mut State, ticket: u16, result: Result<Answer, RequestError>) {
         match self.tickets.remove(&ticket) {
             Some(Waiter::Caller(caller)) => {
                 let _ = state.replies.insert(caller, result);
@@ -243,7 +238,10 @@ impl Worker {
     fn say_goodbye(&mut self) {
         let since = *self.goodbye.get_or_insert_with(Instant::now);
         self.is_over |= !self.client.is_connected() || since.elapsed() > GOODBYE;
-        let is_asked = self.tickets.values().any(|one| matches!(one, Waiter::Goodbye));
+        let is_asked = self
+            .tickets
+            .values()
+            .any(|one| matches!(one, Waiter::Goodbye));
         if !is_asked && let Ok(ticket) = self.client.request(Request::Release) {
             self.tickets.insert(ticket, Waiter::Goodbye);
         }
