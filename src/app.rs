@@ -13,8 +13,9 @@ use crate::debounce::Debounced;
 use crate::drives::{Board as _, BoardMaster};
 use crate::home::{Homing as _, Step};
 use crate::led::{self, LedPattern};
+use crate::machine;
 use crate::misbehaviour::{self, Fault};
-use crate::playback::Playback;
+use crate::orders::Orders;
 use crate::recovery::FaultState;
 use crate::statistics::{Statistics, Stretch};
 use crate::supervisor::{Action, Axes, Inputs, Supervisor};
@@ -38,8 +39,9 @@ const _: () = {
         size_of::<can_motion::ServoMaster<14>>() - size_of::<can_motion::ServoMaster<13>>() <= 352,
         "an axis has outgrown its room"
     );
+    // The orders of a host are much more than the built-in motion.
     assert!(
-        size_of::<App>() <= 288 + 4 * AXES + size_of::<config::Homing>(),
+        cfg!(feature = "link") || size_of::<App>() <= 288 + 4 * AXES + size_of::<config::Homing>(),
         "the application has outgrown its room"
     );
 };
@@ -70,13 +72,13 @@ pub(crate) struct Refused {
 
 /// The application in the memory that it stays in, or the reason why the configuration cannot work. To be called once: a second call
 /// panics.
-pub(crate) fn place(parts: Parts) -> Result<&'static mut App, Refused> {
+pub(crate) fn place(parts: Parts, orders: Orders) -> Result<&'static mut App, Refused> {
     // All of it is zero, so it takes no place in the flash, and it is made a master where it lies: nearly all of the memory is in it.
     static MASTER: ConstStaticCell<BoardMaster> = ConstStaticCell::new(BoardMaster::vacant());
     static APP: StaticCell<App> = StaticCell::new();
     let master = MASTER.take();
-    match master.take_on(&config::PLAN) {
-        Ok(()) => Ok(APP.init(App::new(master, parts))),
+    match machine::take_on(master) {
+        Ok(()) => Ok(APP.init(App::new(master, parts, orders))),
         Err(error) => Err(Refused {
             error,
             status_led: parts.status_led,
@@ -111,7 +113,7 @@ pub(crate) struct App {
     /// What the axes show, as of so many changes of their facts.
     seen: (u32, Seen),
     home: config::Homing,
-    playback: Playback,
+    orders: Orders,
     statistics: Statistics,
     led: LedPattern,
     /// Cycles for which a drive has not confirmed its disable command.
@@ -127,7 +129,7 @@ struct Seen {
 }
 
 impl App {
-    fn new(master: &'static mut BoardMaster, parts: Parts) -> Self {
+    fn new(master: &'static mut BoardMaster, parts: Parts, orders: Orders) -> Self {
         Self {
             seen: (master.changes(), look(master)),
             master,
@@ -140,7 +142,7 @@ impl App {
             enable: Debounced::new(),
             run: Debounced::new(),
             home: config::Homing::NEW,
-            playback: Playback::new(),
+            orders,
             statistics: Statistics::new(),
             led: LedPattern::new(),
             disabling_cycles: 0,
@@ -180,6 +182,7 @@ impl App {
             };
             return;
         }
+        self.orders.wait();
         let cycles = cycles.wrapping_add(1);
         if cycles.is_multiple_of(JOIN_REPORT_CYCLES) {
             telemetry::tell(Message::BusNeverIdle);
@@ -189,7 +192,7 @@ impl App {
     }
 
     fn disable_from(&mut self, axis: usize, cycles: u32) {
-        let waiting = config::AXIS_CONFIGS.iter().enumerate().skip(axis);
+        let waiting = machine::axes().iter().enumerate().skip(axis);
         for (axis, config) in waiting {
             let Some(frame) = Drives::disable(config) else {
                 continue;
@@ -212,10 +215,10 @@ impl App {
         let is_streaming = self.look().axes.streaming;
         match self.home.cycle(self.master, is_streaming, now) {
             Step::Wait => {}
-            Step::Found => self.playback.start(self.master, planned),
+            Step::Found => self.orders.start(self.master, planned),
             Step::Failed => self.supervisor.refused(),
         }
-        self.playback
+        self.orders
             .set_targets(self.master, &self.home, is_streaming, planned, now);
         self.master.begin_cycle(now);
         self.service();
@@ -287,6 +290,9 @@ impl App {
             run: self.run.update(levels.run),
         };
         let axes = self.axes();
+        let inputs = self
+            .orders
+            .rule(&mut self.supervisor, (inputs, axes), self.master, now);
         let before = self.supervisor.state();
         let action = self.supervisor.update(inputs, axes);
         let state = self.supervisor.state();
@@ -297,6 +303,7 @@ impl App {
             telemetry::tell(Message::Action(action));
         }
         self.obey(action, planned, now);
+        self.orders.note(state, self.master);
         self.parts.status_led.set(self.led.update(state, axes));
     }
 
@@ -343,13 +350,13 @@ impl App {
             Action::Enable => self.master.enable(now, GROUP),
             Action::Start => {
                 if self.home.begin() {
-                    self.playback.start(self.master, planned);
+                    self.orders.start(self.master, planned);
                 }
                 Ok(())
             }
             Action::Finish => {
                 self.home.cancel();
-                self.playback.finish();
+                self.orders.finish();
                 Ok(())
             }
         };

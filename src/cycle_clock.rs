@@ -46,6 +46,12 @@ fn uptime_us() -> u64 {
     }
 }
 
+/// Cycles since the start of the board.
+#[cfg(feature = "link")]
+pub(crate) fn cycle() -> u64 {
+    uptime_us() / u64::from(CYCLE_US)
+}
+
 defmt::timestamp!("{=u64:us}", uptime_us());
 
 /// Takes note of a beat, for its interrupt.

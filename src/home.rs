@@ -10,8 +10,9 @@ use embassy_stm32::pac::GPIOC;
 use embassy_stm32::pac::gpio::vals::{Idr, Moder, Pupdr};
 use homing::{Abort, Frame, Home, Homing as Search, Progress, Reading};
 
-use crate::config::{AXES, AXIS_CONFIGS, Drives};
+use crate::config::{AXES, Drives};
 use crate::drives::{Board as _, BoardMaster};
+use crate::machine;
 
 /// How far the homing is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -167,7 +168,8 @@ impl<P: Plan> Sequence<P> {
     /// One cycle of the axis that searches.
     fn search(&mut self, plan: &AxisHoming, master: &mut BoardMaster, now: Instant) -> Step {
         let axis = self.axis;
-        let (Some(snapshot), Some(config)) = (master.snapshot(axis), AXIS_CONFIGS.get(axis)) else {
+        let (Some(snapshot), Some(config)) = (master.snapshot(axis), machine::axes().get(axis))
+        else {
             return Step::Failed;
         };
         let mut inputs = Drives::readings(config, &snapshot);

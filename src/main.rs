@@ -15,7 +15,7 @@
 //! | `drives` | what differs between the families of drives |
 //! | `supervisor`, `debounce` | what the inputs mean |
 //! | `home` | homing before it |
-//! | `playback` | the built-in motion |
+//! | `machine`, `orders` | what moves, and what says how: the configuration with its built-in motion, or with `link` the settings and a host |
 //! | `telemetry`, `statistics`, `led` | what the board says |
 //! | `brown_out` | the option bytes, which only the image for commissioning writes |
 //! | `last_words`, `start` | what happens after a failure |
@@ -23,6 +23,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(all(any(test, target_os = "none"), not(other_config)))]
+#[cfg_attr(all(feature = "link", target_os = "none"), path = "link/config.rs")]
 #[cfg_attr(
     not(target_os = "none"),
     allow(dead_code, reason = "the application is not built for the host")
@@ -86,8 +87,23 @@ mod duty;
 mod home;
 #[cfg(target_os = "none")]
 mod last_words;
+#[cfg(all(target_os = "none", feature = "link"))]
+mod link;
 #[cfg(target_os = "none")]
-mod playback;
+#[cfg_attr(feature = "link", path = "link/machine.rs")]
+mod machine;
+#[cfg(all(target_os = "none", feature = "link"))]
+use link as orders;
+#[cfg(all(target_os = "none", not(feature = "link")))]
+#[path = "playback.rs"]
+mod orders;
+#[cfg(any(test, all(target_os = "none", feature = "link")))]
+#[cfg_attr(
+    not(target_os = "none"),
+    allow(dead_code, reason = "the link is not built for the host")
+)]
+#[path = "link/rules.rs"]
+mod rules;
 #[cfg(target_os = "none")]
 mod start;
 #[cfg(target_os = "none")]
@@ -111,13 +127,14 @@ fn main() -> ! {
             "the chip may run on a supply that is too low for its clock: set its brown-out level once with `cargo fw --commission`"
         );
     }
-    duty::start(duty_of(start, history.is_locked));
-    telemetry::run()
+    let (duty, thread) = duty_of(start, history.is_locked);
+    duty::start(duty);
+    telemetry::run(thread)
 }
 
-/// What can be done after this start.
+/// What can be done after this start, in the cycle and in the thread.
 #[cfg(target_os = "none")]
-fn duty_of(start: board::Start, is_locked: bool) -> duty::Duty {
+fn duty_of(start: board::Start, is_locked: bool) -> (duty::Duty, orders::Thread) {
     let standstill = |status_led, watchdog, pattern| {
         duty::Duty::Standstill(duty::Standstill {
             status_led,
@@ -126,9 +143,19 @@ fn duty_of(start: board::Start, is_locked: bool) -> duty::Duty {
             led: led::LedPattern::new(),
         })
     };
+    #[cfg_attr(not(feature = "link"), allow(unused_mut))]
+    let (orders, mut thread) = orders::prepare();
     let Some(board) = start.board else {
         defmt::error!("the crystal does not run: nothing is enabled, and the bus is left alone");
-        return standstill(start.status_led, start.watchdog, led::NO_CRYSTAL);
+        let duty = standstill(start.status_led, start.watchdog, led::NO_CRYSTAL);
+        return (duty, thread);
+    };
+    #[cfg(feature = "link")]
+    thread.connect(board.port);
+    let Some(orders) = orders else {
+        defmt::warn!("there are no settings: nothing moves");
+        let duty = standstill(start.status_led, start.watchdog, led::REFUSED);
+        return (duty, thread);
     };
     let parts = app::Parts {
         bus: board.bus,
@@ -137,13 +164,14 @@ fn duty_of(start: board::Start, is_locked: bool) -> duty::Duty {
         watchdog: start.watchdog,
         is_locked,
     };
-    match app::place(parts) {
+    let duty = match app::place(parts, orders) {
         Ok(app) => duty::Duty::Motion(app),
         Err(refused) => {
             defmt::error!("the configuration cannot work: {}", refused.error);
             standstill(refused.status_led, refused.watchdog, led::REFUSED)
         }
-    }
+    };
+    (duty, thread)
 }
 
 #[cfg(not(target_os = "none"))]

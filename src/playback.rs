@@ -1,4 +1,4 @@
-//! Plays the built-in motion.
+//! The orders of an image that takes none: it plays the built-in motion as the inputs say. With `link` they come from `link`.
 
 use can_motion::Instant;
 use trajectory::curve::Playhead;
@@ -6,6 +6,7 @@ use trajectory::curve::Playhead;
 use crate::config::{self, AXES, Drives, GROUP, MOTION};
 use crate::drives::{Board as _, BoardMaster};
 use crate::home::Homing as _;
+use crate::supervisor::{Axes, Inputs, State, Supervisor};
 use crate::telemetry::{self, Message};
 
 /// Length of the motion; 32 bits of microseconds are more than an hour.
@@ -30,15 +31,35 @@ struct Start {
 }
 
 /// The motion under way.
-pub(crate) struct Playback {
+pub(crate) struct Orders {
     start: Option<Start>,
 }
 
-impl Playback {
+impl Orders {
     /// Nothing is played yet.
-    pub(crate) const fn new() -> Self {
+    const fn new() -> Self {
         Self { start: None }
     }
+
+    /// A cycle without a bus.
+    #[inline(always)]
+    pub(crate) const fn wait(&mut self) {}
+
+    /// What the supervisor sees of the inputs: what they are.
+    #[inline(always)]
+    pub(crate) const fn rule(
+        &mut self,
+        _: &mut Supervisor,
+        (inputs, _): (Inputs, Axes),
+        _: &mut BoardMaster,
+        _: Instant,
+    ) -> Inputs {
+        inputs
+    }
+
+    /// Where the machine is: nobody asks.
+    #[inline(always)]
+    pub(crate) const fn note(&mut self, _: State, _: &BoardMaster) {}
 
     /// Starts the motion at `at`, from where the axes stand, and repeats it.
     pub(crate) fn start(&mut self, master: &BoardMaster, at: Instant) {
@@ -114,4 +135,23 @@ fn targets(master: &BoardMaster) -> [i32; AXES] {
         let snapshot = master.snapshot(axis);
         snapshot.map_or(0, |snapshot| Drives::target(&snapshot))
     })
+}
+
+/// What the thread does beside the log: nothing.
+pub(crate) struct Thread;
+
+impl Thread {
+    /// A message that the log tells.
+    #[inline(always)]
+    pub(crate) const fn note(&mut self, _: &Message) {}
+
+    /// One of the looks between two sleeps.
+    #[inline(always)]
+    pub(crate) const fn poll(&mut self) {}
+}
+
+/// The half of the cycle, and that of the thread.
+#[inline(always)]
+pub(crate) const fn prepare() -> (Option<Orders>, Thread) {
+    (Some(Orders::new()), Thread)
 }

@@ -179,6 +179,14 @@ impl Supervisor {
         self.enter(State::Released, 0);
     }
 
+    /// What ended is enabled again by name: enable need not be released before.
+    #[cfg(any(test, feature = "link"))]
+    pub(crate) fn rearm(&mut self) {
+        if self.state == State::Released {
+            self.enter(State::Off, 0);
+        }
+    }
+
     fn enter(&mut self, state: State, us: u32) {
         self.state = state;
         self.cycles_left = us / CYCLE_US;

@@ -11,6 +11,7 @@ use embassy_sync::channel::Channel;
 use crate::config::{AXES, Drives};
 use crate::drives::{Board as _, BoardEventKind, BoardFault};
 use crate::last_words::{History, LastWords};
+use crate::orders::Thread;
 use crate::recovery::FaultState;
 use crate::start::Cause;
 use crate::statistics::{Part, Statistics};
@@ -77,16 +78,18 @@ pub(crate) fn has_room() -> bool {
     !CHANNEL.is_full()
 }
 
-/// Writes the log, for ever.
-pub(crate) fn run() -> ! {
+/// Writes the log and looks after the orders, for ever.
+pub(crate) fn run(mut thread: Thread) -> ! {
     loop {
         // Nothing is lost in between: it is taken back before the look.
         if IS_NEWS.load(Ordering::Relaxed) {
             IS_NEWS.store(false, Ordering::Relaxed);
             while let Ok(message) = CHANNEL.try_receive() {
                 write(&message);
+                thread.note(&message);
             }
         }
+        thread.poll();
         // What an interrupt tells in between waits for the next one, a cycle at most.
         cortex_m::asm::wfi();
     }

@@ -20,6 +20,8 @@ use stm32f405 as chosen;
 #[cfg(feature = "stm32g474")]
 use stm32g474 as chosen;
 
+#[cfg(feature = "link")]
+pub(crate) use chosen::prescaler;
 pub(crate) use chosen::{CORE_HZ, enable_interrupts, has_lost_clock, init, take_cause};
 
 /// Clock of the processor before the board has set its own: the internal oscillator of both chips.
@@ -33,6 +35,9 @@ pub(crate) struct Board {
     pub(crate) bus: Bus,
     /// The inputs.
     pub(crate) inputs: InputPins,
+    /// The serial port to the host.
+    #[cfg(feature = "link")]
+    pub(crate) port: crate::link::uart::Port,
 }
 
 /// What a start leads to.

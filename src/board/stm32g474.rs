@@ -4,8 +4,10 @@
 //! |---|---|
 //! | PA11, PA12 | FDCAN1 receive, transmit. PB8, the other pin to receive, is also BOOT0: an idle bus would start the boot loader |
 //! | PA5 | status LED of the board, a high level lights it |
+//! | PA2, PA3 | serial port to the host, with `link`: transmit, receive |
 //! | PC0, PC1, PC2 | stop circuit, enable, run: 3.3 V is closed, active |
 
+use can_motion::plan::BitRate;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::can::regs::Psr;
@@ -15,8 +17,10 @@ use embassy_stm32::{Config, pac, rcc};
 
 use super::{Board, InputPins, Start, StatusLed, Watchdog, count_clocks, start_crystal};
 use crate::bus::{BitTiming, Bus, Controller};
+#[cfg(not(feature = "link"))]
 use crate::config;
 use crate::duty;
+use crate::machine;
 use crate::misbehaviour::{self, Fault};
 use crate::start::Cause;
 
@@ -31,12 +35,21 @@ const SEGMENT_2_QUANTA: u8 = 6;
 /// All of segment 2 may be used to resynchronise: the drives' clock tolerance is not in their documents.
 const JUMP_WIDTH_QUANTA: u8 = 6;
 const QUANTA_PER_BIT: u32 = 1 + SEGMENT_1_QUANTA as u32 + SEGMENT_2_QUANTA as u32;
-const BIT_RATE: u32 = config::BIT_RATE.kbit_per_s() * 1_000;
-const PRESCALER: u16 = (CORE_HZ / BIT_RATE / QUANTA_PER_BIT) as u16;
+#[cfg(not(feature = "link"))]
 const _: () = assert!(
-    PRESCALER as u32 * QUANTA_PER_BIT * BIT_RATE == CORE_HZ,
+    prescaler(config::BIT_RATE).is_some(),
     "the bit rate is not exact"
 );
+
+/// The prescaler of a bit rate; `None` when the clock does not make it exactly.
+pub(crate) const fn prescaler(bit_rate: BitRate) -> Option<u16> {
+    let quanta_per_s = bit_rate.kbit_per_s() * 1_000 * QUANTA_PER_BIT;
+    if CORE_HZ.is_multiple_of(quanta_per_s) {
+        Some((CORE_HZ / quanta_per_s) as u16)
+    } else {
+        None
+    }
+}
 
 /// Alternate function of FDCAN1 on its pins (STM32G474 data sheet, table 13).
 const CAN_FUNCTION: u8 = 9;
@@ -78,6 +91,8 @@ pub(crate) fn init() -> Start {
     });
     watchdog.feed();
     accelerate_flash();
+    #[cfg(feature = "link")]
+    machine::load();
     let board = has_crystal.then(|| Board {
         bus: Bus::new(controller(
             Flex::new(peripherals.PA11),
@@ -88,6 +103,11 @@ pub(crate) fn init() -> Start {
             enable: Input::new(peripherals.PC1, Pull::Down),
             run: Input::new(peripherals.PC2, Pull::Down),
         },
+        #[cfg(feature = "link")]
+        port: crate::link::uart::Port::start(
+            Flex::new(peripherals.PA2),
+            Flex::new(peripherals.PA3),
+        ),
     });
     Start {
         status_led: StatusLed {
@@ -147,7 +167,8 @@ fn controller(mut receive: Flex<'static>, mut transmit: Flex<'static>) -> Contro
             resets.modify(|resets| resets.set_fdcanrst(false));
         },
         timing: BitTiming {
-            prescaler: PRESCALER,
+            // Without one the bit rate was refused before.
+            prescaler: prescaler(machine::bit_rate()).unwrap_or(u16::MAX),
             segment_1: SEGMENT_1_QUANTA,
             segment_2: SEGMENT_2_QUANTA,
             jump_width: JUMP_WIDTH_QUANTA,

@@ -8,7 +8,8 @@ use can_motion::family::Family;
 use can_motion::{Instant, Master};
 use dyn_can::DataFrame;
 
-use crate::config::{AXES, AXIS_CONFIGS, Drives};
+use crate::config::{AXES, Drives};
+use crate::machine;
 
 /// The master of this board.
 pub(crate) type BoardMaster = Master<AXES, Drives>;
@@ -53,7 +54,7 @@ struct Who(Option<u8>);
 impl defmt::Format for Who {
     fn format(&self, f: defmt::Formatter<'_>) {
         let axis = self.0.map(usize::from);
-        match axis.and_then(|axis| AXIS_CONFIGS.get(axis)) {
+        match axis.and_then(|axis| machine::axes().get(axis)) {
             Some(axis) => defmt::write!(f, "drive {=u8}", Drives::address_of(axis)),
             None => defmt::write!(f, "bus"),
         }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
-use crate::images::{Board, COMMISSION, CONFIG, PACKAGE, keep_for_board};
+use crate::images::{Board, COMMISSION, CONFIG, LINK, PACKAGE, keep_for_board};
 use crate::output::print;
 use crate::size::Size;
 use crate::size_profile::SizeProfile;
@@ -17,6 +17,7 @@ use crate::toolchain::Preference;
     cargo fw --board stm32g474    the other board\n  \
     cargo fw --toolchain source   build core from source, as on a machine without rustup's server\n  \
     cargo fw --commission         the image that sets the option bytes of a new chip, in the place of the firmware\n  \
+    cargo fw --link               the image that takes orders over a serial port\n  \
     cargo fw --config press.rs    compile this file in the place of src/config.rs\n  \
     cargo fw --symbols            also where the flash goes, by crate and by symbol\n  \
     cargo fw -- --locked          hand further arguments to cargo build\n\n\
@@ -33,6 +34,10 @@ pub(crate) struct Arguments {
     /// The image that sets the brown-out level of a chip, once in its life, instead of the firmware
     #[arg(long, conflicts_with = "config")]
     commission: bool,
+
+    /// The image that takes orders over a serial port; its drives and limits are settings, not src/config.rs
+    #[arg(long, conflicts_with_all = ["config", "commission"])]
+    link: bool,
 
     /// Configuration to compile in the place of src/config.rs; it starts with `//` comments, not with `//!`
     #[arg(long, value_name = "FILE")]
@@ -59,6 +64,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         variant
             .environment
             .push((CONFIG.into(), config.display().to_string()));
+    }
+    if arguments.link {
+        variant
+            .arguments
+            .extend(["--features", LINK].map(String::from));
     }
     let name = if arguments.commission {
         let arguments = ["--features", COMMISSION, "--bin", COMMISSION];

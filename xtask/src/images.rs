@@ -10,6 +10,8 @@ use crate::thumb::{Builder, Variant};
 pub(crate) const PACKAGE: &str = "motion-board";
 /// Its image that sets the option bytes of a chip, and the feature that it needs.
 pub(crate) const COMMISSION: &str = "commission";
+/// The feature of the image that takes orders.
+pub(crate) const LINK: &str = "link";
 /// Configuration whose number of axes is in [`AXES`].
 const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";
@@ -81,8 +83,8 @@ pub(crate) struct Image {
 
 impl Image {
     /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
-    /// command, one with eight axes, one that homes its axes, three with hub motors, of which one homes them and one fails on command, and the
-    /// one that sets the option bytes; of the default board one that plays a program, which is the same code on the other one.
+    /// command, one with eight axes, one that homes its axes, three with hub motors, of which one homes them and one fails on command, the
+    /// one that sets the option bytes, and the one that takes orders; of the default board one that plays a program, which is the same code on the other one.
     pub(crate) fn for_tests(board: Board) -> Vec<Self> {
         let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
         let homing = vec![(CONFIG.into(), HOMING.into())];
@@ -98,6 +100,7 @@ impl Image {
             Self::for_test(board, "homing", PACKAGE, &[], homing),
             Self::for_test(board, "hub-homing", PACKAGE, &[], hub_homing),
             Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
+            Self::for_test(board, LINK, PACKAGE, &[LINK], Vec::new()),
         ];
         if board == Board::Stm32f405 {
             let program = vec![(CONFIG.into(), PROGRAM.into())];

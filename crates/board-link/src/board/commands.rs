@@ -5,7 +5,8 @@ use trajectory::Position;
 use super::application::{Application, Command};
 use super::shared::{Board, Session};
 use crate::message::{Answer, BoardState, Event, Request};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 use crate::segment::{Admission, Begin, OfAxes, Segment};
 
 /// What becomes of a command.

@@ -4,7 +4,8 @@ use super::application::Application;
 use super::link::Link;
 use super::shared::Board;
 use crate::message::{Answer, Counters, Request};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 impl<const OUT: usize> Link<OUT> {
     /// Answers a request that reads.

@@ -5,7 +5,8 @@ use heapless::Vec;
 use super::application::{Application, Command};
 use super::events::Events;
 use crate::message::{Event, Snapshot};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 use crate::segment::{Admission, StreamPhase};
 
 /// Results that no port has fetched yet.

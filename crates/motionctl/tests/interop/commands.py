@@ -44,6 +44,8 @@ ELSEWHERE = {
     "dcfgen": "the step `eds`",
     "producer |": "there is no such program; examples/stream.py stands for it",
     "echo \"override 50\" | nc": "not every machine has nc; the tests of the stream give the same orders",
+    "sudo ip link": "it needs an adapter and root; the step `socketcan` does it in a kernel of its own",
+    "motionctl run --bus pcan:": "it needs two buses; tests of the tool run a motion on two",
     "examples/twist_stream.py |": "it drives for as long as somebody presses keys",
 }
 
@@ -67,7 +69,9 @@ REST_S = 3
 
 BENCH = re.compile(r"<!-- bench: (.*?) -->")
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-LINK = re.compile(r"(/dev/tty\w+|/tmp/can-adapter|/tmp/drive-port|/tmp/motion-board|--can can0)(?=\s|$)")
+LINK = re.compile(r"(/dev/tty\w+|COM\d+|(?<=--slcan )tcp:\d+|(?<=--serial )tcp:\d+|/tmp/can-adapter|/tmp/drive-port|/tmp/motion-board|--can can0|--can pcan:\w+)(?=\s|$)")
+# Languages of blocks with commands; those for Windows are run with links of this system.
+SHELLS = ("sh", "console", "bat")
 PLACES = ["/var/log/can", "/tmp/motion"]
 
 checked = 0
@@ -313,7 +317,7 @@ def run(path):
     for language, text, before in blocks(path):
         for options in BENCH.findall(before):
             document.start_bench(options)
-        if language in ("sh", "console"):
+        if language in SHELLS:
             document.said = []
             for command in commands(text, language):
                 document.run(command)
@@ -339,7 +343,7 @@ def main():
         documents += sorted(f"{folder}/{name}" for name in os.listdir(folder) if name.endswith(".md"))
     chosen = sys.argv[2:] or documents
     for path in chosen:
-        if any(language in ("sh", "console") for language, _, _ in blocks(path)):
+        if any(language in SHELLS for language, _, _ in blocks(path)):
             run(path)
     unused = set(ELSEWHERE) - used
     if unused and not sys.argv[2:]:

@@ -1,0 +1,159 @@
+//! What the cycle tells the thread: words that the cycle alone writes, but for those that the thread asks with.
+
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, AtomicU16, AtomicU32, Ordering};
+
+use board_link::board::Machine;
+use board_link::message::{AxisSnapshot, BoardState};
+
+use crate::config::AXES;
+use crate::machine;
+
+/// The states by their numbers.
+const STATES: [BoardState; 10] = [
+    BoardState::NoSettings,
+    BoardState::Locked,
+    BoardState::StopOpen,
+    BoardState::EnableInactive,
+    BoardState::Off,
+    BoardState::GettingReady,
+    BoardState::Enabled,
+    BoardState::Homing,
+    BoardState::Stopping,
+    BoardState::Faulted,
+];
+
+/// One axis.
+struct OfAxis {
+    target: AtomicI32,
+    position: AtomicI32,
+    error: AtomicI32,
+    fault: AtomicU16,
+}
+
+/// The machine as the cycle has told it last.
+pub(crate) struct Shared {
+    state: AtomicU8,
+    late_cycles: AtomicU32,
+    /// Changes with every write of the cycle, so that the thread sees that it was interrupted by one.
+    writes: AtomicU32,
+    /// The axes that the thread wants to know about, a bit each. The cycle tells one of them at a time.
+    wanted: AtomicU32,
+    axes: [OfAxis; AXES],
+    /// The thread stores settings: nothing is enabled meanwhile.
+    is_storing: AtomicBool,
+}
+
+pub(crate) static SHARED: Shared = Shared {
+    state: AtomicU8::new(BoardState::NoSettings as u8),
+    late_cycles: AtomicU32::new(0),
+    writes: AtomicU32::new(0),
+    wanted: AtomicU32::new(0),
+    axes: [const {
+        OfAxis {
+            target: AtomicI32::new(0),
+            position: AtomicI32::new(0),
+            error: AtomicI32::new(0),
+            fault: AtomicU16::new(0),
+        }
+    }; AXES],
+    is_storing: AtomicBool::new(false),
+};
+
+/// For the cycle.
+impl Shared {
+    pub(crate) fn set_state(&self, state: BoardState) {
+        self.state.store(state as u8, Ordering::Relaxed);
+    }
+
+    pub(crate) fn set_late_cycles(&self, cycles: u32) {
+        self.late_cycles.store(cycles, Ordering::Relaxed);
+    }
+
+    /// An axis that the thread wants to know about; it counts as told then.
+    pub(crate) fn take_wanted(&self) -> Option<usize> {
+        let wanted = self.wanted.load(Ordering::Relaxed);
+        if wanted == 0 {
+            return None;
+        }
+        self.wanted.store(wanted & (wanted - 1), Ordering::Relaxed);
+        Some(wanted.trailing_zeros() as usize)
+    }
+
+    /// Where the set-point of an axis stands.
+    pub(crate) fn set_target(&self, axis: usize, target: i32) {
+        if let Some(axis) = self.axes.get(axis) {
+            axis.target.store(target, Ordering::Relaxed);
+            self.note_write();
+        }
+    }
+
+    pub(crate) fn set_axis(&self, axis: usize, snapshot: &AxisSnapshot) {
+        if let Some(axis) = self.axes.get(axis) {
+            axis.target.store(snapshot.target, Ordering::Relaxed);
+            axis.position.store(snapshot.position, Ordering::Relaxed);
+            axis.error.store(snapshot.error, Ordering::Relaxed);
+            axis.fault.store(snapshot.fault, Ordering::Relaxed);
+            self.note_write();
+        }
+    }
+
+    fn note_write(&self) {
+        let writes = self.writes.load(Ordering::Relaxed);
+        self.writes.store(writes.wrapping_add(1), Ordering::Release);
+    }
+
+    pub(crate) fn is_storing(&self) -> bool {
+        self.is_storing.load(Ordering::Acquire)
+    }
+}
+
+/// For the thread.
+impl Shared {
+    pub(crate) fn state(&self) -> BoardState {
+        let state = self.state.load(Ordering::Relaxed);
+        let all = STATES.into_iter();
+        let mut found = all.filter(|known| *known as u8 == state);
+        found.next().unwrap_or_default()
+    }
+
+    pub(crate) fn set_storing(&self, is_storing: bool) {
+        self.is_storing.store(is_storing, Ordering::Release);
+    }
+
+    /// Asks for every axis.
+    pub(crate) fn want_axes(&self) {
+        let all = (1_u32 << machine::axes().len()) - 1;
+        self.wanted.fetch_or(all, Ordering::Relaxed);
+    }
+
+    /// Everything that was told. The interrupt of the cycle may come in between: then it is read anew.
+    pub(crate) fn read(&self) -> Machine {
+        loop {
+            let writes = self.writes.load(Ordering::Acquire);
+            let machine = Machine {
+                state: self.state(),
+                axes: self
+                    .axes
+                    .iter()
+                    .take(machine::axes().len())
+                    .map(OfAxis::read)
+                    .collect(),
+                late_cycles: self.late_cycles.load(Ordering::Relaxed),
+            };
+            if self.writes.load(Ordering::Acquire) == writes {
+                return machine;
+            }
+        }
+    }
+}
+
+impl OfAxis {
+    fn read(&self) -> AxisSnapshot {
+        AxisSnapshot {
+            target: self.target.load(Ordering::Relaxed),
+            position: self.position.load(Ordering::Relaxed),
+            error: self.error.load(Ordering::Relaxed),
+            fault: self.fault.load(Ordering::Relaxed),
+        }
+    }
+}
