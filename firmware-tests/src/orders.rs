@@ -1,8 +1,10 @@
 //! A board that takes orders at work: its drives, a host that streams and reads snapshots, and what that costs the cycle.
 
 use board_link::WhenDry;
+use board_link::host::Incoming;
 use board_link::message::{Answer, Request};
 use board_link::segment::{AxisSegment, Segment, Shape};
+use board_settings::{AxisSettings, BusSettings, Inputs, MotorLimits, Settings, Travel};
 use drive_sim::DynDrive;
 use trajectory::Time;
 
@@ -62,6 +64,52 @@ impl Handlers {
     }
 }
 
+/// Settings for so many axes: drives from 1 on, 600 r/min, 8000 r/min per second, 1 Mbit/s, the whole travel. With more than eleven the bus
+/// has no room for polls.
+#[must_use]
+pub fn settings(axes: u8) -> Settings {
+    const MOST_WITH_POLLS: u8 = 11;
+    let limits = MotorLimits {
+        speed_rpm: 600,
+        acceleration_rpm_per_s: 8_000,
+    };
+    let whole = Travel::Counts {
+        min: -(1 << 27),
+        max: (1 << 27) - 1,
+    };
+    let axis = |drive| {
+        let mut axis = AxisSettings::new(drive, 4_096, limits, whole);
+        if axes > MOST_WITH_POLLS {
+            (axis.polls.status_us, axis.polls.position_us) = (0, 0);
+            axis.unwatched = true;
+        }
+        axis
+    };
+    Settings {
+        name: "test".try_into().expect("a short name"),
+        bus: BusSettings::new(1_000),
+        inputs: Inputs::default(),
+        axes: (1..=axes).map(axis).collect(),
+    }
+}
+
+/// Writes settings over the link and starts the board anew, as a user does.
+///
+/// # Panics
+/// When the board refuses them.
+pub fn set_up(rig: &mut Rig, host: &mut Host, settings: &Settings) {
+    host.connect(rig);
+    let written = host.write_settings(rig, settings);
+    assert_eq!(written, Ok(Answer::Done), "{:#?}", rig.board().log());
+    rig.cut_power(1_000, 100_000, 0);
+    let is_lost = host.run_until(rig, 3_000, |host, _| {
+        host.told.contains(&Incoming::Disconnected)
+    });
+    assert!(is_lost, "the board was off");
+    host.told.clear();
+    host.connect(rig);
+}
+
 /// A board whose axes are enabled by a host.
 ///
 /// # Panics
@@ -70,9 +118,10 @@ impl Handlers {
 pub fn enabled(image: Image, drives: Drives) -> (Rig, Host) {
     let mut rig = Rig::with_drives(image, (1..=drives.count).map(|id| drives.config(id)));
     let mut host = Host::new(&mut rig, 1);
+    set_up(&mut rig, &mut host, &settings(drives.count as u8));
     rig.close(Contact::Stop);
     rig.close(Contact::Enable);
-    rig.run_ms(READY_MS);
+    host.run_ms(&mut rig, READY_MS);
     host.connect(&mut rig);
     assert_eq!(host.ask(&mut rig, Request::Enable), Ok(Answer::Done));
     assert!(rig.servos().all(DynDrive::is_enabled));
