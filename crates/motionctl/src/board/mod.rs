@@ -17,8 +17,8 @@ mod words;
 
 use std::process::ExitCode;
 
+use crate::schema::NamedSchema;
 use clap::Subcommand;
-use schemars::Schema;
 
 use error::BoardError;
 
@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
 }
 
 /// What the words print with `--json`, by the name of its file.
-pub(crate) const SCHEMAS: &[(&str, fn() -> Schema)] = &[
+pub(crate) const SCHEMAS: &[NamedSchema] = &[
     ("board-faults", faults::schema),
     ("board-find", find::schema),
     ("board-info", info::schema),
