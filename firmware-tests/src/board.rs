@@ -282,6 +282,11 @@ impl Board {
         self.reset(ResetCause::Pin);
     }
 
+    /// A reset from outside, as by the pin.
+    pub fn restart(&mut self, cause: ResetCause) {
+        self.reset(cause);
+    }
+
     fn instructions(&self) -> u64 {
         self.engine.get_data().instructions
     }

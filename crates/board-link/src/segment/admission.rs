@@ -10,6 +10,7 @@ use trajectory::{Position, Time, TimeScale};
 use super::border::{Edge, check_needs, pass, rests, slopes, units};
 use super::player::{PlayerState, StreamPhase};
 use super::queue::{Admitted, Order, Shared, Start, Tail};
+use super::quick::Scale;
 use super::{AxisSegment, OfAxes, Segment};
 use crate::config::{AxisLimits, WhenDry};
 use crate::polynomial::{Needs, Polynomial};
@@ -313,6 +314,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             generation: self.stream.generation,
             start,
             end,
+            scale: Scale::of(segment.time()),
             pieces,
         };
         if self.segments.enqueue(admitted).is_err() {

@@ -8,6 +8,7 @@ use trajectory::{Position, Time};
 
 use super::admission::{Admission, SegmentConfig};
 use super::player::{Player, StreamPhase};
+use super::quick::Scale;
 use crate::config::{AxisLimits, WhenDry, ramp};
 use crate::rate::{ONE, Rate};
 
@@ -21,6 +22,7 @@ pub(super) struct Admitted<const AXES: usize> {
     /// Since the start of the stream.
     pub(super) start: Time,
     pub(super) end: Time,
+    pub(super) scale: Scale,
     pub(super) pieces: [Piece; AXES],
 }
 
