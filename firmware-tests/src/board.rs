@@ -1,33 +1,22 @@
 //! The run loop: processor, peripherals, resets.
 
-use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
+mod memory;
+mod supply;
+
+use unicorn_engine::{Arch, ArmCpuModel, Mode, RegisterARM, Unicorn, uc_error};
 
 use crate::can::Wire;
 use crate::chip::Chip;
 use crate::cpu::{self, Engine};
-use crate::flash::FlashContent;
 use crate::flash_memory::{self, FlashMemory};
 use crate::hooks::{self, Leave};
 use crate::image::Image;
 use crate::load::{Accounts, Load};
 use crate::log::{Log, Memory};
 use crate::nvic::{HARD_FAULT, SV_CALL};
-use crate::soc::{FLASH, ResetCause, Soc};
+use crate::soc::{ResetCause, Soc};
 use crate::transfers;
-
-const RAM: u32 = 0x2000_0000;
-const RAM_SIZE: u64 = 0x2_0000;
-const CORE_COUPLED_RAM: u64 = 0x1000_0000;
-const CORE_COUPLED_RAM_SIZE: u64 = 0x1_0000;
-/// Peripherals of the chip and of the processor: first address and size.
-const REGISTERS: [(u32, u64); 4] = [
-    (0x4000_0000, 0x8_0000),
-    (0x4800_0000, 0x3000),
-    (0x5000_0000, 0x6_1000),
-    (0xE000_0000, 0x10_0000),
-];
-/// Memory after power-on is anything; this value also shows how much of the stack was used.
-const PAINT: u8 = 0xA5;
+use memory::{PAINT, load, map_memory};
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -242,44 +231,13 @@ impl Board {
                     self.enter(exception);
                 }
             } else if self.wakes()
-                && !self.stalls(cpu::get(&self.engine, RegisterARM::PC))
+                && !self.stalls_at_fetch()
                 && let Some(stop) = self.execute()
             {
                 self.drain_log();
                 return stop;
             }
         }
-    }
-
-    /// Runs until `ns` after the first power-on, cuts the supply there and brings it back `off_ns` later. `seed` decides what an
-    /// operation of the flash that was under way leaves; [`Flash::history`](crate::flash::Flash::history) of an earlier run tells when
-    /// there is one.
-    ///
-    /// What was connected stays: the bus goes on without the board. Memory holds anything afterwards, the flash what was in it.
-    ///
-    /// # Errors
-    /// When Unicorn refuses to write memory.
-    pub fn cut_power_at_ns(&mut self, ns: u64, off_ns: u64, seed: u64) -> Result<Stop, uc_error> {
-        let flash = &mut self.soc_mut().flash;
-        flash.lose_supply_at_ns(ns);
-        flash.seed = seed;
-        let stop = self.run_until_ns(ns);
-        self.drain_log();
-        paint(&mut self.engine)?;
-        self.reset(ResetCause::PowerOn);
-        let soc = self.engine.get_data_mut();
-        soc.now = soc.clock.cycles(soc.now_ns() + off_ns);
-        soc.process();
-        Ok(stop)
-    }
-
-    /// Puts another content into the flash, as a programmer does, and starts the processor from its reset.
-    ///
-    /// # Panics
-    /// When the content is that of a flash of another size.
-    pub fn set_flash_content(&mut self, content: FlashContent) {
-        self.soc_mut().flash.set_content(content);
-        self.reset(ResetCause::Pin);
     }
 
     /// A reset from outside, as by the pin.
@@ -336,6 +294,11 @@ impl Board {
             self.pass_time();
         }
         woken
+    }
+
+    /// Whether the processor has to wait before it can fetch.
+    fn stalls_at_fetch(&mut self) -> bool {
+        self.soc().flash.is_changing() && self.stalls(cpu::get(&self.engine, RegisterARM::PC))
     }
 
     /// Whether the processor has to wait for this address because the flash changes there; if so, time jumps to what comes next.
@@ -409,51 +372,6 @@ impl Board {
     fn drain_log(&mut self) {
         self.log.drain(&mut ProbeMemory(&mut self.engine));
     }
-}
-
-/// Flashes the image.
-fn load(engine: &mut Engine<'_>, image: &Image) -> Result<(), uc_error> {
-    let mut content = engine.get_data().flash.content().clone();
-    for piece in image.load() {
-        if !content.write(piece.address, &piece.bytes) {
-            engine.mem_write(u64::from(piece.address), &piece.bytes)?;
-        }
-    }
-    engine.get_data_mut().flash.set_content(content);
-    Ok(())
-}
-
-fn paint(engine: &mut Engine<'_>) -> Result<(), uc_error> {
-    engine.mem_write(u64::from(RAM), &vec![PAINT; RAM_SIZE as usize])?;
-    let core_coupled = vec![PAINT; CORE_COUPLED_RAM_SIZE as usize];
-    engine.mem_write(CORE_COUPLED_RAM, &core_coupled)
-}
-
-fn map_memory(engine: &mut Engine<'_>, flash_bytes: u64) -> Result<(), uc_error> {
-    engine.mem_map(u64::from(FLASH), flash_bytes, Prot::READ | Prot::EXEC)?;
-    engine.mem_map(CORE_COUPLED_RAM, CORE_COUPLED_RAM_SIZE, Prot::ALL)?;
-    engine.mem_map(u64::from(RAM), RAM_SIZE, Prot::ALL)?;
-    paint(engine)?;
-    for (base, size) in REGISTERS {
-        engine.mmio_map(
-            u64::from(base),
-            size,
-            Some(move |engine: &mut Unicorn<Soc>, offset: u64, size: usize| {
-                u64::from(engine.get_data_mut().read(base + offset as u32, size))
-            }),
-            Some(
-                move |engine: &mut Unicorn<Soc>, offset: u64, size: usize, value: u64| {
-                    let address = base + offset as u32;
-                    if engine.get_data().waits_for_flash(address) {
-                        flash_memory::wait(engine);
-                    }
-                    let soc = engine.get_data_mut();
-                    soc.write(address, size, value as u32);
-                },
-            ),
-        )?;
-    }
-    Ok(())
 }
 
 /// Memory through a debug probe: it works beside the processor.

@@ -1,5 +1,6 @@
 //! Everything but the processor: time, peripherals and where they are (RM0090 and RM0440, section 2).
 
+mod clock_control;
 mod dma;
 mod flash;
 mod serial;
@@ -15,7 +16,7 @@ use crate::gpio::{self, Gpio};
 use crate::hooks::Leave;
 use crate::instructions::Runs;
 use crate::load::Masked;
-use crate::nvic::{NMI, Nvic};
+use crate::nvic::Nvic;
 use crate::profile::Profile;
 use crate::storage::Storage;
 use crate::timer::{TIMERS, Timer};
@@ -31,11 +32,6 @@ const BLOCK: u32 = 0x400;
 /// First address of the CAN controller, and of its message memory if it has one.
 const CAN: u32 = 0x4000_6400;
 const CAN_MEMORY: u32 = 0x4000_A400;
-/// HSEON, CSSON and PLLON, the same in both chips, and the switch of the clock.
-const CR_HSE: u32 = 1 << 16;
-const CR_CLOCK_SECURITY: u32 = 1 << 19;
-const CR_PLL: u32 = 1 << 24;
-const CFGR_SWITCH: u32 = 3;
 const SYSTEM_CONTROL: u32 = 0xE000_E000;
 const AIRCR: u32 = 0xE000_ED0C;
 const AIRCR_RESET: u32 = 0x05FA_0004;
@@ -176,28 +172,6 @@ impl Soc {
         (self.event, self.reset_request) = (false, None);
     }
 
-    /// The crystal breaks. With the clock security on the chip goes on from its internal oscillator and tells (RM0090, section 7.2.7);
-    /// without it the processor stands still, which is not modelled: the chip goes on as if nothing had happened.
-    pub fn lose_crystal(&mut self) {
-        self.clock.lose_crystal();
-        let control = self.storage.peek(self.chip.control());
-        if control & CR_CLOCK_SECURITY == 0 {
-            return;
-        }
-        let (interrupts, lost) = self.chip.clock_lost;
-        for (register, set, clear) in [
-            (self.chip.control(), 0, CR_HSE | CR_PLL),
-            (self.chip.configuration, 0, CFGR_SWITCH),
-            (interrupts, lost, 0),
-        ] {
-            let value = self.storage.peek(register) & !clear | set;
-            self.storage.poke(register, value);
-        }
-        self.follow_clock();
-        self.nvic.pend(NMI);
-        self.deadline = 0;
-    }
-
     /// The time.
     #[must_use]
     pub fn now_ns(&self) -> u64 {
@@ -222,8 +196,8 @@ impl Soc {
         for (interrupt, level) in self.can.lines() {
             self.nvic.set_line(interrupt, level);
         }
-        self.advance_flash();
-        self.advance_serial();
+        self.advance_flash(now_ns);
+        self.advance_serial(now_ns);
         for (interrupt, level) in self.dma.iter().flat_map(Dma::lines) {
             self.nvic.set_line(interrupt, level);
         }
@@ -258,12 +232,6 @@ impl Soc {
             .flatten()
             .map(|at_ns| self.clock.cycles(at_ns));
         timers.chain(times).min().unwrap_or(u64::MAX)
-    }
-
-    fn follow_clock(&mut self) {
-        let registers = [self.chip.configuration, self.chip.pll_configuration];
-        let [configuration, pll] = registers.map(|register| self.storage.peek(register));
-        self.clock.follow(self.now, configuration, pll);
     }
 
     /// Reads `size` bytes at `address`.
@@ -318,21 +286,12 @@ impl Soc {
         self.storage.note_read(address);
         let [(switch, on), (status, low)] = self.chip.detector;
         if address == self.chip.control() && !self.clock.has_crystal() {
-            return value & !(CR_HSE << 1);
+            return value & !(clock_control::CR_HSE << 1);
         }
         if address == status && self.supply_is_low && self.storage.peek(switch) & on != 0 {
             return value | low;
         }
         value
-    }
-
-    /// Oscillators and the PLL are ready as soon as they are asked for.
-    fn ready_bits(&self, address: u32, value: u32) -> u32 {
-        let answers = self.chip.ready.iter();
-        let answers = answers.filter(|answer| answer.register == address);
-        answers.fold(value, |value, answer| {
-            value & !(answer.asked << answer.shift) | (value & answer.asked) << answer.shift
-        })
     }
 
     fn message_word(&mut self, address: u32) -> Option<&mut u32> {
@@ -421,28 +380,6 @@ impl Soc {
             self.follow_clock();
             // Every number of cycles has changed its meaning.
             self.deadline = 0;
-        }
-    }
-
-    fn reset_peripherals(&mut self, register: u32, value: u32) {
-        let resets = self.chip.resets.iter();
-        let bus = 1 + resets.take_while(|reset| **reset != register).count();
-        for timer in &mut self.timers {
-            let wiring = *timer.wiring();
-            if wiring.bus == bus && value >> wiring.reset_bit & 1 != 0 {
-                *timer = Timer::new(wiring);
-            }
-        }
-        let (can_reset, bit) = self.chip.can_reset;
-        if register == can_reset && value >> bit & 1 != 0 {
-            self.can.reset(&mut self.wire);
-        }
-        let (serial_reset, bit) = self.chip.serial.reset;
-        if register == serial_reset && value >> bit & 1 != 0 {
-            self.serial.port.reset();
-        }
-        if register == self.chip.dma.reset {
-            self.reset_dma(value);
         }
     }
 

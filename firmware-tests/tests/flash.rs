@@ -25,6 +25,7 @@ const STORE: u16 = 0x6001; // str r1, [r0]
 const STORE_NEXT: u16 = 0x6041; // str r1, [r0, #4]
 const LOAD: u16 = 0x6803; // ldr r3, [r0]
 const NEXT_RUN: u16 = 0xE7FF; // b to the next
+const JUMP: u16 = 0x4720; // bx r4
 const STORE_REGISTER: u16 = 0x602C; // str r4, [r5]
 /// adds r2, #1; b to it
 const COUNT: [u16; 2] = [0x3201, 0xE7FD];
@@ -111,6 +112,11 @@ impl Lone {
         assert!(self.board.faults().is_empty(), "{:x?}", self.board.faults());
     }
 
+    fn received(&mut self) -> Vec<u8> {
+        let received = self.board.soc_mut().serial.line.take_received();
+        received.iter().map(|received| received.byte).collect()
+    }
+
     fn get(&mut self, register: RegisterARM) -> u32 {
         cpu::get(self.board.engine_mut(), register)
     }
@@ -172,6 +178,21 @@ fn code_in_memory_goes_on_until_it_reads_the_flash_and_then_reads_the_new_value(
     lone.run(20 * US);
     assert_eq!(lone.get(LOADED), 7);
     assert!(lone.get(COUNTER) > 20);
+}
+
+#[test]
+fn code_in_memory_waits_when_it_jumps_into_the_flash() {
+    let far = far(&STM32F405);
+    let mut code = set(4, MAIN | 1).to_vec();
+    code.extend(program(far, 7, &[STORE, NEXT_RUN, NEXT_RUN, JUMP]));
+    let mut lone = Lone::new(&STM32F405, RAM, &code).programmable();
+    let mut content = lone.board.soc().flash.content().clone();
+    let counting: Vec<u8> = COUNT.iter().flat_map(|half| half.to_le_bytes()).collect();
+    assert!(content.write(MAIN, &counting));
+    lone.board.soc_mut().flash.set_content(content);
+    lone.run(95 * US);
+    assert_eq!(lone.get(COUNTER), 0);
+    assert!(lone.counts_in(20 * US) > 20);
 }
 
 #[test]
@@ -336,6 +357,8 @@ fn a_cut_of_the_supply_within_an_operation_is_seen_after_it_and_the_board_starts
         ((operation.starts_ns + operation.ends_ns) / 2, None),
     ] {
         let mut lone = Lone::new(&STM32F405, MAIN, &code).programmable();
+        let memory = lone.board.engine_mut();
+        memory.mem_write(0x2000_0000, &[1, 2, 3, 4]).unwrap();
         let stop = lone.board.cut_power_at_ns(at_ns, 5 * MS, 3).unwrap();
         assert_eq!(stop, Stop::Limit);
         let reset = lone.board.resets()[0];
@@ -388,6 +411,49 @@ fn code_that_was_programmed_over_is_executed() {
     lone.board.soc_mut().store_to_flash(at, 2, 0x3200);
     lone.run(110 * US);
     assert_eq!(lone.counts_in(20 * US), 0);
+}
+
+#[test]
+fn other_code_in_the_flash_is_counted_anew() {
+    // Two narrow instructions or a wide one before the count: the run has as many bytes.
+    let narrow = program(0, 0, &[0xBF00, 0xBF00, 0x3201, 0xE7FB]);
+    let wide = program(0, 0, &[0xF3AF, 0x8000, 0x3201, 0xE7FB]);
+    let mut lone = Lone::new(&STM32F405, MAIN, &narrow);
+    lone.run(10 * US);
+    assert!(lone.counts_in(100 * US).abs_diff(100 * 16 / 4) < 3);
+    let content = Lone::new(&STM32F405, MAIN, &wide);
+    let content = content.board.soc().flash.content().clone();
+    lone.board.set_flash_content(content);
+    lone.run(10 * US);
+    assert!(lone.counts_in(100 * US).abs_diff(100 * 16 / 3) < 3);
+}
+
+#[test]
+fn a_text_in_flash_is_sent_after_the_operation() {
+    let mut lone = Lone::new(&STM32F405, MAIN, &program(0, 0, &[])).programmable();
+    lone.board.soc_mut().store_to_flash(far(&STM32F405), 4, 0);
+    for (register, value) in [
+        (0x4002_3830, 1 << 21 | 1),
+        (0x4002_3840, 1 << 17),
+        (0x4002_0000, 0b10 << 4),
+        (0x4002_0020, 7 << 8),
+        // 1 Mbit/s.
+        (0x4000_4408, 16),
+        (0x4000_4414, 1 << 7),
+        (0x4000_440C, 1 << 13 | 1 << 3),
+        (0x4002_60A4, 4),
+        (0x4002_60A8, 0x4000_4404),
+        (0x4002_60AC, FLASH),
+        (0x4002_60A0, 4 << 25 | 1 << 10 | 1 << 6 | 1),
+    ] {
+        lone.board.soc_mut().write(register, 4, value);
+    }
+    let line = &mut lone.board.soc_mut().serial.line;
+    line.set_rate(1_000_000);
+    lone.run(100 * US);
+    assert!(lone.received().is_empty());
+    lone.run(60 * US);
+    assert_eq!(lone.received(), STACK.to_le_bytes());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
-use crate::toolchain::Target;
+use crate::target::Target;
 
 /// Why a task stopped. The text says what to do about it.
 #[derive(Debug)]
@@ -76,6 +76,11 @@ pub(crate) enum Error {
     Risen {
         /// How many figures have risen.
         figures: usize,
+    },
+    /// Patches of the recipes do not apply or fail.
+    Recipes {
+        /// What is wrong with each.
+        complaints: Vec<String>,
     },
     /// Steps of the checks failed; they have said why.
     Checks {
@@ -174,6 +179,7 @@ impl fmt::Display for Error {
                 f,
                 "{figures} figures have risen by more than is tolerated: see above; `cargo xtask cost` accepts a rise that is meant"
             ),
+            Self::Recipes { complaints } => f.write_str(&complaints.join("\n")),
             Self::Checks { failed } => write!(
                 f,
                 "failed: {}; `cargo xtask ci {}` runs them alone",

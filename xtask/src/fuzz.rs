@@ -93,16 +93,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             .arg(format!("-runs={}", arguments.runs))
             .arg(format!("-seed={}", arguments.seed))
             .arg(format!("-artifact_prefix={}/", found.display()))
-            // Its lines on progress are for long runs.
-            .arg(format!(
-                "-verbosity={}",
-                i32::from(arguments.runs > 1_000_000)
-            ))
             .arg(corpus);
         println!("{target}: {} inputs", arguments.runs);
-        finish(target, &mut fuzzer)?;
+        if arguments.runs > LONG_RUN {
+            finish(target, &mut fuzzer)?;
+        } else {
+            finish_quietly(target, &mut fuzzer)?;
+        }
     }
     Ok(())
+}
+
+/// What the fuzzer says is for long runs, and for inputs that break something.
+fn finish_quietly(program: &str, command: &mut Command) -> Result<(), Error> {
+    let program = program.to_owned();
+    match command.output() {
+        Ok(output) if output.status.success() => Ok(()),
+        Ok(output) => {
+            eprint!("{}", String::from_utf8_lossy(&output.stderr));
+            let status = output.status;
+            Err(Error::Failed { program, status })
+        }
+        Err(reason) => Err(Error::Start { program, reason }),
+    }
 }
 
 /// The host, as the compiler names it.

@@ -3,8 +3,9 @@
 use std::process::Command;
 
 use crate::error::Error;
+use crate::target::Target;
 use crate::thumb;
-use crate::toolchain::{Preference, Target, Toolchain};
+use crate::toolchain::{Preference, Toolchain};
 use crate::workspace::{Workspace, cargo};
 
 /// The workspace of the examples, from the root.

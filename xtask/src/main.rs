@@ -19,6 +19,7 @@ mod proofs;
 mod size;
 mod size_profile;
 mod symbols;
+mod target;
 mod thumb;
 mod toolchain;
 mod windows;

@@ -24,7 +24,7 @@ const BESIDE: [(&str, &str); 2] = [
     (HOT_PAIR, "set-point-and-position-without-codec"),
 ];
 /// The images that link only without a panic.
-const IMAGES: [&str; 19] = [
+const IMAGES: [&str; 21] = [
     CODEC,
     MESSAGES,
     HOT_PAIR,
@@ -42,6 +42,8 @@ const IMAGES: [&str; 19] = [
     "program",
     "trajectory",
     "board-link",
+    "board-link-board",
+    "board-link-host",
     ONE_AXIS,
     "text",
 ];

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
 use crate::error::Error;
-use crate::toolchain::{Preference, Target, Toolchain};
+use crate::target::Target;
+use crate::toolchain::{Preference, Toolchain};
 use crate::workspace::{Workspace, cargo};
 
 /// The target of every board: Cortex-M4 with its floating-point unit.

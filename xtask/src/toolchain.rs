@@ -9,27 +9,13 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::error::Error;
+use crate::target::Target;
 
 /// Debian's package `rustc-web` puts its compiler here; its source, `rust-web-src`, lies in the same sysroot.
 const DISTRIBUTION_RUSTC: &str = "/usr/bin/rustc";
 /// Longer than this rustup is not waited for: on a closed network it may never come back.
 const RUSTUP_PATIENCE: Duration = Duration::from_secs(60);
 const RUSTUP_POLL: Duration = Duration::from_millis(100);
-
-/// A target, and what it takes to compile for it.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Target {
-    /// Its name.
-    pub(crate) triple: &'static str,
-    /// The libraries that are built when they are built from source.
-    pub(crate) libraries: &'static str,
-    /// The linker.
-    pub(crate) linker: &'static str,
-    /// The linker does not come with a compiler of Rust: it must be on the search path whatever the way is.
-    pub(crate) linker_is_apart: bool,
-    /// The packages of Debian that bring everything.
-    pub(crate) packages: &'static [&'static str],
-}
 
 /// Which way to take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -413,7 +399,7 @@ mod tests {
 
     #[test]
     fn a_linker_of_its_own_is_looked_for_whatever_the_way_is() {
-        let absent = super::Target {
+        let absent = Target {
             linker: "no-such-linker",
             ..WINDOWS
         };
@@ -422,7 +408,7 @@ mod tests {
                 .unwrap_err()
                 .contains("no no-such-linker on the path")
         );
-        let of_a_compiler = super::Target {
+        let of_a_compiler = Target {
             linker: "no-such-linker",
             ..TARGET
         };

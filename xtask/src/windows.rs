@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::error::Error;
-use crate::toolchain::{Preference, Target, Toolchain};
+use crate::target::Target;
+use crate::toolchain::{Preference, Toolchain};
 use crate::workspace::{Workspace, cargo};
 
 /// 64-bit Windows, linked with MinGW: everything it needs is free and in distributions.

@@ -16,6 +16,7 @@ mod outbox;
 mod playback;
 mod polynomial;
 mod rate;
+mod reason;
 mod refusal;
 mod refused;
 pub mod segment;
@@ -23,5 +24,6 @@ mod stretch;
 
 pub use buffer::{Counters, Phase, SetPointBuffer};
 pub use config::{AxisLimits, Config, WhenDry};
+pub use reason::{Reason, Unit};
 pub use refusal::Refusal;
-pub use refused::{Reason, Refused, Unit};
+pub use refused::Refused;

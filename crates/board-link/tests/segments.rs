@@ -330,6 +330,80 @@ fn when_the_segments_run_out_the_axes_come_to_rest_on_the_path() {
     }
 }
 
+/// At 200 %, a segment that allows it ends at rest, and one that allows 100 % follows in the last moment.
+#[test]
+fn what_follows_an_end_at_rest_may_allow_less() {
+    for late_by in [0, 1, 2, 5, 20, 80, 200, 300] {
+        let mut queue = Queue::new();
+        let (mut admission, mut player) = queue.split(&[limits(); AXES], config()).unwrap();
+        let mut fast = begin(None, WhenDry::Wait);
+        fast.percent = 200;
+        admission.begin(&fast, &STAND, 0).unwrap();
+        admission
+            .push(7, 0, &segment(2_000, 10_000.0, Shape::MinimumJerk))
+            .unwrap();
+        let (mut positions, mut is_sent) = (vec![0.0; 3], false);
+        let mut out = STAND;
+        for now in 1..4_000 {
+            player.advance(now, &STAND, &mut out);
+            positions.push(out[0].units() as f64 / Position::UNITS as f64);
+            let left = 2_000_u32.saturating_sub(admission.player().time_cycles);
+            if left <= 2 + late_by && !is_sent {
+                is_sent = true;
+                let least = segment(241, 20_000.0, Shape::MinimumJerk);
+                admission.push(7, 1, &least).unwrap();
+                admission.end(7).unwrap();
+            }
+        }
+        assert_eq!(player.phase(), StreamPhase::Complete, "{late_by}");
+        let most = acceleration(&positions);
+        assert!(most <= 1.5, "{late_by}: {most}");
+    }
+}
+
+/// The largest second difference.
+fn acceleration(positions: &[f64]) -> f64 {
+    let at = positions.windows(3);
+    at.map(|at| (at[2] - 2.0 * at[1] + at[0]).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_pause_in_any_cycle_of_a_motion_at_its_limits_keeps_the_acceleration() {
+    for pause_at in 1..250 {
+        let mut queue = Queue::new();
+        let (mut admission, mut player) = queue.split(&[limits(); AXES], config()).unwrap();
+        admission
+            .begin(&begin(None, WhenDry::End), &STAND, 0)
+            .unwrap();
+        let parts = [
+            (100, 5_000.0, cubic(0.0, 10_000.0)),
+            (50, 10_000.0, Shape::Line),
+            (100, 15_000.0, cubic(10_000.0, 0.0)),
+        ];
+        for (index, (cycles, end, shape)) in parts.into_iter().enumerate() {
+            let one = segment(cycles, end, shape);
+            admission.push(7, index as u32, &one).unwrap();
+        }
+        admission.end(7).unwrap();
+        let (mut positions, mut out) = (vec![0.0; 3], STAND);
+        for now in 1..3_000 {
+            match now {
+                _ if now == pause_at => admission.pause().unwrap(),
+                // It may have ended within the ramp.
+                1_500 => drop(admission.resume()),
+                _ => {}
+            }
+            player.advance(now, &STAND, &mut out);
+            positions.push(out[0].units() as f64 / Position::UNITS as f64);
+        }
+        assert_eq!(player.phase(), StreamPhase::Complete, "{pause_at}");
+        assert_eq!(out[0], Position::from_counts(15_000));
+        let most = acceleration(&positions);
+        assert!(most <= 1.5, "{pause_at}: {most}");
+    }
+}
+
 #[test]
 fn axes_that_stand_elsewhere_at_the_start_do_not_move() {
     let mut queue = Queue::new();

@@ -137,6 +137,33 @@ fn after_a_silence_an_old_request_is_not_answered_as_if_it_still_counted() {
 }
 
 #[test]
+fn a_stop_for_a_silent_host_waits_for_room_in_the_application() {
+    let mut bench = Bench::new();
+    let mut links = [Link::new()];
+    ask(&mut bench, 0, &mut links, &message(1, 11, Request::Claim)).unwrap();
+    bench.mock().is_stuck = true;
+    for number in 2..6 {
+        let mut bytes = [0; OUT];
+        let length = encode(&message(number, 11, Request::Halt), &mut bytes).unwrap();
+        links[0].on_bytes(&mut bench.board, bench.now, &bytes[..length]);
+    }
+    for _ in 0..1_100 {
+        bench.cycle();
+        links[0].poll(&mut bench.board, bench.now);
+    }
+    assert_eq!(bench.board.session(), None);
+    assert!(bench.mock().ordered.is_empty());
+    bench.mock().is_stuck = false;
+    for _ in 0..3 {
+        bench.cycle();
+        links[0].poll(&mut bench.board, bench.now);
+    }
+    let halts = [Command::Halt; 4];
+    assert_eq!(bench.mock().ordered[..4], halts);
+    assert_eq!(bench.mock().ordered[4..], [Command::Stop]);
+}
+
+#[test]
 fn the_inputs_rule_over_the_link() {
     let mut world = World::new(1, 0, 0);
     world.until("a connection", |world| world.client.is_connected());

@@ -55,4 +55,5 @@ pub mod family {
     };
     pub use crate::core::placement::{BehindFrames, RequestPlacement};
     pub use crate::core::targets::{AbsoluteLedger, ValueKind, ValueLimits};
+    pub use bus_plan::ResponseWindow;
 }

@@ -7,6 +7,7 @@
 mod assign_id;
 mod backup;
 mod bench;
+mod board;
 mod check;
 mod completions;
 mod confirm;
@@ -103,6 +104,8 @@ enum Command {
     Limits(limits::Arguments),
     /// Run a motion on the drives of a real bus, in real time.
     Run(Box<run::Arguments>),
+    /// Command a motion board over its serial port: find it, tell it its settings, run a motion on it.
+    Board(board::Arguments),
     /// Find the drives on a real bus, and their revisions.
     Scan(scan::Arguments),
     /// Read the state and the parameters of a drive, in units.
@@ -180,6 +183,7 @@ fn run(arguments: &Arguments) -> Result<ExitCode, Failure> {
         Command::Limits(arguments) => limits::run(arguments).map_err(Into::into),
         Command::Bench(arguments) => bench::run(arguments).map_err(Failure::coded),
         Command::Run(arguments) => run::run(arguments).map_err(Failure::coded),
+        Command::Board(arguments) => board::run(arguments).map_err(Failure::coded),
         Command::Scan(arguments) => scan::run(arguments).map_err(Failure::coded),
         Command::Read(arguments) => read::run(arguments).map_err(Failure::coded),
         Command::Write(arguments) => write::run(arguments).map_err(Failure::coded),

@@ -1,8 +1,11 @@
 //! Channels of a library that behaves as PCAN-Basic is described: each number has its own trouble, see `fake/pcan_basic.c`.
 
+// Elsewhere the compiler of C, and the library without the functions, have other names.
+#![cfg(target_os = "linux")]
+
 mod fake;
 
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use pcan_basic::{Channel, Error, Message, Mode, PcanBasic, Status};
 
@@ -10,6 +13,9 @@ use pcan_basic::{Channel, Error, Message, Mode, PcanBasic, Status};
 static ADAPTERS: Mutex<()> = Mutex::new(());
 
 fn open(number: u8, kbit_per_s: u32, mode: Mode) -> Result<Channel, Error> {
+    // A library that is loaded anew would have forgotten which channels are open.
+    static KEPT: OnceLock<PcanBasic> = OnceLock::new();
+    KEPT.get_or_init(|| PcanBasic::load_from(fake::library()).unwrap());
     let name = format!("PCAN_USBBUS{number}").parse().unwrap();
     Channel::open(
         PcanBasic::load_from(fake::library())?,

@@ -128,6 +128,10 @@ impl Stream {
     }
 
     fn check_channel(&self, name: &str) {
+        assert!(
+            !self.events.error,
+            "{name} is enabled while its transfer error is set (RM0440, section 12.4.4)"
+        );
         assert_eq!(
             self.control & CCR_MEMORY_TO_MEMORY,
             0,

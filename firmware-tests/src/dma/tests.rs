@@ -249,3 +249,13 @@ fn a_channel_between_memories_is_refused() {
     let mut lone = Lone::of(&STM32G474);
     lone.write(CONTROL, 1 << 14 | 1);
 }
+
+#[test]
+#[should_panic(expected = "its transfer error is set")]
+fn a_channel_must_not_be_enabled_with_its_error_set() {
+    let mut lone = Lone::of(&STM32G474);
+    lone.start(TO_MEMORY, 4);
+    let transfer = lone.next().unwrap();
+    lone.dma.fail(&transfer);
+    lone.start(TO_MEMORY, 4);
+}

@@ -4,7 +4,10 @@
 //! `pages`. While an operation lasts, its bank cannot be read: whoever tries waits, see [`crate::flash_memory`].
 
 mod content;
+mod operation;
 mod pages;
+mod part;
+mod registers;
 mod sectors;
 
 use core::mem::take;
@@ -15,6 +18,9 @@ use drive_sim::SplitMix64;
 use crate::soc::FLASH;
 pub(crate) use content::DOUBLE_WORD;
 pub use content::FlashContent;
+pub use operation::{Change, Operation};
+pub use part::{Part, Registers};
+use registers::Keys;
 
 /// Bits of SR, the same in both chips.
 const END: u32 = 1;
@@ -24,7 +30,6 @@ const ALIGNMENT: u32 = 1 << 5;
 /// PGPERR of the STM32F4, SIZERR of the STM32G4: an access of the wrong size.
 const SIZE: u32 = 1 << 6;
 const SEQUENCE: u32 = 1 << 7;
-const BUSY: u32 = 1 << 16;
 /// Bits of CR, the same in both chips.
 const CR_PROGRAM: u32 = 1;
 const CR_ERASE: u32 = 1 << 1;
@@ -33,128 +38,8 @@ const CR_START: u32 = 1 << 16;
 const CR_END_ENABLE: u32 = 1 << 24;
 const CR_ERROR_ENABLE: u32 = 1 << 25;
 const CR_LOCK: u32 = 1 << 31;
-/// Keys of the control register.
-const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// Memory is protected by whole pages of the emulator.
 const PROTECTION: u32 = 0x1000;
-
-/// The kind of registers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Registers {
-    /// Sectors of different sizes, of the STM32F4.
-    Sectors,
-    /// Pages with error correction, of the STM32G4.
-    Pages,
-}
-
-/// The flash of a chip.
-#[derive(Debug)]
-pub struct Part {
-    /// Kind of its registers.
-    pub registers: Registers,
-    /// Its interrupt.
-    pub interrupt: u16,
-    /// Number of banks, of equal size; while one changes the others can be read.
-    pub banks: u32,
-    /// What is erased as one: number and bytes, in the order of the addresses.
-    pub sectors: &'static [(u32, u32)],
-    /// Longest time of programming one item.
-    pub program_ns: u64,
-    /// Longest time of erasing a sector of so many bytes, with a parallelism of 8, 16 and 32 bits.
-    pub erase_ns: &'static [(u32, [u64; 3])],
-}
-
-impl Part {
-    /// Bytes of the whole.
-    #[must_use]
-    pub fn bytes(&self) -> u32 {
-        let sectors = self.sectors.iter();
-        sectors.map(|(number, bytes)| number * bytes).sum()
-    }
-
-    /// Addresses of a sector, counted over all banks.
-    fn sector(&self, number: u32) -> Option<Range<u32>> {
-        let sizes = self
-            .sectors
-            .iter()
-            .flat_map(|&(number, bytes)| (0..number).map(move |_| bytes));
-        let mut first = FLASH;
-        for (at, bytes) in sizes.enumerate() {
-            if at == number as usize {
-                return Some(first..first + bytes);
-            }
-            first += bytes;
-        }
-        None
-    }
-
-    /// Number of the sector that an address is in.
-    fn sector_at(&self, address: u32) -> Option<u32> {
-        (0..)
-            .map_while(|number| self.sector(number))
-            .position(|range| range.contains(&address))
-            .map(|number| number as u32)
-    }
-
-    fn erase_ns(&self, bytes: u32, parallelism: usize) -> u64 {
-        let mut times = self.erase_ns.iter();
-        let found = times.find(|(of, _)| *of == bytes);
-        found.map_or(0, |(_, times)| times[parallelism.min(2)])
-    }
-}
-
-/// What changes the flash.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Change {
-    /// Programming an item.
-    Program {
-        /// Its address.
-        address: u32,
-        /// Its bytes.
-        size: u32,
-        /// Its value.
-        value: u64,
-    },
-    /// Erasing a sector or page.
-    Erase(Range<u32>),
-}
-
-impl Change {
-    fn first(&self) -> u32 {
-        match self {
-            Self::Program { address, .. } => *address,
-            Self::Erase(range) => range.start,
-        }
-    }
-
-    fn range(&self) -> Range<u32> {
-        match self {
-            Self::Program { address, size, .. } => *address..address + size,
-            Self::Erase(range) => range.clone(),
-        }
-    }
-}
-
-/// An operation of the flash.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Operation {
-    /// What it changes.
-    pub change: Change,
-    /// When it began.
-    pub starts_ns: u64,
-    /// When it ends.
-    pub ends_ns: u64,
-}
-
-/// How far the control register is unlocked.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-enum Keys {
-    #[default]
-    None,
-    First,
-    /// A wrong one: locked until the next reset.
-    Wrong,
-}
 
 /// The flash and its controller.
 #[derive(Debug, Clone)]
@@ -388,101 +273,6 @@ impl Flash {
             Registers::Pages => self.store_pages(address, size, value, now_ns),
         }
     }
-
-    /// Whether a write of this register has to wait for the end of an operation.
-    #[must_use]
-    pub fn holds_up(&self, offset: u32) -> bool {
-        self.is_changing() && self.place(offset) == Some(Place::Control)
-    }
-
-    fn place(&self, offset: u32) -> Option<Place> {
-        let places = [
-            Place::Key,
-            Place::OptionKey,
-            Place::Status,
-            Place::Control,
-            Place::Errors,
-        ];
-        let offsets: &[u32] = match self.part.registers {
-            Registers::Sectors => &[0x04, 0x08, 0x0C, 0x10],
-            Registers::Pages => &[0x08, 0x0C, 0x10, 0x14, 0x18],
-        };
-        let at = offsets.iter().position(|of| *of == offset)?;
-        Some(places[at])
-    }
-
-    /// Reads a register; `None` when it is none of these.
-    #[must_use]
-    pub fn read(&self, offset: u32) -> Option<u32> {
-        Some(match self.place(offset)? {
-            Place::Key | Place::OptionKey => 0,
-            Place::Status if self.is_changing() => self.status | BUSY,
-            Place::Status => self.status,
-            Place::Control => self.control,
-            Place::Errors => self.errors,
-        })
-    }
-
-    /// Writes a register; false when it is none of these. `options` are the option bytes.
-    ///
-    /// # Panics
-    /// When the firmware uses what is not modelled: mass erase, fast programming, a single bank.
-    pub fn write(&mut self, offset: u32, value: u32, options: u32, now_ns: u64) -> bool {
-        let Some(place) = self.place(offset) else {
-            return false;
-        };
-        match place {
-            Place::Key => self.take_key(value),
-            Place::OptionKey => self.take_option_key(value),
-            Place::Status => self.status &= !(value & !BUSY),
-            Place::Control => self.write_control(value, options, now_ns),
-            Place::Errors => self.write_errors(value),
-        }
-        true
-    }
-
-    fn take_key(&mut self, key: u32) {
-        let locked = self.control & CR_LOCK != 0;
-        self.keys = match (self.keys, locked) {
-            (Keys::None, true) if key == KEYS[0] => Keys::First,
-            (Keys::First, true) if key == KEYS[1] => {
-                self.control &= !CR_LOCK;
-                Keys::None
-            }
-            _ => Keys::Wrong,
-        };
-    }
-
-    fn write_control(&mut self, value: u32, options: u32, now_ns: u64) {
-        if self.control & CR_LOCK != 0 {
-            return;
-        }
-        self.control = value;
-        if value & CR_START != 0 {
-            assert_eq!(
-                value & CR_MASS_ERASE,
-                0,
-                "a mass erase of the flash is not modelled"
-            );
-            match self.part.registers {
-                Registers::Sectors => self.start_sectors(options, now_ns),
-                Registers::Pages => self.start_pages(options, now_ns),
-            }
-            if self.operation.is_none() {
-                self.control &= !CR_START;
-            }
-        }
-    }
-}
-
-/// A register of the controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
-    Key,
-    OptionKey,
-    Status,
-    Control,
-    Errors,
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::registers::{BUSY, KEYS, Place};
 use super::*;
 use crate::chip::{Chip, STM32F405, STM32G474};
 
@@ -110,7 +111,7 @@ fn both_keys_in_their_order_unlock_and_a_wrong_one_locks_until_the_reset() {
         let mut lone = Lone::new(chip);
         lone.write(Place::Control, CR_PROGRAM);
         assert_eq!(lone.read(Place::Control) & (CR_PROGRAM | CR_LOCK), CR_LOCK);
-        lone.keys([KEYS[1], KEYS[0]]);
+        lone.write(Place::Key, KEYS[1]);
         lone.keys(KEYS);
         assert_eq!(
             lone.read(Place::Control) & CR_LOCK,

@@ -2,9 +2,11 @@
 
 mod interop;
 mod need;
+mod oldest_rust;
 mod packages;
 mod place;
 mod published;
+mod recipes;
 mod report;
 mod report_page;
 mod runner;

@@ -1,9 +1,12 @@
 //! What a machine must have for a step, and how it gets it.
 
 use std::env;
+use std::process::{Command, Stdio};
 
+use super::oldest_rust::VERSION as OLDEST;
+use crate::target::Target;
 use crate::thumb::TARGET as BOARD_TARGET;
-use crate::toolchain::{Preference, Target, Toolchain};
+use crate::toolchain::{Preference, Toolchain};
 use crate::windows::TARGET as WINDOWS_TARGET;
 
 /// Something that a machine may lack.
@@ -66,6 +69,34 @@ pub(super) const WINE: Need = Need {
     lacking: || all_of(&["wine"]),
     packages: &["wine", "wine64"],
     otherwise: None,
+};
+
+/// Looks at the licences and sources of dependencies. Building it takes minutes, so it is not installed unasked.
+pub(super) const CARGO_DENY: Need = Need {
+    name: "cargo-deny",
+    lacking: || all_of(&["cargo-deny"]),
+    packages: &[],
+    otherwise: Some("cargo install cargo-deny --locked"),
+};
+
+/// The oldest compiler that the manifests allow.
+pub(super) const OLDEST_RUST: Need = Need {
+    name: "oldest Rust",
+    lacking: || {
+        let asked = Command::new("rustup")
+            .args(["run", OLDEST, "rustc", "--version"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
+        let is_there = asked.is_ok_and(|status| status.success());
+        (!is_there).then(|| format!("Rust {OLDEST} is not installed"))
+    },
+    packages: &[],
+    otherwise: Some(concat!(
+        "rustup toolchain install ",
+        env!("CARGO_PKG_RUST_VERSION"),
+        " --profile minimal"
+    )),
 };
 
 /// A kernel with CAN that runs as a program, and the tools for CAN interfaces.

@@ -2,9 +2,12 @@
 
 use super::interop;
 use super::need::{
-    CAN_KERNEL, CHROMIUM, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK, WINDOWS, WINE,
+    CAN_KERNEL, CARGO_DENY, CHROMIUM, OLDEST_RUST, PYTHON, TARGET, TARGET_INSTALLED, TMUX, TSHARK,
+    WINDOWS, WINE,
 };
+use super::oldest_rust;
 use super::published;
+use super::recipes;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
@@ -94,6 +97,11 @@ pub(super) const STEPS: &[Step] = &[
             "run -q -p trajectory --example follow",
             "run -q -p trajectory --example pictures -- --check",
         ],
+    ),
+    Step::call(
+        "recipes",
+        "each recipe of ARCHITECTURE.md, as somebody followed it: its patch applies, builds, and passes its tests",
+        recipes::run,
     ),
     Step::call(
         "packages",
@@ -258,6 +266,18 @@ pub(super) const STEPS: &[Step] = &[
         interop::wireshark,
     )
     .needs(&[&PYTHON, &TSHARK]),
+    Step::cargo(
+        "supply-chain",
+        "licences, sources and doubles of what the project depends on are those of deny.toml; known vulnerabilities need a network",
+        &["deny --offline check bans licenses sources"],
+    )
+    .needs(&[&CARGO_DENY]),
+    Step::call(
+        "oldest-rust",
+        "everything of the host compiles with the oldest Rust of the manifests",
+        oldest_rust::run,
+    )
+    .needs(&[&OLDEST_RUST]),
     Step::call(
         "mutants",
         "how many mistakes in the lines of the core that the last change touched are found, five minutes at most",

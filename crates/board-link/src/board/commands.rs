@@ -5,7 +5,8 @@ use trajectory::Position;
 use super::application::{Application, Command};
 use super::shared::{Board, Session};
 use crate::message::{Answer, BoardState, Event, Request};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 use crate::segment::{Admission, Begin, OfAxes, Segment};
 
 /// What becomes of a command.
@@ -193,6 +194,7 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
                 if is_alone {
                     self.busy = Some(ticket);
                 }
+                self.is_storing |= matches!(command, Command::SaveSettings { .. });
                 Outcome::Posted(ticket)
             }
             Err(refused) => Outcome::Answered(Err(refused)),

@@ -8,7 +8,8 @@ use super::shared::Board;
 use crate::frame::{Decoder, LONGEST_FRAME, Loss, VERSION, decode};
 use crate::message::{Answer, Counters, Request, ToBoard, ToHost};
 use crate::outbox::Outbox;
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 /// Commands of this port that the application carries out.
 const PENDING: usize = 4;

@@ -4,7 +4,8 @@ use super::application::Application;
 use super::link::Link;
 use super::shared::Board;
 use crate::message::{Answer, Counters, Request};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 impl<const OUT: usize> Link<OUT> {
     /// Answers a request that reads.
@@ -39,7 +40,8 @@ impl<const OUT: usize> Link<OUT> {
         }
     }
 
-    fn counters<A: Application, const AXES: usize>(
+    /// What came in at this port, and what was lost.
+    pub fn counters<A: Application, const AXES: usize>(
         &self,
         board: &mut Board<'_, A, AXES>,
     ) -> Counters {

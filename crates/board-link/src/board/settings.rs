@@ -4,7 +4,8 @@ use super::application::Application;
 use super::shared::Board;
 use crate::frame::checksum;
 use crate::message::{Answer, Chunk};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 impl<A: Application, const AXES: usize> Board<'_, A, AXES> {
     /// The piece that begins at a byte.

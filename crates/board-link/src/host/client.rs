@@ -6,77 +6,16 @@ use super::clock::ClockEstimate;
 use super::connection::{Connection, Phase};
 use super::events::EventOrder;
 use super::exchange::{Exchange, Next, RequestError};
-use super::streaming::{Stream, StreamEnd};
+use super::incoming::{ClientConfig, Incoming};
+use super::stream::{Stream, StreamEnd};
 use crate::frame::{Decoder, Losses, decode};
-use crate::message::{Answer, Event, Info, Request, Snapshot, ToHost};
+use crate::message::{Answer, Info, Request, ToHost};
 use crate::outbox::Outbox;
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 /// What waits for the program.
 const INCOMING: usize = 16;
-
-/// How a client treats a board.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ClientConfig {
-    /// A request without a reply is repeated after so long.
-    pub timeout_us: u32,
-    /// So often at most.
-    pub tries: u8,
-    /// The board is asked for a sign of life this often, at most.
-    pub heartbeat_us: u32,
-    /// Its clock is looked at this often.
-    pub sync_us: u32,
-    /// Whether the client commands; otherwise it only reads.
-    pub commands: bool,
-}
-
-impl Default for ClientConfig {
-    /// 100 ms, 5 tries, 50 ms, 1 s, commands.
-    fn default() -> Self {
-        Self {
-            timeout_us: 100_000,
-            tries: 5,
-            heartbeat_us: 50_000,
-            sync_us: 1_000_000,
-            commands: true,
-        }
-    }
-}
-
-/// What the program is told.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "there is no heap")]
-pub enum Incoming {
-    /// The board has answered, and the command is claimed where it shall be.
-    Connected {
-        /// Whether the board was started anew since it was connected before.
-        is_reset: bool,
-    },
-    /// The board does not answer, or does not know the session any more. The client connects again by itself.
-    Disconnected,
-    /// The board cannot be connected: another version, or another session commands. The client goes on trying.
-    Unavailable(Refused),
-    /// A request has its reply, or none.
-    Reply {
-        /// That of [`Client::request`].
-        ticket: u16,
-        /// What came.
-        result: Result<Answer, RequestError>,
-    },
-    /// The stream has ended for the client.
-    Stream(StreamEnd),
-    /// Something has happened on the board.
-    Event {
-        /// Its number.
-        number: u32,
-        /// What.
-        event: Event,
-    },
-    /// So many events were overwritten before they could be fetched.
-    EventsLost(u32),
-    /// How everything is.
-    Snapshot(Snapshot),
-}
 
 /// The end of a host. `WINDOW` segments are kept until the board has them, `OUT` bytes wait to be sent at most.
 #[derive(Debug)]
@@ -213,14 +152,29 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let _ = self.incoming.push_back(incoming);
     }
 
+    /// How long and how often a request is tried. A board that stores settings may stand still for half a second, with everything that it
+    /// would answer.
+    pub(super) fn limits(&self) -> (u32, u8) {
+        const PATIENCE: u32 = 10;
+        let is_storing = self.command.as_ref().is_some_and(|exchange| {
+            matches!(exchange.message.request, Request::CommitSettings { .. })
+        });
+        let timeout_us = self.config.timeout_us;
+        let longest_us = timeout_us.saturating_mul(PATIENCE);
+        (
+            if is_storing { longest_us } else { timeout_us },
+            self.config.tries,
+        )
+    }
+
     /// Sends what is due.
     pub fn poll(&mut self, now_us: u64) {
-        let limits = (self.config.timeout_us, self.config.tries);
+        let (patient, usual) = (self.limits(), (self.config.timeout_us, self.config.tries));
         for is_urgent in [true, false] {
-            let slot = if is_urgent {
-                &mut self.urgent
+            let (slot, limits) = if is_urgent {
+                (&mut self.urgent, usual)
             } else {
-                &mut self.command
+                (&mut self.command, patient)
             };
             let Some(exchange) = slot else { continue };
             if let Next::GiveUp { tries } = exchange.drive(&mut self.outbox, now_us, limits) {
@@ -318,12 +272,11 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         if !was_online {
             return;
         }
-        for exchange in [self.command.take(), self.urgent.take()] {
-            if let Some(exchange) = exchange {
-                let ticket = exchange.message.number;
-                let result = Err(RequestError::Lost);
-                self.tell(Incoming::Reply { ticket, result });
-            }
+        let open = [self.command.take(), self.urgent.take()];
+        for exchange in open.into_iter().flatten() {
+            let ticket = exchange.message.number;
+            let result = Err(RequestError::Lost);
+            self.tell(Incoming::Reply { ticket, result });
         }
         if self.stream.take().is_some() {
             self.tell(Incoming::Stream(StreamEnd::Lost));

@@ -1,15 +1,12 @@
 //! Events come in order and without a gap, or with a gap that is counted.
 
-use super::client::{Client, Incoming};
-use crate::message::Event;
-
 /// Which event is next, and what the board is known to have.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EventOrder {
     /// Unknown before the first one.
-    next: Option<u32>,
+    pub(super) next: Option<u32>,
     /// The board has events up to this number, this one not.
-    known: u32,
+    pub(super) known: u32,
     is_asked: bool,
 }
 
@@ -55,23 +52,5 @@ impl EventOrder {
         let lost = oldest.checked_sub(next).filter(|&lost| lost > 0)?;
         self.next = Some(oldest);
         Some(lost)
-    }
-}
-
-impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
-    pub(super) fn take_event(&mut self, number: u32, event: Event) {
-        let next = self.events.next.unwrap_or(number);
-        if number != next || !self.has_room() {
-            // One that was there, or one behind a gap; those that are missing are asked for.
-            if number >= next {
-                self.events.next = Some(next);
-                self.events.known = self.events.known.max(number.wrapping_add(1));
-            }
-            return;
-        }
-        let after = number.wrapping_add(1);
-        self.events.next = Some(after);
-        self.events.known = self.events.known.max(after);
-        self.tell(Incoming::Event { number, event });
     }
 }

@@ -4,12 +4,17 @@
 
 mod client;
 mod clock;
+mod connecting;
 mod connection;
 mod events;
 mod exchange;
+mod incoming;
+mod stream;
 mod streaming;
+mod taking_events;
 
-pub use client::{Client, ClientConfig, Incoming};
+pub use client::Client;
 pub use clock::ClockEstimate;
 pub use exchange::RequestError;
-pub use streaming::StreamEnd;
+pub use incoming::{ClientConfig, Incoming};
+pub use stream::StreamEnd;

@@ -2,86 +2,14 @@
 
 use heapless::Deque;
 
-use super::client::{Client, Incoming};
+use super::client::Client;
 use super::exchange::{Exchange, Next, RequestError};
+use super::incoming::Incoming;
+use super::stream::{Phase, Stream, StreamEnd, Waiting};
 use crate::message::{Answer, Request, ToBoard};
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 use crate::segment::{Begin, Segment};
-
-/// How a stream has ended for the client.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StreamEnd {
-    /// The board has every segment and the end: the motion completes by itself.
-    Sent {
-        /// Segments.
-        segments: u32,
-    },
-    /// The board refuses it: its begin, a segment or its end.
-    Refused {
-        /// The segment, where it is about one.
-        index: Option<u32>,
-        /// Why.
-        refused: Refused,
-    },
-    /// No reply came.
-    TimedOut,
-    /// The connection was lost.
-    Lost,
-}
-
-/// A segment that the board has not confirmed.
-#[derive(Debug, Clone)]
-struct Waiting {
-    segment: Segment,
-    /// The number of its latest request; 0 before it is sent.
-    number: u16,
-}
-
-/// How far a stream is.
-#[derive(Debug, Clone)]
-enum Phase {
-    Beginning(Exchange),
-    Sending,
-    Ending(Exchange),
-}
-
-/// A stream under way.
-#[derive(Debug, Clone)]
-pub(super) struct Stream<const WINDOW: usize> {
-    number: u32,
-    phase: Phase,
-    window: Deque<Waiting, WINDOW>,
-    /// The index of the first one in the window.
-    first: u32,
-    /// So many of the window are sent.
-    sent: usize,
-    /// The board takes segments below this index.
-    limit: u32,
-    /// The latest progress, or the latest repetition.
-    progress_us: u64,
-    tries: u8,
-    is_finished: bool,
-}
-
-impl<const WINDOW: usize> Stream<WINDOW> {
-    /// Its number, once the board has begun it.
-    pub(super) const fn begun(&self) -> Option<u32> {
-        match self.phase {
-            Phase::Beginning(_) => None,
-            Phase::Sending | Phase::Ending(_) => Some(self.number),
-        }
-    }
-
-    /// The board has all segments below an index.
-    fn confirm(&mut self, next: u32, now_us: u64) {
-        while self.first < next && self.sent > 0 && self.window.pop_front().is_some() {
-            self.first = self.first.wrapping_add(1);
-            self.sent -= 1;
-            self.progress_us = now_us;
-            self.tries = 0;
-        }
-    }
-}
 
 impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
     /// Begins a stream; its segments come from [`Self::offer`] or [`Self::feed`], its end from [`Self::finish`].

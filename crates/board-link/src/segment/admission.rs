@@ -2,95 +2,55 @@
 
 use core::sync::atomic::Ordering;
 
-use heapless::spsc::Producer;
-use serde::{Deserialize, Serialize};
-use trajectory::curve::{Piece, Share};
-use trajectory::{Position, Time, TimeScale};
+use trajectory::curve::Piece;
+use trajectory::{Position, Time};
 
-use super::border::{Edge, check_needs, pass, rests, slopes, units};
-use super::player::{PlayerState, StreamPhase};
+use super::Segment;
+use super::begin::{Begin, SegmentConfig};
+use super::border::{Edge, rests, units};
+use super::checks::{check_axis, inside, override_rate};
+use super::halves::Sender;
+use super::phase::{PlayerState, StreamPhase};
 use super::queue::{Admitted, Order, Shared, Start, Tail};
 use super::quick::Scale;
-use super::{AxisSegment, OfAxes, Segment};
-use crate::config::{AxisLimits, WhenDry};
-use crate::polynomial::{Needs, Polynomial};
+use crate::config::AxisLimits;
 use crate::rate::ONE;
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 /// Segments are at least half a cycle long.
 const SHORTEST: Time = Time::from_ticks(1 << 31);
 /// A stream is at most so long: 24 days at 1 kHz.
 const LONGEST_STREAM: Time = Time::from_cycles(u32::MAX >> 1);
-/// Steps of a duration, for the places where an axis turns.
-const STEPS: u64 = 1 << 31;
-
-/// How a queue of segments works.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SegmentConfig {
-    /// A stream moves, and moves again after it has run dry, when so much time is buffered, when the queue is full, or the end is there.
-    pub lead: Time,
-    /// Longest segment.
-    pub longest: Time,
-    /// A start may be so many cycles ahead.
-    pub farthest_start: u32,
-}
-
-impl SegmentConfig {
-    /// 0.3 s before it moves, segments up to 10 s, starts up to a minute ahead, with this many cycles in a second.
-    #[must_use]
-    pub const fn with_cycles_per_second(cycles: u32) -> Self {
-        Self {
-            lead: Time::from_units(3 * cycles as u64, 10),
-            longest: Time::from_units(10 * cycles as u64, 1),
-            farthest_start: cycles.saturating_mul(60),
-        }
-    }
-}
-
-/// The begin of a stream.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Begin {
-    /// The sender's number of the stream.
-    pub stream: u32,
-    /// The cycle of the board at which it is at its start; `None` for as soon as [`SegmentConfig::lead`] is buffered.
-    pub start: Option<u64>,
-    /// What happens when the segments run out.
-    pub when_dry: WhenDry,
-    /// Override in percent, 0 to 200.
-    pub percent: u16,
-    /// Where the axes stand, in units of 2^-24 counts: the board must agree.
-    pub from: OfAxes<i64>,
-}
-
 /// The stream that was begun last.
 #[derive(Debug, Clone, Copy)]
-struct Stream {
-    number: u32,
+pub(super) struct Stream {
+    pub(super) number: u32,
     generation: u16,
     next_index: u32,
     end: Time,
     rests: bool,
     is_ended: bool,
-    is_stopping: bool,
+    pub(super) is_stopping: bool,
     highest_rate: i64,
 }
 
 /// Checks segments and hands them to the [`Player`](super::Player).
 pub struct Admission<'q, const AXES: usize> {
-    segments: Producer<'q, Admitted<AXES>>,
-    orders: Producer<'q, Order<AXES>>,
+    segments: Sender<'q, Admitted<AXES>>,
+    orders: Sender<'q, Order<AXES>>,
     shared: &'q Shared,
     axes: usize,
     limits: [AxisLimits; AXES],
     config: SegmentConfig,
     edges: [Edge; AXES],
-    stream: Stream,
+    pub(super) stream: Stream,
 }
 
 impl<'q, const AXES: usize> Admission<'q, AXES> {
     pub(super) fn new(
-        segments: Producer<'q, Admitted<AXES>>,
-        orders: Producer<'q, Order<AXES>>,
+        segments: Sender<'q, Admitted<AXES>>,
+        orders: Sender<'q, Order<AXES>>,
         shared: &'q Shared,
         (axes, limits): (usize, [AxisLimits; AXES]),
         config: SegmentConfig,
@@ -135,8 +95,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         if self.check_open().is_err() {
             return 0;
         }
-        let free = self.segments.capacity().saturating_sub(self.segments.len());
-        free as u32
+        self.segments.free() as u32
     }
 
     /// The index of the next segment.
@@ -184,6 +143,9 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         let override_rate = override_rate(begin.percent)?;
         let at = self.check_start(begin.start, now)?;
         let generation = self.stream.generation.wrapping_add(1);
+        // No stream is played, so nobody looks at the end of the one before; the next one must not start with it.
+        self.shared.set_tail(Tail::default());
+        self.shared.set_highest_rate(2 * ONE);
         self.order(Order::Begin(Start {
             generation,
             at,
@@ -249,7 +211,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         if index != next {
             return Err(Reason::Order.because(next.into(), index.into()));
         }
-        if !self.segments.ready() {
+        if self.segments.free() == 0 {
             let capacity = self.segments.capacity() as i64;
             return Err(Reason::Full.because(capacity, capacity + 1));
         }
@@ -309,6 +271,10 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             edge.position = Position::from_units(part.end);
             is_rest &= rests(edge, limits);
         }
+        // 1 is allowed, as was checked.
+        let rate = ((rate * ONE as f32) as i64).clamp(ONE, 2 * ONE);
+        let highest_rate = self.stream.highest_rate.min(rate);
+        self.shared.set_highest_rate(highest_rate);
         let (start, end) = (self.stream.end, self.stream.end.after(segment.time()));
         let admitted = Admitted {
             generation: self.stream.generation,
@@ -317,23 +283,18 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             scale: Scale::of(segment.time()),
             pieces,
         };
-        if self.segments.enqueue(admitted).is_err() {
+        if !self.segments.send(admitted) {
             let capacity = self.segments.capacity() as i64;
             return Err(Reason::Full.because(capacity, capacity + 1));
         }
         self.edges = edges;
         let stream = &mut self.stream;
-        stream.end = end;
-        stream.rests = is_rest;
+        (stream.end, stream.rests, stream.highest_rate) = (end, is_rest, highest_rate);
         stream.next_index = stream.next_index.wrapping_add(1);
-        // 1 is allowed, as was checked.
-        let rate = ((rate * ONE as f32) as i64).clamp(ONE, 2 * ONE);
-        stream.highest_rate = stream.highest_rate.min(rate);
-        let tail = Tail {
+        self.shared.set_tail(Tail {
             cycles: (end.ticks() >> 32) as u32,
             rests: is_rest,
-        };
-        self.shared.set_tail(tail, stream.highest_rate);
+        });
         Ok(())
     }
 
@@ -361,107 +322,57 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         Ok(())
     }
 
-    /// Slows down to a standstill on the path, and waits.
-    ///
-    /// # Errors
-    /// [`Reason::NoStream`], [`Reason::Busy`].
-    pub fn pause(&mut self) -> Result<(), Refused> {
-        self.check_active()?;
-        self.order(Order::Pause)
-    }
-
-    /// Goes on.
-    ///
-    /// # Errors
-    /// As [`Self::pause`].
-    pub fn resume(&mut self) -> Result<(), Refused> {
-        self.check_active()?;
-        self.order(Order::Resume)
-    }
-
-    /// Another speed, 0 to 200 %. Where the limits of an axis allow less, it is held to that.
-    ///
-    /// # Errors
-    /// [`Reason::Override`], or as [`Self::pause`].
-    pub fn set_override(&mut self, percent: u16) -> Result<(), Refused> {
-        let rate = override_rate(percent)?;
-        self.check_active()?;
-        self.order(Order::Override(rate))
-    }
-
-    /// Slows down to a standstill on the path, and ends; nothing is taken any more.
-    ///
-    /// # Errors
-    /// As [`Self::pause`].
-    pub fn stop(&mut self) -> Result<(), Refused> {
-        self.check_active()?;
-        self.order(Order::Stop)?;
-        self.stream.is_stopping = true;
-        Ok(())
-    }
-
-    fn check_active(&self) -> Result<(), Refused> {
-        if self.player().phase.is_active() {
+    pub(super) fn order(&mut self, order: Order<AXES>) -> Result<(), Refused> {
+        if self.orders.send(order) {
             return Ok(());
         }
-        Err(Reason::NoStream.because(0, self.stream.number.into()))
-    }
-
-    fn order(&mut self, order: Order<AXES>) -> Result<(), Refused> {
-        self.orders.enqueue(order).map_err(|_| {
-            let capacity = self.orders.capacity() as i64;
-            Reason::Busy.because(capacity, capacity + 1)
-        })
+        let capacity = self.orders.capacity() as i64;
+        Err(Reason::Busy.because(capacity, capacity + 1))
     }
 }
 
-fn override_rate(percent: u16) -> Result<i64, Refused> {
-    let most = TimeScale::MOST_PERCENT;
-    if percent > most {
-        return Err(Reason::Override.because(most.into(), percent.into()));
-    }
-    Ok(i64::from(percent) * ONE / 100)
-}
+#[cfg(test)]
+mod tests {
+    use trajectory::Limits;
 
-fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Result<(), Refused> {
-    let nearest = actual.clamp(limits.lowest, limits.highest.max(limits.lowest));
-    if nearest == actual {
-        return Ok(());
-    }
-    Err(Reason::Travel.at(axis, nearest.units(), actual.units()))
-}
+    use super::*;
+    use crate::config::WhenDry;
+    use crate::segment::{AxisSegment, SegmentQueue, Shape};
 
-/// The whole way of one axis. The edge becomes that of the new segment, but for its position; returns the highest rate.
-fn check_axis(
-    axis: usize,
-    part: &AxisSegment,
-    segment: &Segment,
-    limits: &AxisLimits,
-    edge: &mut Edge,
-) -> Result<f32, Refused> {
-    let from = edge.position;
-    inside(axis, Position::from_units(part.end), limits)?;
-    if !part.fits(from) {
-        let most = units(limits.velocity().into());
-        return Err(Reason::Velocity.at(axis, most, i64::MAX));
+    /// The cycle may come between a segment and the end that it brings: the end of the stream before must not be taken for it.
+    #[test]
+    fn a_stream_does_not_begin_with_the_end_of_the_one_before() {
+        let limits = AxisLimits {
+            motion: Limits::without_jerk(100.0, 1.0).unwrap(),
+            lowest: Position::from_counts(-1_000),
+            highest: Position::from_counts(1_000),
+        };
+        let mut queue = SegmentQueue::<1, 4>::new();
+        let config = SegmentConfig::with_cycles_per_second(1_000);
+        let (mut admission, mut player) = queue.split(&[limits], config).unwrap();
+        let begin = |stream| Begin {
+            stream,
+            start: None,
+            when_dry: WhenDry::End,
+            percent: 100,
+            from: [0].into_iter().collect(),
+        };
+        let stand = [Position::ZERO];
+        let axis = AxisSegment {
+            end: 0,
+            shape: Shape::Line,
+        };
+        let segment = Segment {
+            duration: 400 << 32,
+            axes: [axis].into_iter().collect(),
+        };
+        admission.begin(&begin(1), &stand, 0).unwrap();
+        admission.push(1, 0, &segment).unwrap();
+        assert_eq!(admission.shared.tail().cycles, 400);
+        admission.stop().unwrap();
+        player.advance(1, &stand, &mut [Position::ZERO]);
+        admission.begin(&begin(2), &stand, 1).unwrap();
+        assert_eq!(admission.shared.tail(), Tail::default());
+        assert_eq!(admission.shared.highest_rate(), 2 * ONE);
     }
-    let piece = part.piece(from);
-    let counts = |units: i64| units as f32 / Position::UNITS as f32;
-    let coefficients = piece.coefficients().map(counts);
-    let polynomial = Polynomial::new(coefficients, segment.time().cycles());
-    let needs = polynomial.needs();
-    check_needs(axis, &needs, limits)?;
-    for &turn in &polynomial.turns() {
-        let share = Share::of((turn * STEPS as f32) as u64, STEPS);
-        inside(axis, piece.at(share), limits)?;
-    }
-    let [leaving, arriving] = slopes(part, from, segment);
-    let with_step = pass(axis, edge, leaving, needs, limits)?;
-    (edge.slope, edge.needs) = (arriving, needs);
-    let most = Needs {
-        velocity: limits.velocity(),
-        acceleration: limits.acceleration(),
-        jerk: limits.jerk(),
-    };
-    Ok(with_step.highest_rate(&most))
 }

@@ -5,7 +5,8 @@ use trajectory::Position;
 use super::{AxisSegment, Segment, Shape};
 use crate::config::AxisLimits;
 use crate::polynomial::Needs;
-use crate::refused::{Reason, Refused};
+use crate::reason::Reason;
+use crate::refused::Refused;
 
 /// What the rounding of two velocities to 2^-24 counts can make of their difference, in counts per cycle.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
@@ -116,7 +117,7 @@ pub(super) fn check_needs(axis: usize, needs: &Needs, limits: &AxisLimits) -> Re
     ];
     for (reason, actual, most) in checks {
         // What is no number is too much.
-        if !(actual <= allowed(most)) {
+        if actual.is_nan() || actual > allowed(most) {
             return Err(reason.at(axis, units(f64::from(most)), units(f64::from(actual))));
         }
     }

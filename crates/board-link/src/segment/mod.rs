@@ -4,17 +4,26 @@
 //! integers, so a host and a board make the same [`Piece`] of it, to the last bit.
 
 mod admission;
+mod begin;
 mod border;
+mod checks;
+mod halves;
+mod orders;
+mod pace;
+mod phase;
 mod player;
 mod queue;
 mod quick;
+mod split;
 
 use serde::{Deserialize, Serialize};
 use trajectory::curve::{Border, Piece};
 use trajectory::{Position, Time};
 
-pub use admission::{Admission, Begin, SegmentConfig};
-pub use player::{Player, PlayerState, StreamPhase};
+pub use admission::Admission;
+pub use begin::{Begin, SegmentConfig};
+pub use phase::{PlayerState, StreamPhase};
+pub use player::Player;
 pub use queue::SegmentQueue;
 
 /// The largest number of axes of a segment and of a board.

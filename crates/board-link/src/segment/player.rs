@@ -2,111 +2,46 @@
 
 use core::sync::atomic::Ordering;
 
-use heapless::spsc::Consumer;
-use serde::{Deserialize, Serialize};
 use trajectory::curve::{Piece, Share};
 use trajectory::{Position, Time};
 
+use super::halves::Receiver;
+use super::phase::StreamPhase;
 use super::queue::{Admitted, Order, Shared, Start, Status, Tail};
 use super::quick::Quick;
 use crate::config::WhenDry;
-use crate::rate::{ONE, Rate};
-
-/// What becomes of a stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum StreamPhase {
-    /// None was begun.
-    #[default]
-    Idle,
-    /// It waits for its start, or for enough segments.
-    Waiting,
-    /// The axes are on their way, or paused on it.
-    Moving,
-    /// The segments ran out, the axes stand on the way, and go on when enough follow.
-    Dry,
-    /// The axes stand where its end was announced.
-    Complete,
-    /// The segments ran out, the axes stand on the way, and that is the end.
-    DriedUp,
-    /// It was told to stop, and the axes stand on the way.
-    Stopped,
-    /// At its start the axes stood elsewhere: nothing has moved.
-    Displaced,
-}
-
-impl StreamPhase {
-    const ALL: [Self; 8] = [
-        Self::Idle,
-        Self::Waiting,
-        Self::Moving,
-        Self::Dry,
-        Self::Complete,
-        Self::DriedUp,
-        Self::Stopped,
-        Self::Displaced,
-    ];
-
-    /// Whether it moves the axes, or may do so yet.
-    #[must_use]
-    pub const fn is_active(self) -> bool {
-        matches!(self, Self::Waiting | Self::Moving | Self::Dry)
-    }
-
-    /// The number on the wire.
-    pub(super) const fn number(self) -> u8 {
-        self as u8
-    }
-
-    pub(super) fn of_number(number: u8) -> Self {
-        let all = Self::ALL.iter();
-        let found = all.copied().find(|phase| phase.number() == number);
-        found.unwrap_or_default()
-    }
-}
-
-/// What a player does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct PlayerState {
-    /// What becomes of the stream.
-    pub phase: StreamPhase,
-    /// Whole cycles of the stream that have passed.
-    pub time_cycles: u32,
-    /// Segments that have been played to their end.
-    pub finished: u32,
-    /// Percent of the speed of the stream, at this moment.
-    pub percent: u16,
-}
+use crate::rate::Rate;
 
 /// Plays what the [`Admission`](super::Admission) has admitted. A cycle takes the orders that have come, one square root at most, and the
 /// value of one polynomial an axis.
 pub struct Player<'q, const AXES: usize> {
-    segments: Consumer<'q, Admitted<AXES>>,
-    orders: Consumer<'q, Order<AXES>>,
-    shared: &'q Shared,
+    pub(super) segments: Receiver<'q, Admitted<AXES>>,
+    orders: Receiver<'q, Order<AXES>>,
+    pub(super) shared: &'q Shared,
     axes: usize,
     lead: Time,
-    start: Start<AXES>,
+    pub(super) start: Start<AXES>,
     phase: StreamPhase,
     /// Where the axes are between segments.
     stand: [Position; AXES],
     /// Since the start of the stream.
-    time: Time,
-    rate: Rate,
-    is_paused: bool,
-    is_stopping: bool,
-    is_ended: bool,
+    pub(super) time: Time,
+    pub(super) rate: Rate,
+    pub(super) is_paused: bool,
+    pub(super) is_stopping: bool,
+    pub(super) is_ended: bool,
     /// It slows down, because there may be nothing more than this.
-    short_of: Option<Tail>,
+    pub(super) short_of: Option<Tail>,
     finished: u32,
     /// The way down from a steady rate to a floor, as it was worked out last.
-    way_down: (u32, i64, f32),
+    pub(super) way_down: (u32, i64, f32),
     quick: Quick<AXES>,
 }
 
 impl<'q, const AXES: usize> Player<'q, AXES> {
     pub(super) fn new(
-        segments: Consumer<'q, Admitted<AXES>>,
-        orders: Consumer<'q, Order<AXES>>,
+        segments: Receiver<'q, Admitted<AXES>>,
+        orders: Receiver<'q, Order<AXES>>,
         shared: &'q Shared,
         axes: usize,
         rate: Rate,
@@ -201,7 +136,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     }
 
     fn obey(&mut self) {
-        while let Some(order) = self.orders.dequeue() {
+        while let Some(order) = self.orders.receive() {
             match order {
                 Order::Begin(start) => self.take_on(start),
                 Order::End => self.is_ended = true,
@@ -234,7 +169,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             ahead < 0 || (ahead == 0 && !is_active)
         };
         while self.segments.peek().is_some_and(is_old) {
-            drop(self.segments.dequeue());
+            self.segments.receive();
         }
     }
 
@@ -263,7 +198,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
         // At rest the rate has no meaning: it is at once what it shall be, if what is buffered suffices to come down from it.
         let at_once = self.rate.running_at(self.goal_of_orders());
         let tail = self.shared.tail();
-        if self.is_ended || at_once.way_down_after_a_rise_to(floor(tail)) + 1.0 < self.left(tail) {
+        if self.is_ended || at_once.way_down_after_a_rise_to(tail.floor()) + 1.0 < self.left(tail) {
             self.rate = at_once;
         }
     }
@@ -272,7 +207,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     fn has_lead(&self) -> bool {
         let tail = self.shared.tail();
         let buffered = Time::from_cycles(tail.cycles).since(self.time);
-        let is_full = self.segments.len() == self.segments.capacity();
+        let is_full = self.segments.is_full();
         buffered >= self.lead || self.is_ended || is_full
     }
 
@@ -297,7 +232,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
                 self.stand = head.pieces.map(|piece| piece.at(end));
                 self.time = head.end;
             }
-            drop(self.segments.dequeue());
+            self.segments.receive();
             self.finished = self.finished.wrapping_add(1);
         }
         if self.segments.peek().is_none() {
@@ -343,55 +278,6 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
         self.write(&mut stand);
         self.stand = stand;
         self.phase = phase;
-    }
-
-    fn goal_of_orders(&self) -> i64 {
-        if self.is_paused || self.is_stopping {
-            return 0;
-        }
-        self.start
-            .override_rate
-            .min(self.shared.highest_rate().max(ONE))
-    }
-
-    /// The rate to go to.
-    fn goal(&mut self) -> i64 {
-        let (goal, tail) = (self.goal_of_orders(), self.shared.tail());
-        if self.short_of.is_some_and(|short_of| short_of != tail) {
-            self.short_of = None;
-        }
-        if goal == 0 || self.is_ended {
-            return goal;
-        }
-        let floor = floor(tail);
-        let way = self.way_down_to(floor);
-        // Whole cycles first: they are at most one more than there are, and nearly always enough.
-        let whole = tail.cycles.saturating_sub((self.time.ticks() >> 32) as u32);
-        if way + 1.0 >= whole as f32 && way >= self.left(tail) {
-            self.short_of = Some(tail);
-        }
-        if self.short_of.is_some() {
-            goal.min(floor)
-        } else {
-            goal
-        }
-    }
-
-    /// [`Rate::way_down_after_a_rise_to`], worked out once for a rate that does not change.
-    fn way_down_to(&mut self, floor: i64) -> f32 {
-        if !self.rate.is_steady() {
-            return self.rate.way_down_after_a_rise_to(floor);
-        }
-        let bits = self.rate.bits();
-        if (self.way_down.0, self.way_down.1) != (bits, floor) {
-            self.way_down = (bits, floor, self.rate.way_down_after_a_rise_to(floor));
-        }
-        self.way_down.2
-    }
-
-    /// Cycles of the stream that are admitted ahead.
-    fn left(&self, tail: Tail) -> f32 {
-        Time::from_cycles(tail.cycles).since(self.time).cycles()
     }
 
     fn write(&self, out: &mut [Position]) {
@@ -448,10 +334,4 @@ fn exact_counts<const AXES: usize>(piece: &Piece, elapsed: Time, head: &Admitted
     piece
         .at(Share::of(elapsed.ticks(), duration.ticks()))
         .counts()
-}
-
-/// The highest rate with which the axes may come to the end of what was admitted, if something may follow. At an end at rest every rate
-/// ends, but what follows may allow no more than 1.
-const fn floor(tail: Tail) -> i64 {
-    if tail.rests { ONE } else { 0 }
 }

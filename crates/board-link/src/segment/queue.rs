@@ -6,11 +6,10 @@ use heapless::spsc::Queue;
 use trajectory::curve::Piece;
 use trajectory::{Position, Time};
 
-use super::admission::{Admission, SegmentConfig};
-use super::player::{Player, StreamPhase};
+use super::phase::StreamPhase;
 use super::quick::Scale;
-use crate::config::{AxisLimits, WhenDry, ramp};
-use crate::rate::{ONE, Rate};
+use crate::config::WhenDry;
+use crate::rate::ONE;
 
 /// Orders that may wait for the next cycle.
 const ORDERS: usize = 8;
@@ -57,6 +56,14 @@ pub(super) struct Tail {
     pub(super) rests: bool,
 }
 
+impl Tail {
+    /// The highest rate with which the axes may come there, if something may follow. At an end at rest every rate ends, but what follows may
+    /// allow no more than 1.
+    pub(super) const fn floor(self) -> i64 {
+        if self.rests { ONE } else { 0 }
+    }
+}
+
 /// What the player does, as of its latest cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Status {
@@ -87,10 +94,14 @@ impl Shared {
         }
     }
 
-    pub(super) fn set_tail(&self, tail: Tail, highest_rate: i64) {
+    /// Before a segment that allows no more is queued.
+    pub(super) fn set_highest_rate(&self, highest_rate: i64) {
         let rate = u32::try_from(highest_rate).unwrap_or(ONE as u32);
-        // Whoever sees the tail sees the rate, and the segment that was queued before.
-        self.highest_rate.store(rate, Ordering::Relaxed);
+        self.highest_rate.store(rate, Ordering::Release);
+    }
+
+    /// After a segment is queued: until then the player takes the end before for the end.
+    pub(super) fn set_tail(&self, tail: Tail) {
         let word = (tail.cycles << 1) | u32::from(tail.rests);
         self.tail.store(word, Ordering::Release);
     }
@@ -104,7 +115,7 @@ impl Shared {
     }
 
     pub(super) fn highest_rate(&self) -> i64 {
-        i64::from(self.highest_rate.load(Ordering::Relaxed))
+        i64::from(self.highest_rate.load(Ordering::Acquire))
     }
 
     pub(super) fn set_status(&self, status: Status) {
@@ -121,15 +132,16 @@ impl Shared {
     }
 }
 
-/// The memory of a stream of segments: split into the [`Admission`] of the thread and the [`Player`] of the cycle.
+/// The memory of a stream of segments: split into the [`Admission`](super::Admission) of the thread and
+/// the [`Player`](super::Player) of the cycle.
 ///
 /// `AXES` is the largest number of axes, `SEGMENTS` one more than the largest number of segments that wait. The halves share queues of one
 /// writer and one reader, and words; neither ever waits for the other, and no interrupt is masked.
 #[derive(Debug)]
 pub struct SegmentQueue<const AXES: usize, const SEGMENTS: usize> {
-    segments: Queue<Admitted<AXES>, SEGMENTS>,
-    orders: Queue<Order<AXES>, ORDERS>,
-    shared: Shared,
+    pub(super) segments: Queue<Admitted<AXES>, SEGMENTS>,
+    pub(super) orders: Queue<Order<AXES>, ORDERS>,
+    pub(super) shared: Shared,
 }
 
 impl<const AXES: usize, const SEGMENTS: usize> SegmentQueue<AXES, SEGMENTS> {
@@ -141,30 +153,6 @@ impl<const AXES: usize, const SEGMENTS: usize> SegmentQueue<AXES, SEGMENTS> {
             orders: Queue::new(),
             shared: Shared::new(),
         }
-    }
-
-    /// Both halves, for axes with these limits; `None` for no axis and for more than `AXES` or [`MOST_AXES`](super::MOST_AXES).
-    pub fn split(
-        &mut self,
-        limits: &[AxisLimits],
-        config: SegmentConfig,
-    ) -> Option<(Admission<'_, AXES>, Player<'_, AXES>)> {
-        let axes = limits.len();
-        let first = limits.first()?;
-        if axes > AXES || axes > super::MOST_AXES {
-            return None;
-        }
-        let mut all = [*first; AXES];
-        all.iter_mut()
-            .zip(limits)
-            .for_each(|(all, one)| *all = *one);
-        let (most, change) = ramp(limits);
-        let standing = Rate::standing(most, change);
-        let (admit, admitted) = self.segments.split();
-        let (order, orders) = self.orders.split();
-        let player = Player::new(admitted, orders, &self.shared, axes, standing, config.lead);
-        let admission = Admission::new(admit, order, &self.shared, (axes, all), config);
-        Some((admission, player))
     }
 }
 

@@ -1,8 +1,11 @@
 //! Options of `motionctl bench`.
 
+use std::path::PathBuf;
+
 use drive_sim::BitRate;
 use dyn_can::DriveId;
 
+use super::board::BoardOptions;
 use super::mechanics::MechanicsOptions;
 use crate::drive_ids::drive_ids;
 use crate::host_port::Place;
@@ -17,13 +20,16 @@ Examples:
   slcand -o -s8 /tmp/can-adapter can0                              as a network interface, on Linux
   motionctl bench --drives 1,2 --slcan tcp:7000                    on any system, for programs of this machine
   motionctl run --slcan tcp:7000 --drives 1,2 --axes 2             in another terminal; python-can opens socket://127.0.0.1:7000
+  motionctl bench --drives 1,2 --board /tmp/motion-board --settings board.toml    drives behind a motion board
+  motionctl board info --port /tmp/motion-board                    in another terminal
 
 The adapter speaks the Lawicel protocol (S0..S8, O, L, C, t, T, r, R, F, V, N, Z) and drives a virtual
 bus with exact bit timing, in real time. The serial port is that of the same drives: 38400 baud, DYN232M.
-Ctrl-C ends it and shows what each drive has received. SIGUSR1 switches the power of the drives off and on, where the system
-has it. A TCP port takes one program at a time.
+The motion board speaks the protocol of the real one, docs/board.md; its cycles are on time, in the time of the bus.
+Ctrl-C ends it and shows what each drive has received. SIGUSR1 switches the power of the drives and of the board off and on,
+where the system has it. A TCP port takes one program at a time.
 
-Exit status: 0 ended on request, 2 the bench could not be set up, 3 the terminal failed.";
+Exit status: 0 ended on request, 1 the log is not complete, 2 the bench could not be set up, 3 the terminal failed.";
 
 /// Options of `motionctl bench`.
 #[derive(Debug, clap::Args)]
@@ -47,6 +53,11 @@ pub(crate) struct Arguments {
     pub(super) mechanics: MechanicsOptions,
     #[command(flatten)]
     pub(crate) terminals: Terminals,
+    #[command(flatten)]
+    pub(super) board: BoardOptions,
+    /// Write the bus traffic as a candump log; the time is the end of each frame.
+    #[arg(long, value_name = "FILE")]
+    pub(super) candump: Option<PathBuf>,
     /// Bit rate of the bus in kbit/s: 10, 20, 50, 125, 250, 500, 800 or 1000.
     #[arg(long, value_name = "KBIT", default_value = "1000", value_parser = bit_rate)]
     pub(crate) bit_rate: BitRate,
@@ -84,10 +95,10 @@ pub(crate) struct Troubles {
 
 /// What the drives are behind, one at least.
 #[derive(Debug, clap::Args)]
-#[group(required = true, multiple = true)]
+#[group(multiple = true)]
 pub(crate) struct Terminals {
     /// Where programs find the CAN adapter (slcan): a link that does not exist yet, or tcp:PORT of this machine; port 0 takes one that is free.
-    #[arg(long, value_name = "PATH|tcp:PORT")]
+    #[arg(long, value_name = "PATH|tcp:PORT", required_unless_present_any = ["serial", "board"])]
     pub(crate) slcan: Option<Place>,
     /// Where programs find the drives' serial line: likewise.
     #[arg(long, value_name = "PATH|tcp:PORT")]

@@ -2,9 +2,11 @@
 
 use core::fmt;
 use std::io;
+use std::path::PathBuf;
 
 use crate::exit::{self, Coded};
 use crate::host_port::Place;
+use crate::recording::RecordingError;
 
 /// A bench that cannot be set up, or that failed.
 #[derive(Debug)]
@@ -13,6 +15,12 @@ pub(crate) enum BenchError {
     Interrupt(io::Error),
     /// What other programs open cannot be made.
     Create { place: Place, source: io::Error },
+    /// The settings of the board cannot be read.
+    Settings { path: PathBuf, source: io::Error },
+    /// The log of the bus cannot be written.
+    Candump(RecordingError),
+    /// The log of the bus is not complete.
+    CandumpStopped { reason: String },
     /// A terminal failed while the bench ran.
     Terminal(io::Error),
     /// The report cannot be written.
@@ -23,6 +31,7 @@ impl Coded for BenchError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Terminal(_) => exit::LINK_FAILED,
+            Self::CandumpStopped { .. } => exit::BROKEN_PROMISE,
             _ => exit::BAD_INPUT,
         }
     }
@@ -46,6 +55,17 @@ impl fmt::Display for BenchError {
                 ),
                 (Place::Tcp(_), _) => write!(f, "cannot listen at {place}: {source}"),
             },
+            Self::Settings { path, source } => {
+                write!(
+                    f,
+                    "cannot read the settings in {}: {source}",
+                    path.display()
+                )
+            }
+            Self::Candump(source) => source.fmt(f),
+            Self::CandumpStopped { reason } => {
+                write!(f, "the log of the bus is not complete: {reason}")
+            }
             Self::Terminal(source) => write!(f, "a terminal or port of the bench failed: {source}"),
             Self::Print(source) => write!(f, "cannot write the report: {source}"),
         }

@@ -2,6 +2,8 @@
 
 mod adapter;
 mod arguments;
+mod board;
+mod candump;
 mod error;
 mod mechanics;
 mod report;
@@ -31,7 +33,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchError> {
         rig.places(),
     ));
     rig.serve()?;
-    let report = rig.report();
+    let report = rig.report()?;
     if arguments.json {
         print_json(&report).map_err(BenchError::Print)?;
     } else {

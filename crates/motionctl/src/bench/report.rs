@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::adapter::Refusals;
+use super::board::BoardReport;
 use crate::counted::counted;
 use crate::table::align_numbers;
 
@@ -48,10 +49,18 @@ pub(super) struct Report {
     refused_commands: u64,
     lost_to_host: u64,
     seconds: f64,
+    /// The motion board on the bus, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    board: Option<BoardReport>,
 }
 
 impl Report {
-    pub(super) fn new(bench: &Bench<DynDrive>, adapter: NodeId, refusals: Refusals) -> Self {
+    pub(super) fn new(
+        bench: &Bench<DynDrive>,
+        adapter: NodeId,
+        refusals: Refusals,
+        board: Option<BoardReport>,
+    ) -> Self {
         let now_ns = bench.now_ns();
         let counters = bench.bus().controller(adapter).counters();
         let drive = |drive: &DynDrive| DriveReport {
@@ -76,6 +85,7 @@ impl Report {
             refused_commands: refusals.commands,
             lost_to_host: refusals.lost_to_host,
             seconds: now_ns as f64 * 1e-9,
+            board,
         }
     }
 }
@@ -119,6 +129,7 @@ impl fmt::Display for Report {
             counted(self.refused_by_adapter, "frame", "frames"),
             counted(self.refused_commands, "other command", "other commands"),
             counted(self.lost_to_host, "line", "lines"),
-        )
+        )?;
+        self.board.map_or(Ok(()), |board| write!(f, "\n{board}"))
     }
 }

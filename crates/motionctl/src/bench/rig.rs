@@ -11,6 +11,8 @@ use dyn_can::Alarm;
 
 use super::adapter::Adapter;
 use super::arguments::{Arguments, Troubles};
+use super::board::{Queue, Running, Seat};
+use super::candump::BenchLog;
 use super::error::BenchError;
 use super::mechanics::SwitchOutput;
 use super::report::Report;
@@ -41,6 +43,9 @@ pub(super) struct Rig<'a> {
     adapter_port: Option<HostPort>,
     serial: Option<Serial>,
     switch: Option<SwitchOutput>,
+    /// A motion board on the bus, apart from what runs on it.
+    board: Option<Seat>,
+    log: Option<BenchLog>,
     start: Instant,
     /// The bit rate that the user was warned of.
     warned_kbit_per_s: Option<u32>,
@@ -65,6 +70,8 @@ impl<'a> Rig<'a> {
         bench.advance_to(POWER_ON_DELAY_NS);
         arguments.troubles.befall(&mut bench, &drives);
         let adapter = Adapter::new(&mut bench, node);
+        let board = Seat::new(&arguments.board, &mut bench)?;
+        let log = BenchLog::open(arguments.candump.as_deref(), &mut bench, board.as_ref())?;
         let terminals = &arguments.terminals;
         Ok(Self {
             arguments,
@@ -80,6 +87,8 @@ impl<'a> Rig<'a> {
                 Serial::create(place, &drives)
             })?,
             switch: arguments.mechanics.switch_output()?,
+            board,
+            log,
             start: Instant::now(),
             warned_kbit_per_s: None,
         })
@@ -98,27 +107,48 @@ impl<'a> Rig<'a> {
 
     fn ports(&self) -> impl Iterator<Item = &HostPort> {
         let serial = self.serial.as_ref().map(Serial::port);
-        self.adapter_port.iter().chain(serial)
+        let board = self.board.as_ref().map(Seat::port);
+        self.adapter_port.iter().chain(serial).chain(board)
     }
 
     /// Runs until the user asks to stop.
     pub(super) fn serve(&mut self) -> Result<(), BenchError> {
         while interrupt::requests() == 0 {
-            self.step().map_err(BenchError::Terminal)?;
+            // From one start of the board to the next, where there is one.
+            let mut queue = Queue::new();
+            let seat = self.board.as_mut();
+            let mut running = seat.map(|seat| seat.start(&mut queue, &mut self.bench));
+            while interrupt::requests() == 0 && !self.is_reset(running.as_ref()) {
+                self.step(running.as_mut()).map_err(BenchError::Terminal)?;
+            }
+            if let (Some(seat), Some(running)) = (&mut self.board, running) {
+                seat.end(running);
+            }
         }
         Ok(())
     }
 
+    fn is_reset(&self, running: Option<&Running<'_>>) -> bool {
+        let both = self.board.as_ref().zip(running);
+        both.is_some_and(|(seat, running)| running.is_reset(seat))
+    }
+
     /// Bus and line up to now, bytes in, answers and frames out, wait.
-    fn step(&mut self) -> io::Result<()> {
-        self.run_to(self.now_ns());
+    fn step(&mut self, mut board: Option<&mut Running<'_>>) -> io::Result<()> {
+        self.run_to(self.now_ns(), board.as_deref_mut())?;
         if self.is_power_cycled.swap(false, Ordering::Relaxed) {
             for &drive in &self.drives {
                 let faults = self.bench.device_mut(drive).faults_mut();
                 faults.power_cycle(POWER_OFF_NS);
             }
+            if let Some(seat) = &mut self.board {
+                seat.reset();
+            }
         }
-        let adapter_is_behind = self.serve_adapter()?;
+        let mut is_behind = self.serve_adapter()?;
+        if let (Some(board), Some(seat)) = (board.as_deref_mut(), &mut self.board) {
+            is_behind |= board.exchange(seat)?;
+        }
         if let Some(serial) = &mut self.serial {
             serial.exchange(&mut self.bench)?;
         }
@@ -126,7 +156,7 @@ impl<'a> Rig<'a> {
             let now_ns = self.bench.now_ns();
             switch.tell(self.bench.device(drive).switch_is_operated(now_ns))?;
         }
-        let wait = if adapter_is_behind {
+        let wait = if is_behind {
             WAIT_FOR_ROOM
         } else {
             LONGEST_WAIT
@@ -135,6 +165,7 @@ impl<'a> Rig<'a> {
         let due_ns = self.bench.next_event_ns().into_iter();
         let due_ns = due_ns
             .chain(serial.and_then(|serial| serial.next_event_ns(&self.bench)))
+            .chain(board.map(|board| board.next_cycle_ns()))
             .min()
             .unwrap_or(u64::MAX);
         let until_due = Duration::from_nanos(due_ns.saturating_sub(self.now_ns()));
@@ -142,17 +173,39 @@ impl<'a> Rig<'a> {
         wait_for_input(&inputs, wait.min(until_due))
     }
 
-    /// Lets time pass until `now_ns`; bytes reach the drives at their own instants.
-    fn run_to(&mut self, now_ns: u64) {
-        while let Some(serial) = &mut self.serial
-            && let Some(at_ns) = serial.next_arrival_ns().filter(|at_ns| *at_ns <= now_ns)
-        {
-            while self.bench.step_to(at_ns) {
-                self.adapter.hand_on(&mut self.bench);
+    /// Lets time pass until `now_ns`; bytes reach the drives, and cycles of the board begin, at their own instants.
+    fn run_to(&mut self, now_ns: u64, mut board: Option<&mut Running<'_>>) -> io::Result<()> {
+        loop {
+            let arrival_ns = self.serial.as_ref().and_then(Serial::next_arrival_ns);
+            let cycle_ns = board.as_ref().map(|board| board.next_cycle_ns());
+            let next_ns = arrival_ns.into_iter().chain(cycle_ns).min();
+            let next_ns = next_ns.filter(|at_ns| *at_ns <= now_ns);
+            self.pass_time_to(next_ns.unwrap_or(now_ns), board.as_deref_mut());
+            if let Some(log) = &mut self.log {
+                log.drain(&mut self.bench);
             }
-            serial.deliver(&mut self.bench);
+            if next_ns.is_none() {
+                return Ok(());
+            }
+            if let (Some(serial), true) = (&mut self.serial, arrival_ns == next_ns) {
+                serial.deliver(&mut self.bench);
+            }
+            if let (Some(board), Some(seat), true) =
+                (board.as_deref_mut(), &mut self.board, cycle_ns == next_ns)
+            {
+                board.begin_cycle(seat, &self.bench)?;
+            }
         }
-        while self.bench.step_to(now_ns) {
+    }
+
+    fn pass_time_to(&mut self, until_ns: u64, mut board: Option<&mut Running<'_>>) {
+        loop {
+            if let (Some(board), Some(seat)) = (board.as_deref_mut(), &self.board) {
+                board.serve(seat, &mut self.bench);
+            }
+            if !self.bench.step_to(until_ns) {
+                return;
+            }
             self.adapter.hand_on(&mut self.bench);
         }
     }
@@ -191,8 +244,16 @@ impl<'a> Rig<'a> {
     }
 
     /// What each drive has received.
-    pub(super) fn report(&self) -> Report {
-        Report::new(&self.bench, self.node, self.adapter.refusals())
+    ///
+    /// # Errors
+    /// When the log could not be written to its end.
+    pub(super) fn report(self) -> Result<Report, BenchError> {
+        if let Some(log) = self.log {
+            log.finish()?;
+        }
+        let board = self.board.as_ref().map(Seat::report);
+        let refusals = self.adapter.refusals();
+        Ok(Report::new(&self.bench, self.node, refusals, board))
     }
 }
 

@@ -3,7 +3,7 @@
 use core::fmt;
 use std::io::{self, ErrorKind};
 
-use crate::system::serial_port_exists;
+use crate::system::{serial_port_exists, serial_ports_hint};
 
 /// A link that cannot be opened; nothing was sent to a drive.
 #[derive(Debug)]
@@ -83,24 +83,14 @@ impl OpenError {
     }
 }
 
-/// The serial ports that are there, for whoever named another one.
-fn available_ports() -> String {
-    let ports = serialport::available_ports().unwrap_or_default();
-    let names: Vec<&str> = ports.iter().map(|port| port.port_name.as_str()).collect();
-    match names.as_slice() {
-        [] => "this computer has no serial port".to_owned(),
-        names => format!("this computer has {}", names.join(", ")),
-    }
-}
-
 impl fmt::Display for OpenError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoSuchPort { port } => {
                 write!(
                     f,
-                    "there is no port {port}: is the adapter plugged in? ({})",
-                    available_ports()
+                    "there is no port {port}: is the adapter plugged in?{}",
+                    serial_ports_hint()
                 )
             }
             Self::NotAllowed { port } => write!(

@@ -342,7 +342,8 @@ pub(super) fn places(drives: &[DriveId]) -> Vec<usize> {
     drives.iter().map(place).collect()
 }
 
-fn progress_bar(cycles: Option<u64>, show: bool) -> ProgressBar {
+/// A bar for so many cycles, where they are known and somebody looks at it.
+pub(crate) fn progress_bar(cycles: Option<u64>, show: bool) -> ProgressBar {
     let (Some(cycles), true) = (cycles, show) else {
         return ProgressBar::hidden();
     };

@@ -27,6 +27,7 @@ use crate::recording::AxisAbout;
 use crate::station::{Needs, Seen, Station, look};
 pub(crate) use arguments::Arguments;
 use error::{GearDifference, RunError};
+pub(crate) use follow::progress_bar;
 
 /// One axis of the motion, in the order of the columns.
 #[derive(Debug, Clone)]

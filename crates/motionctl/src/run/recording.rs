@@ -67,7 +67,8 @@ fn options(arguments: &Arguments, buses: &[Bus]) -> Vec<RecordingOptions> {
 /// What tells the files of the buses apart: the last part of the names of their links, or numbers from 1 where two have the same.
 fn tails(names: &[&str]) -> Vec<String> {
     let tails = names.iter().map(|name| {
-        let last = name.rsplit('/').next().unwrap_or_default();
+        // They become names of files: Windows has them without these.
+        let last = name.rsplit(['/', '\\', ':']).next().unwrap_or_default();
         last.to_owned()
     });
     let tails: Vec<String> = tails.collect();
@@ -141,6 +142,10 @@ mod tests {
     #[test]
     fn buses_are_told_apart_by_the_end_of_their_links_or_by_numbers() {
         assert_eq!(tails(&["can0", "/dev/ttyACM1"]), ["can0", "ttyACM1"]);
+        assert_eq!(
+            tails(&["pcan:PCAN_USBBUS1", "tcp:[::1]:7000", r"\\.\COM10"]),
+            ["PCAN_USBBUS1", "7000", "COM10"]
+        );
         assert_eq!(tails(&["/a/tty", "/b/tty", "can0"]), ["1", "2", "3"]);
     }
 }

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 
+use crate::board;
 use crate::hub;
 use crate::output::{print, print_json, tell};
 use crate::{
@@ -21,6 +22,7 @@ Examples:
   motionctl schema                         the names
   motionctl schema sim                     what `sim --json` prints
   motionctl schema zlac-sim                what `sim --drives zlac --json` prints
+  motionctl schema board-run               what `board run --json` prints
   motionctl schema --folder docs/schemas   one file each
 
 With --dry-run a command prints what `dry-run` says. A line of `decode --json` and of `monitor --json` is a document of its own.
@@ -87,11 +89,15 @@ pub(crate) fn of<T: JsonSchema>() -> Schema {
 
 /// Every schema with its name.
 fn all() -> impl Iterator<Item = (&'static str, Schema)> {
-    SCHEMAS.iter().chain(hub::SCHEMAS).map(|(name, shape)| {
-        let mut schema = shape();
-        schema.insert("title".to_owned(), format!("motionctl {name}").into());
-        (*name, schema)
-    })
+    SCHEMAS
+        .iter()
+        .chain(hub::SCHEMAS)
+        .chain(board::SCHEMAS)
+        .map(|(name, shape)| {
+            let mut schema = shape();
+            schema.insert("title".to_owned(), format!("motionctl {name}").into());
+            (*name, schema)
+        })
 }
 
 /// Prints a schema or the names, or writes all.
@@ -138,7 +144,8 @@ mod tests {
         let mut names: Vec<&str> = all().map(|(name, _)| name).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), SCHEMAS.len() + hub::SCHEMAS.len());
+        let count = SCHEMAS.len() + hub::SCHEMAS.len() + board::SCHEMAS.len();
+        assert_eq!(names.len(), count);
         for (name, schema) in all() {
             let shapes = ["properties", "anyOf", "oneOf"];
             assert!(

@@ -17,6 +17,7 @@ mod wheels;
 use std::process::ExitCode;
 
 pub(crate) use arguments::Arguments;
+pub(crate) use bench::wire_frame;
 use error::SimError;
 
 /// Checks everything, runs the motion, prints the summary.

@@ -15,7 +15,7 @@ use windows as this;
 pub(crate) use this::{
     Keyboard, Pty, SocketFile, SocketFileListener, SocketFileStream, keep_signals, note_endings,
     note_endings_in_motion, note_power_cycles, read_at, read_serial, serial_port_exists,
-    wait_for_input,
+    serial_ports_hint, wait_for_input,
 };
 
 /// Something that brings bytes from other programs.

@@ -370,6 +370,15 @@ impl MotionFile<'_> {
         })
     }
 
+    /// Whether options or the machine of a program say which drives they are.
+    pub(crate) fn names_drives(&self) -> bool {
+        let of_machine = match &self.content {
+            Content::Program { machine, .. } => machine.drives(),
+            Content::File(_) => None,
+        };
+        self.options.drives.is_some() || of_machine.is_some()
+    }
+
     /// The drive of each axis.
     pub(crate) fn drives(&self) -> Result<Vec<DriveId>, MotionError> {
         let axes = self.axes()?;

@@ -1,13 +1,15 @@
 //! Command counts of every axis at every cycle, worked out when they are needed: a motion takes the memory of its points, not of
 //! its duration.
 
+use board_link::segment::{OfAxes, Segment};
 use dyn_can::{Counts28, StepLimit};
+use trajectory::{Position, Time};
 
-use super::curve::Curve;
+use super::curve::{Curve, Times, counts, position, time};
 use super::error::{Place, TrajectoryError};
 use super::unit::AxisScale;
 use super::{Interpolation, Table};
-use crate::program::Checked;
+use crate::program::{Checked, ProgramFileError};
 use crate::set_points::MotionInTime;
 
 /// A motion that has been checked: counts from the start of the motion, cycle by cycle.
@@ -23,7 +25,7 @@ pub(crate) struct Plan {
 /// Where the positions come from.
 #[derive(Debug)]
 enum Source {
-    Curves { curves: Vec<Curve>, cycle_s: f64 },
+    Curves(Vec<Curve>),
     Program(Box<Checked>),
 }
 
@@ -48,10 +50,9 @@ impl Plan {
         cycle_us: u32,
         limits: &[StepLimit],
     ) -> Result<Self, TrajectoryError> {
-        let duration_s = table.times_s[table.points() - 1];
-        let cycle_s = f64::from(cycle_us) * 1e-6;
         // The duration is limited by whoever read the table.
-        let last_cycle = (duration_s / cycle_s).ceil() as usize;
+        let times = Times::new(&table.times_s, cycle_us);
+        let last_cycle = times.end().whole_cycles() as usize;
         let mut curves = Vec::with_capacity(scales.len());
         let mut peaks = Vec::with_capacity(scales.len());
         let mut first_counts = Vec::with_capacity(scales.len());
@@ -63,7 +64,7 @@ impl Plan {
                 within_travel(counts(value), &place)?;
             }
             let curve = Curve::new(
-                table.times_s.clone(),
+                &times,
                 table.axis(axis).map(counts).collect(),
                 interpolation,
             );
@@ -73,7 +74,7 @@ impl Plan {
             first_counts.push(start * scale.counts_per_unit());
         }
         Ok(Self {
-            source: Source::Curves { curves, cycle_s },
+            source: Source::Curves(curves),
             last_cycle,
             peaks,
             first_counts,
@@ -94,7 +95,7 @@ impl Plan {
     pub(crate) fn program(&self) -> Option<&Checked> {
         match &self.source {
             Source::Program(checked) => Some(checked),
-            Source::Curves { .. } => None,
+            Source::Curves(_) => None,
         }
     }
 
@@ -107,10 +108,10 @@ impl Plan {
     /// ask for cycles in ascending order: an earlier one plays it from its start.
     pub(crate) fn row(&self, cycle: usize) -> Vec<i32> {
         match &self.source {
-            Source::Curves { curves, cycle_s } => {
-                let time_s = cycle.min(self.last_cycle) as f64 * cycle_s;
+            Source::Curves(curves) => {
+                let time = at_cycle(cycle.min(self.last_cycle));
                 // It fits: the plan was checked at this cycle.
-                let position = |curve: &Curve| curve.at(time_s).1.round() as i32;
+                let position = |curve: &Curve| curve.at(time).1.counts();
                 curves.iter().map(position).collect()
             }
             Source::Program(checked) => checked.row(cycle),
@@ -125,7 +126,7 @@ impl Plan {
     /// Positions relative to the first at the end.
     pub(crate) fn last(&self) -> Vec<i32> {
         match &self.source {
-            Source::Curves { .. } => self.row(self.last_cycle),
+            Source::Curves(_) => self.row(self.last_cycle),
             Source::Program(checked) => checked.last(),
         }
     }
@@ -138,8 +139,49 @@ impl Plan {
     /// The largest step of each axis from one cycle to the next, in command counts.
     pub(crate) fn largest_steps(&self) -> Vec<u16> {
         match &self.source {
-            Source::Curves { .. } => self.peaks.iter().map(|peaks| peaks.step).collect(),
+            Source::Curves(_) => self.peaks.iter().map(|peaks| peaks.step).collect(),
             Source::Program(checked) => checked.peaks.iter().map(|peaks| peaks.step).collect(),
+        }
+    }
+
+    /// The pieces of the motion, all axes in the time of each, from the position 0 on; a program has none.
+    pub(crate) fn pieces(&self) -> Option<Vec<Segment>> {
+        let Source::Curves(curves) = &self.source else {
+            return None;
+        };
+        let durations = curves.first().into_iter().flat_map(Curve::durations);
+        let piece = |(place, duration): (usize, Time)| {
+            let axes = curves
+                .iter()
+                .map(|curve| curve.pieces().get(place).copied());
+            Some(Segment {
+                duration: duration.ticks(),
+                // A board has no more axes.
+                axes: axes
+                    .take(OfAxes::<i64>::new().capacity())
+                    .collect::<Option<_>>()?,
+            })
+        };
+        durations.enumerate().map(piece).collect()
+    }
+
+    /// Exact positions at every cycle, from the position 0 on.
+    pub(crate) fn exact_rows(&self) -> Result<Vec<Vec<Position>>, ProgramFileError> {
+        match &self.source {
+            Source::Curves(curves) => Ok((0..self.cycles())
+                .map(|cycle| {
+                    curves
+                        .iter()
+                        .map(|curve| curve.at(at_cycle(cycle)).1)
+                        .collect()
+                })
+                .collect()),
+            Source::Program(checked) => {
+                let rows = checked.exact_rows()?.into_iter();
+                Ok(rows
+                    .map(|row| row.into_iter().map(position).collect())
+                    .collect())
+            }
         }
     }
 
@@ -151,7 +193,7 @@ impl Plan {
 impl MotionInTime for Plan {
     fn axes(&self) -> usize {
         match &self.source {
-            Source::Curves { curves, .. } => curves.len(),
+            Source::Curves(curves) => curves.len(),
             Source::Program(checked) => checked.axes(),
         }
     }
@@ -160,15 +202,16 @@ impl MotionInTime for Plan {
         self.last_cycle as f64
     }
 
-    fn at(&self, cycles: f64, counts: &mut [f64]) {
+    fn at(&self, cycles: f64, at: &mut [f64]) {
         let cycles = cycles.clamp(0.0, self.last_cycle as f64);
         match &self.source {
-            Source::Curves { curves, cycle_s } => {
-                for (counts, curve) in counts.iter_mut().zip(curves) {
-                    *counts = curve.at(cycles * cycle_s).1;
+            Source::Curves(curves) => {
+                let time = time(cycles);
+                for (at, curve) in at.iter_mut().zip(curves) {
+                    *at = counts(curve.at(time).1);
                 }
             }
-            Source::Program(checked) => checked.between(cycles, counts),
+            Source::Program(checked) => checked.between(cycles, at),
         }
     }
 }
@@ -186,10 +229,12 @@ fn check(
     let mut peaks = Peaks::default();
     let (mut before, mut exact_before, mut speed_before) = (0, 0.0, 0.0);
     for cycle in 0..=last_cycle {
-        let (point, value) = curve.at(cycle as f64 * cycle_s);
+        let (point, exact) = curve.at(at_cycle(cycle));
+        let value = counts(exact);
         let line = table.lines[(point + 1).min(table.points() - 1)];
         let place = || Place::cell(line, &table.columns.positions[axis].label);
-        let position = within_travel(value, &place)?;
+        within_travel(value, &place)?;
+        let position = exact.counts();
         let step = i64::from(position) - i64::from(before);
         if step.unsigned_abs() > u64::from(limit.get()) {
             return Err(TrajectoryError::Step {
@@ -211,6 +256,11 @@ fn check(
         (before, exact_before, speed_before) = (position, value, speed);
     }
     Ok(peaks)
+}
+
+/// The duration is limited by whoever read the table.
+fn at_cycle(cycle: usize) -> Time {
+    Time::from_cycles(u32::try_from(cycle).unwrap_or(u32::MAX))
 }
 
 fn within_travel(counts: f64, place: &impl Fn() -> Place) -> Result<i32, TrajectoryError> {

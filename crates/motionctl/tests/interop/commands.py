@@ -44,6 +44,8 @@ ELSEWHERE = {
     "dcfgen": "the step `eds`",
     "producer |": "there is no such program; examples/stream.py stands for it",
     "echo \"override 50\" | nc": "not every machine has nc; the tests of the stream give the same orders",
+    "sudo ip link": "it needs an adapter and root; the step `socketcan` does it in a kernel of its own",
+    "motionctl run --bus pcan:": "it needs two buses; tests of the tool run a motion on two",
     "examples/twist_stream.py |": "it drives for as long as somebody presses keys",
 }
 
@@ -67,7 +69,9 @@ REST_S = 3
 
 BENCH = re.compile(r"<!-- bench: (.*?) -->")
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-LINK = re.compile(r"(/dev/tty\w+|/tmp/can-adapter|/tmp/drive-port|--can can0)(?=\s|$)")
+LINK = re.compile(r"(/dev/tty\w+|COM\d+|(?<=--slcan )tcp:\d+|(?<=--serial )tcp:\d+|/tmp/can-adapter|/tmp/drive-port|/tmp/motion-board|--can can0|--can pcan:\w+)(?=\s|$)")
+# Languages of blocks with commands; those for Windows are run with links of this system.
+SHELLS = ("sh", "console", "bat")
 PLACES = ["/var/log/can", "/tmp/motion"]
 
 checked = 0
@@ -78,13 +82,13 @@ class Bench:
     """Simulated drives, whose adapter and serial port are in a folder."""
 
     def __init__(self, folder, options):
-        self.adapter, self.serial = os.path.join(folder, "adapter"), os.path.join(folder, "port")
-        words = shlex.split(options)
+        self.adapter, self.serial, self.board = (os.path.join(folder, name) for name in ("adapter", "port", "board"))
+        words = shlex.split(options.replace("/tmp/motion-board", self.board))
         links = ["--slcan", self.adapter]
         if not any("zlac" in word for word in words):
             links += ["--serial", self.serial]
         # Their errors are those of the drives, which the commands tell.
-        self.process = subprocess.Popen([MOTIONCTL, "bench", *words, *links],
+        self.process = subprocess.Popen([MOTIONCTL, "bench", *words, *links], cwd=folder,
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         # Also where a check ends this program.
         atexit.register(self.process.kill)
@@ -163,6 +167,8 @@ class Document:
             if self.bench is None:
                 self.fail(command, "no bench is known for its link")
             before = command[:found.start()].split()
+            if before[:2] == ["motionctl", "board"]:
+                return self.bench.board
             is_serial = bool(before) and before[-1] == "--serial"
             place = self.bench.serial if is_serial else self.bench.adapter
             return f"--slcan {place}" if found[0].startswith("--can") else place
@@ -218,8 +224,9 @@ class Document:
         if done.returncode not in expected:
             self.fail(command, f"exit status {done.returncode}\n{done.stdout}{done.stderr}")
         self.said.append(done.stdout)
-        if "assign-id" in tool and "zlac" not in tool or "speed-resolution-divider" in tool:
-            # As the command says and the documents do: the drive's power is switched off and on.
+        is_told_to_restart = "assign-id" in tool and "zlac" not in tool or "speed-resolution-divider" in tool
+        if is_told_to_restart or "board settings set" in tool:
+            # As the command says and the documents do: the power is switched off and on.
             self.bench.process.send_signal(signal.SIGUSR1)
             time.sleep(1)
 
@@ -310,7 +317,7 @@ def run(path):
     for language, text, before in blocks(path):
         for options in BENCH.findall(before):
             document.start_bench(options)
-        if language in ("sh", "console"):
+        if language in SHELLS:
             document.said = []
             for command in commands(text, language):
                 document.run(command)
@@ -319,11 +326,12 @@ def run(path):
             continue
         if language in ("text", "toml") and is_output and not BENCH.sub("", before).strip():
             document.compare(language, text)
-        elif language == "csv":
+        elif language in ("csv", "toml") and re.findall(rf"`([\w.-]+\.{language})`", before):
             # A file that the text before names.
-            name = re.findall(r"`([\w.-]+\.csv)`", before)[-1]
-            with open(os.path.join(document.folder, name), "w", encoding="ascii") as file:
-                file.write(text)
+            place = os.path.join(document.folder, re.findall(rf"`([\w.-]+\.{language})`", before)[-1])
+            if language == "csv" or not os.path.exists(place):
+                with open(place, "w", encoding="ascii") as file:
+                    file.write(text)
         is_output = False
     document.close()
 
@@ -335,7 +343,7 @@ def main():
         documents += sorted(f"{folder}/{name}" for name in os.listdir(folder) if name.endswith(".md"))
     chosen = sys.argv[2:] or documents
     for path in chosen:
-        if any(language in ("sh", "console") for language, _, _ in blocks(path)):
+        if any(language in SHELLS for language, _, _ in blocks(path)):
             run(path)
     unused = set(ELSEWHERE) - used
     if unused and not sys.argv[2:]:

@@ -151,6 +151,30 @@ def script_of_the_readme(readme, adapter):
     expect("output of the README's script", "position in counts: 2000\n", output.stdout)
 
 
+def over_a_socket(motionctl):
+    """The same drives where there are no pseudo-terminals: python-can opens the port of the bench as pyserial's socket://."""
+    process = subprocess.Popen([motionctl, "bench", "--drives", "1,2,9", "--slcan", "tcp:0", "--json"],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        port = re.search(r"tcp:(127\.0\.0\.1:\d+)", process.stderr.readline())[1]
+        with open_bus(f"socket://{port}", bitrate=1_000_000) as bus:
+            adapter_commands(bus)
+            scan(Host(bus))
+            with contextlib.suppress(can.CanError, OSError), open_bus(f"socket://{port}", bitrate=1_000_000) as second:
+                expect("answer to a second host", None, Host(second).ask(1, READ_STATUS, patience_s=QUIET_S))
+            move(Host(bus))
+        # Whoever has gone may come back.
+        with open_bus(f"socket://{port}", bitrate=1_000_000) as bus:
+            alarm(Host(bus))
+    finally:
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=PATIENCE_S)
+    expect("exit status of the bench", 0, process.returncode)
+    expect("books over a socket", [2000, -2000],
+           [drive["received_counts"] for drive in json.loads(output)["drives"][:2]])
+    expect("the second host was refused", True, "the adapter has one host at a time" in errors)
+
+
 def whole_motion(motionctl, adapter, report):
     """The pick-and-place on four drives; both sides keep their own books."""
     with bench(motionctl, adapter, "1-4", report):
@@ -185,6 +209,7 @@ def main():
             with open_bus(adapter, bitrate=1_000_000) as bus:
                 alarm(Host(bus))
         expect("books of drives 1 and 2", [2000, -2000], [drive["received_counts"] for drive in report["drives"][:2]])
+        over_a_socket(motionctl)
         pace = whole_motion(motionctl, adapter, report)
     print(f"python-can {can.__version__}: {checked} checks on the bench passed; "
           f"the motion had {pace['late']} late and {pace['merged']} merged of {pace['cycles']} cycles")

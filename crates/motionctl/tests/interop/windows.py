@@ -20,6 +20,8 @@ import time
 
 ROOT = os.getcwd()
 PATIENCE_S = 120
+# How often a motion is tried: it runs in real time.
+ATTEMPTS = 4
 COMPILER = "x86_64-w64-mingw32-gcc"
 
 # Wine 8 lacks one library that the standard library of Rust takes random numbers from.
@@ -29,45 +31,26 @@ RANDOM = """
 __declspec(dllexport) BOOL WINAPI ProcessPrng(PBYTE data, SIZE_T length) { return RtlGenRandom(data, (ULONG)length); }
 """
 
-# Presses Ctrl-Break in the console of a program that it starts, after so many milliseconds, or closes that console.
-CONSOLE = r"""
-#include <stdio.h>
-#include <stdlib.h>
-#include <windows.h>
-int main(int count, char **words) {
-    STARTUPINFOA start = {sizeof start};
-    PROCESS_INFORMATION program;
-    DWORD status = 99;
-    if (count != 3 || !CreateProcessA(NULL, words[2], NULL, NULL, TRUE, CREATE_NEW_PROCESS_GROUP, NULL, NULL, &start, &program)) return 98;
-    Sleep(atoi(words[1]));
-    if (!GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, program.dwProcessId)) return 97;
-    WaitForSingleObject(program.hProcess, 60000);
-    GetExitCodeProcess(program.hProcess, &status);
-    return status;
-}
-"""
-
 PLAN = "time_s,a_deg,b_deg\n0,0,0\n0.5,90,-45\n1,180,-90\n"
-LONG = "time_s,a_deg\n0,0\n60,36000\n"
+LONG = "time_s,a_deg\n0,0\n60,7200\n"
 BAD = "time_s,a_deg\n0,0\n0.5,x\n"
 
-# Commands, each with the files that it writes.
+# Commands, with the exit status and the files that they write.
 SAME = [
-    (["--version"], []),
-    (["sim", "--help"], []),
-    (["plan", "--axes", "4"], []),
-    (["plan", "--axes", "8", "--json"], []),
-    (["plan", "--axes", "30"], []),
-    (["sim", "--json", "--candump", "sim.log", "--csv", "sim.csv"], ["sim.log", "sim.csv"]),
-    (["sim", "--trajectory", "plan.csv", "--axes", "2"], []),
-    (["sim", "--trajectory", "windows.csv", "--axes", "2", "--json"], []),
-    (["sim", "--trajectory", "bad.csv", "--axes", "1"], []),
-    (["sim", "--drives", "zlac", "--json"], []),
-    (["check", "--trajectory", "plan.csv", "--axes", "2"], []),
-    (["decode", "sim.log"], []),
-    (["decode", "sim.log", "--json"], []),
-    (["decode", "windows.log", "--statistics-only"], []),
-    (["decode", "no-such.log"], []),
+    (["--version"], 0, []),
+    (["sim", "--help"], 0, []),
+    (["plan", "--axes", "4"], 0, []),
+    (["plan", "--axes", "8", "--json"], 0, []),
+    (["plan", "--axes", "30"], 1, []),
+    (["sim"], 0, []),
+    (["sim", "--trajectory", "plan.csv", "--axes", "2", "--candump", "sim.log", "--csv", "sim.csv"], 0, ["sim.log", "sim.csv"]),
+    (["sim", "--trajectory", "windows.csv", "--axes", "2", "--json"], 0, []),
+    (["sim", "--trajectory", "bad.csv", "--axes", "1"], 2, []),
+    (["sim", "--drives", "zlac", "--json"], 0, []),
+    (["check", "--trajectory", "plan.csv", "--axes", "2"], 0, []),
+    (["decode", "sim.log"], 0, []),
+    (["decode", "sim.log", "--json"], 0, []),
+    (["decode", "windows.log", "--statistics-only"], 0, []),
 ]
 
 checked = 0
@@ -151,19 +134,13 @@ def read(system, name):
 
 def same_outputs(here, windows):
     """Every output and file is equal to the last byte; ends of lines are those of a file, whatever the system is."""
-    for words, files in SAME:
-        answers = [system.run(words) for system in (here, windows)]
+    for words, status, files in SAME:
+        (code, output, errors), other = [system.run(words) for system in (here, windows)]
         line = " ".join(words)
-        if words[0] == "decode" and words[1].startswith("no-such"):
-            # Each system has its own words for a file that is not there.
-            expect(f"{line}: exit status", answers[0][0], answers[1][0])
-            continue
-        # The program is called by its own name in its help.
-        errors = answers[1][2].replace(b"motionctl.exe", b"motionctl")
-        output = answers[1][1].replace(b"motionctl.exe", b"motionctl")
-        expect(f"{line}: exit status", answers[0][0], answers[1][0])
-        expect(f"{line}: errors", answers[0][2], errors)
-        expect(f"{line}: output", answers[0][1], output)
+        # A program is called by its file's name in its help.
+        expect(f"{line}: exit statuses", (status, status), (code, other[0]))
+        expect(f"{line}: errors", errors, other[2].replace(b"motionctl.exe", b"motionctl"))
+        expect(f"{line}: output", output, other[1].replace(b"motionctl.exe", b"motionctl"))
         for name in files:
             expect(f"{line}: {name}", read(here, name), read(windows, name))
             expect(f"{line}: {name} has something in it", True, len(read(here, name)) > 1000)
@@ -176,7 +153,7 @@ def same_outputs(here, windows):
 def refusals(windows):
     """What Windows does not have is refused with what to use in its place."""
     for words, status, text in [
-        (["scan", "--slcan", "COM77"], 3, "there is no port COM77"),
+        (["scan", "--slcan", "COM77"], 3, "there is no port COM77: is the adapter plugged in? This computer has "),
         (["scan", "--serial", "COM77"], 3, "there is no port COM77"),
         (["scan", "--can", "can0"], 3, "--can pcan:PCAN_USBBUS1 with a PCAN-USB on Windows"),
         (["scan", "--can", "pcan:PCAN_USBBUS1"], 3, "there is no PCANBasic.dll"),
@@ -191,15 +168,16 @@ def pcan(windows):
     """PEAK's library, as the tests of its crate have it."""
     with open(os.path.join(ROOT, "crates/pcan-basic/tests/fake/pcan_basic.c"), encoding="ascii") as file:
         windows.compile("PCANBasic.dll", file.read(), "-shared")
-    for channel, text in [(2, "there is no adapter at"), (3, "in use by another program"),
-                          (4, "at 500 kbit/s: another program")]:
-        code, _, errors = windows.run(["scan", "--can", f"pcan:PCAN_USBBUS{channel}"])
+    for channel, command, text in [(2, "scan", "there is no adapter at"), (3, "scan", "in use by another program"),
+                                   (4, "scan", "at 500 kbit/s: another program"), (5, "scan", "the adapter is bus-off"),
+                                   (10, "decode", "cannot listen without acknowledging")]:
+        code, _, errors = windows.run([command, "--can", f"pcan:PCAN_USBBUS{channel}"])
         expect(f"channel {channel}: exit status", 3, code)
         expect_in(f"channel {channel}: errors", text, errors.decode())
     # The node there answers with frames that no drive sends.
     code, output, errors = windows.run(["scan", "--json", "--can", "pcan:PCAN_USBBUS1"])
     expect(f"scan of channel 1: {errors}", [], json.loads(output)["drives"])
-    expect("scan of channel 1: exit status", True, code in (0, 3))
+    expect("scan of channel 1: exit status", 1, code)
 
 
 def port_of(child):
@@ -238,30 +216,57 @@ def scan_both_ways(here, windows):
             expect(f"drives behind {port}", [1, 9], found(near.run(["scan", "--json", "--slcan", port])))
 
 
-def endings(here, windows):
-    """Ctrl-C and Ctrl-Break in a motion: the drives are slowed down and disabled."""
-    breaker = windows.compile("console.exe", CONSOLE)
-    for name in ("Ctrl-C", "Ctrl-Break"):
-        with bench(here, "1") as (port, report):
-            expect("disable", 0, windows.run(["disable", "--slcan", port, "--drives", "1"])[0])
-            run = ["run", "--json", "--yes", "--max-turns", "200", "--trajectory", "long.csv", "--slcan", port]
-            if name == "Ctrl-C":
-                child = windows.start(run)
-                time.sleep(5)
-                child.send_signal(signal.SIGINT)
-            else:
-                child = subprocess.Popen(["wine", breaker, "5000", " ".join(["motionctl.exe", *run])], cwd=windows.folder,
-                                         env=windows.environment, stdin=subprocess.DEVNULL,
-                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-            output, errors = child.communicate(timeout=PATIENCE_S)
-            expect(f"{name}: exit status ({errors} {output})", 130, child.returncode)
-            summary = json.loads(output)
-            expect(f"{name}: outcome", "stopped by the user", summary["outcome"])
-            expect(f"{name}: disabled", [1], summary["disabled"])
-        drive = report[0]["drives"][0]
-        expect(f"{name}: the drive is off", False, drive["enabled"])
-        expect(f"{name}: it had moved", True, drive["received_counts"] > 0)
-        expect(f"{name}: every step", summary["axes"][0]["sent_counts"], drive["received_counts"])
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+def wait_for_cycle(child, port, cycle):
+    """Waits until a motion has come so far; whether it did not end before."""
+    end = time.monotonic() + PATIENCE_S
+    passed = 0
+    while passed < cycle:
+        if child.poll() is not None:
+            return False
+        if time.monotonic() > end:
+            sys.exit(f"the motion did not come to cycle {cycle}: {passed} passed")
+        time.sleep(0.2)
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as control:
+            control.sendall(b"status\n")
+            answer = control.recv(256).decode()
+            passed = int(answer.partition("cycle=")[2].partition(" ")[0] or 0)
+    return True
+
+
+def interrupted_motion(here, windows):
+    """A motion that is told to end with Ctrl-C: exit status, outputs, and the report of the bench."""
+    with bench(here, "1") as (port, report):
+        expect("disable", 0, windows.run(["disable", "--slcan", port, "--drives", "1"])[0])
+        control = free_port()
+        # Slow cycles: nothing here is about the pace.
+        child = windows.start(["run", "--json", "--yes", "--max-turns", "200", "--cycle-us", "10000",
+                               "--trajectory", "long.csv", "--slcan", port, "--control", f"tcp:{control}"])
+        if wait_for_cycle(child, control, 100):
+            child.send_signal(signal.SIGINT)
+        output, errors = child.communicate(timeout=PATIENCE_S)
+    return child.returncode, output, errors, report[0]
+
+
+def ending(here, windows):
+    """The drive is slowed down and disabled. Wine delivers SIGINT as Ctrl-C, and has no way to deliver Ctrl-Break here."""
+    for _ in range(ATTEMPTS):
+        code, output, errors, report = interrupted_motion(here, windows)
+        if b"this computer or its adapter is too slow" not in errors:
+            break
+        print("    once more: a motion needs a computer that is not busy with other things")
+    expect(f"exit status ({errors} {output})", 130, code)
+    summary, drive = json.loads(output), report["drives"][0]
+    expect("outcome", "stopped by the user", summary["outcome"])
+    expect("disabled", [1], summary["disabled"])
+    expect("the drive is off", False, drive["enabled"])
+    expect("it had moved", True, drive["received_counts"] > 0)
+    expect("every step", summary["axes"][0]["sent_counts"], drive["received_counts"])
 
 
 def main():
@@ -274,11 +279,11 @@ def main():
                 for name, text in [("plan.csv", PLAN), ("windows.csv", PLAN.replace("\n", "\r\n")), ("bad.csv", BAD), ("long.csv", LONG)]:
                     with open(os.path.join(system.folder, name), "w", encoding="ascii", newline="") as file:
                         file.write(text)
-            same_outputs(here, windows)
+            ending(here, windows)
+            scan_both_ways(here, windows)
             refusals(windows)
             pcan(windows)
-            scan_both_ways(here, windows)
-            endings(here, windows)
+            same_outputs(here, windows)
         finally:
             windows.stop()
     print(f"the program of Windows under Wine: {checked} checks")

@@ -3,6 +3,8 @@
 mod adapter;
 mod adapters;
 mod bench;
+mod board;
+mod board_line;
 mod commission;
 mod documents;
 mod first_hour;

@@ -2,8 +2,21 @@
 
 /// Positions of the drives 1, 2 and so on, cycle by cycle, from the steps of `Go_Relative_Pos_PD` in a candump log.
 pub(crate) fn positions(log: &str, drives: usize) -> Vec<Vec<f64>> {
+    let sums = |steps: Vec<i64>| {
+        let mut position = 0;
+        let after = steps.into_iter().map(|step| {
+            position += step;
+            position as f64
+        });
+        core::iter::once(0.0).chain(after).collect()
+    };
+    steps(log, drives).into_iter().map(sums).collect()
+}
+
+/// The steps themselves, of each drive in the order of their frames.
+pub(crate) fn steps(log: &str, drives: usize) -> Vec<Vec<i64>> {
     let text = std::fs::read_to_string(log).expect("a log");
-    let mut axes = vec![vec![0.0]; drives];
+    let mut axes = vec![Vec::new(); drives];
     for line in text.lines() {
         let frame = line.split_whitespace().nth(2).expect("a frame");
         let (id, data) = frame.split_once('#').expect("an identifier");
@@ -15,10 +28,7 @@ pub(crate) fn positions(log: &str, drives: usize) -> Vec<Vec<f64>> {
         let bytes = data.len() / 2;
         let raw = i64::from_str_radix(data, 16).expect("hexadecimal");
         let sign = 1 << (8 * bytes - 1);
-        let step = (raw ^ sign) - sign;
-        let axis = &mut axes[usize::from(id >> 5) - 1];
-        let before = axis.last().copied().unwrap_or(0.0);
-        axis.push(before + step as f64);
+        axes[usize::from(id >> 5) - 1].push((raw ^ sign) - sign);
     }
     axes
 }

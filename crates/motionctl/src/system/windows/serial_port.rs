@@ -19,6 +19,16 @@ pub(crate) fn serial_port_exists(name: &str) -> bool {
     })
 }
 
+/// Which ports are there, for whoever misses one.
+pub(crate) fn serial_ports_hint() -> String {
+    let ports = serialport::available_ports().unwrap_or_default();
+    let names: Vec<&str> = ports.iter().map(|port| port.port_name.as_str()).collect();
+    match names.as_slice() {
+        [] => " This computer has no serial port".to_owned(),
+        names => format!(" This computer has {}", names.join(", ")),
+    }
+}
+
 /// Reads what is there, or what comes first within `most`.
 ///
 /// # Errors

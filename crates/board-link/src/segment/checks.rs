@@ -1,0 +1,66 @@
+//! What each axis of a segment must keep.
+
+use trajectory::curve::Share;
+use trajectory::{Position, TimeScale};
+
+use super::border::{Edge, check_needs, pass, slopes, units};
+use super::{AxisSegment, Segment};
+use crate::config::AxisLimits;
+use crate::polynomial::{Needs, Polynomial};
+use crate::rate::ONE;
+use crate::reason::Reason;
+use crate::refused::Refused;
+
+/// Steps of a duration, for the places where an axis turns.
+const STEPS: u64 = 1 << 31;
+
+pub(super) fn override_rate(percent: u16) -> Result<i64, Refused> {
+    let most = TimeScale::MOST_PERCENT;
+    if percent > most {
+        return Err(Reason::Override.because(most.into(), percent.into()));
+    }
+    Ok(i64::from(percent) * ONE / 100)
+}
+
+pub(super) fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Result<(), Refused> {
+    let nearest = actual.clamp(limits.lowest, limits.highest.max(limits.lowest));
+    if nearest == actual {
+        return Ok(());
+    }
+    Err(Reason::Travel.at(axis, nearest.units(), actual.units()))
+}
+
+/// The whole way of one axis. The edge becomes that of the new segment, but for its position; returns the highest rate.
+pub(super) fn check_axis(
+    axis: usize,
+    part: &AxisSegment,
+    segment: &Segment,
+    limits: &AxisLimits,
+    edge: &mut Edge,
+) -> Result<f32, Refused> {
+    let from = edge.position;
+    inside(axis, Position::from_units(part.end), limits)?;
+    if !part.fits(from) {
+        let most = units(limits.velocity().into());
+        return Err(Reason::Velocity.at(axis, most, i64::MAX));
+    }
+    let piece = part.piece(from);
+    let counts = |units: i64| units as f32 / Position::UNITS as f32;
+    let coefficients = piece.coefficients().map(counts);
+    let polynomial = Polynomial::new(coefficients, segment.time().cycles());
+    let needs = polynomial.needs();
+    check_needs(axis, &needs, limits)?;
+    for &turn in &polynomial.turns() {
+        let share = Share::of((turn * STEPS as f32) as u64, STEPS);
+        inside(axis, piece.at(share), limits)?;
+    }
+    let [leaving, arriving] = slopes(part, from, segment);
+    let with_step = pass(axis, edge, leaving, needs, limits)?;
+    (edge.slope, edge.needs) = (arriving, needs);
+    let most = Needs {
+        velocity: limits.velocity(),
+        acceleration: limits.acceleration(),
+        jerk: limits.jerk(),
+    };
+    Ok(with_step.highest_rate(&most))
+}

@@ -1,0 +1,268 @@
+//! The cycle of the board: master and player, as the rules let them.
+
+use board_link::board::{Command, Machine as Told};
+use board_link::message::{AxisSnapshot as ToldAxis, BoardState, Event, Reason, Refused};
+use board_link::segment::Player;
+use board_settings::Configs;
+use can_motion::{AxisState, ConfigError, EventKind, Fault, GroupId, Instant, ServoMaster};
+use drive_sim::{Bench, DynDrive, NodeId};
+use trajectory::Position;
+
+use super::AXES;
+use super::application::App;
+use super::fault_log::{number, of_event};
+use super::inputs::Levels;
+use super::rules::{Act, Axes, Rules};
+
+/// A board that has settings.
+pub(super) struct Machine<'q> {
+    master: ServoMaster<AXES>,
+    player: Player<'q, AXES>,
+    configs: Configs,
+    groups: Vec<GroupId>,
+    rules: Rules,
+    state: BoardState,
+}
+
+impl<'q> Machine<'q> {
+    /// A machine of settings that were checked.
+    pub(super) fn new(configs: Configs, player: Player<'q, AXES>) -> Result<Self, ConfigError> {
+        let master = ServoMaster::with_plan(&configs.plan())?;
+        let mut groups: Vec<GroupId> = configs.axes.iter().map(|axis| axis.group).collect();
+        groups.sort_unstable_by_key(|group| group.0);
+        groups.dedup();
+        Ok(Self {
+            master,
+            player,
+            rules: Rules::new(configs.enable_fitted),
+            configs,
+            groups,
+            state: BoardState::Off,
+        })
+    }
+
+    /// The bit rate that the settings say.
+    pub(super) const fn kbit_per_s(&self) -> u32 {
+        self.configs.master.bus.bit_rate.kbit_per_s()
+    }
+
+    /// Hands frames both ways.
+    pub(super) fn serve(&mut self, now: Instant, bench: &mut Bench<DynDrive>, node: NodeId) {
+        // Whether it is idle or blocked, the next event on the bus is the next chance.
+        let _ = can_motion::service(&mut self.master, &mut bench.port(node), now);
+    }
+
+    /// One cycle.
+    pub(super) fn cycle(&mut self, now: Instant, number: u64, inputs: Levels, app: &mut App) {
+        let axes = self.axes();
+        while let Some((ticket, command)) = app.commands.pop_front() {
+            self.obey(now, inputs, &axes, (ticket, command), app);
+        }
+        let act = self.rules.update(now, inputs, &axes);
+        self.act(now, act);
+        self.play(now, number);
+        self.master.begin_cycle(now);
+        self.report(number, inputs, app);
+    }
+
+    fn obey(
+        &mut self,
+        now: Instant,
+        inputs: Levels,
+        axes: &Axes,
+        (ticket, command): (u16, Command),
+        app: &mut App,
+    ) {
+        let result = match command {
+            Command::Enable => self.rules.enable(now, inputs, axes),
+            Command::Disable => {
+                let act = self.rules.disable();
+                self.act(now, act);
+                Ok(())
+            }
+            // A stream stops by its player.
+            Command::Stop => Ok(()),
+            Command::Halt => {
+                self.act(now, Act::Halt);
+                Ok(())
+            }
+            Command::Clear => self.for_groups(|master, group| {
+                let cleared = master.clear(now, group);
+                cleared.map_err(|_| Reason::NotReady.plain())
+            }),
+            Command::Home | Command::SaveSettings { .. } => Err(Reason::Unsupported.plain()),
+        };
+        app.results.push_back((ticket, result));
+    }
+
+    fn for_groups(
+        &mut self,
+        mut deed: impl FnMut(&mut ServoMaster<AXES>, GroupId) -> Result<(), Refused>,
+    ) -> Result<(), Refused> {
+        for &group in &self.groups {
+            deed(&mut self.master, group)?;
+        }
+        Ok(())
+    }
+
+    fn act(&mut self, now: Instant, act: Act) {
+        if !matches!(act, Act::Nothing | Act::Resume) {
+            self.player.halt();
+        }
+        let refused = |_| Reason::NotReady.plain();
+        let done = self.for_groups(|master, group| match act {
+            Act::Nothing => Ok(()),
+            Act::Halt => {
+                master.halt(now, group);
+                Ok(())
+            }
+            Act::Disable => {
+                master.disable(now, group);
+                Ok(())
+            }
+            // A group without such a drive has nothing to take over.
+            Act::Adopt => {
+                let _ = master.adopt(now, group);
+                Ok(())
+            }
+            Act::Enable => master.enable(now, group).map_err(refused),
+            Act::Resume => master.resume(now, group).map_err(refused),
+        });
+        if done.is_err() {
+            self.rules.refused();
+        }
+    }
+
+    /// The set-points of this cycle. While not every axis follows them, a stream that was begun ends.
+    fn play(&mut self, now: Instant, number: u64) {
+        let axes = self.configs.axes.len();
+        let mut stand = [Position::ZERO; AXES];
+        for (axis, stand) in stand.iter_mut().enumerate().take(axes) {
+            let target = self
+                .master
+                .snapshot(axis)
+                .map_or(0, |axis| axis.target_counts);
+            *stand = Position::from_counts(target);
+        }
+        let mut set_points = stand;
+        let has_set_points = self
+            .player
+            .advance(number, &stand[..axes], &mut set_points[..axes]);
+        if !self.axes().streaming || !self.rules.wants_power() {
+            return self.player.halt();
+        }
+        if !has_set_points {
+            return;
+        }
+        for (axis, set_point) in set_points.iter().enumerate().take(axes) {
+            if self.master.set_target(axis, set_point.counts()).is_err() {
+                // Beyond what was admitted: nothing of it is sent.
+                self.player.halt();
+                for &group in &self.groups {
+                    self.master.stop(now, group);
+                }
+                return;
+            }
+        }
+    }
+
+    /// The axes before this cycle.
+    fn axes(&self) -> Axes {
+        let mut all = Axes {
+            ready: true,
+            streaming: true,
+            holding: true,
+            ..Axes::default()
+        };
+        let mut can_follow = true;
+        for place in 0..self.configs.axes.len() {
+            let Some(axis) = self.master.snapshot(place) else {
+                continue;
+            };
+            let is = |state| axis.state == state;
+            all.ready &= is(AxisState::Ready) || is(AxisState::Holding);
+            all.streaming &= is(AxisState::Streaming);
+            all.holding &= is(AxisState::Holding);
+            can_follow &= is(AxisState::Ready) || is(AxisState::Holding) || is(AxisState::FoundOn);
+            all.adoptable |= is(AxisState::FoundOn);
+            all.powered |= axis.facts.power.may_be_on();
+            // One that only stopped with its group is not the cause.
+            if let Some(fault) = axis.fault
+                && (all.fault.is_none() || fault != Fault::Group)
+            {
+                all.fault = all.fault.filter(|_| fault == Fault::Group);
+                all.fault.get_or_insert((place, number(fault).0));
+            }
+        }
+        all.adoptable &= can_follow;
+        all
+    }
+
+    /// Whether a drive has power, or may have.
+    pub(super) fn is_powered(&self) -> bool {
+        self.rules.wants_power() || self.axes().streaming
+    }
+
+    fn report(&mut self, number: u64, inputs: Levels, app: &mut App) {
+        while let Some(event) = self.master.next_event() {
+            let Some((code, detail)) = of_event(&event.kind) else {
+                continue;
+            };
+            let axis = event.axis.map(|axis| axis as u8);
+            app.events.push_back(Event::Fault { axis, code, detail });
+            if event.kind != EventKind::Fault(Fault::Group) {
+                let uptime_us = number * u64::from(self.configs.master.cycle_us);
+                let uptime_ms = (uptime_us / 1_000) as u32;
+                app.faults.add(uptime_ms, axis, (code, detail));
+            }
+        }
+        let state = self.state_with(inputs);
+        if state != self.state {
+            self.state = state;
+            app.events.push_back(Event::State(state));
+        }
+        app.machine = Told {
+            state,
+            axes: (0..self.configs.axes.len())
+                .filter_map(|axis| self.told(axis))
+                .collect(),
+            late_cycles: self.master.cycle_counters().late,
+        };
+    }
+
+    fn state_with(&self, inputs: Levels) -> BoardState {
+        let axes = self.axes();
+        let slows_down = (0..self.configs.axes.len()).any(|axis| {
+            let state = self.master.state(axis);
+            matches!(state, Some(AxisState::RampingDown | AxisState::Disabling))
+        });
+        if !inputs.stop_closed {
+            BoardState::StopOpen
+        } else if self.rules.is_released(inputs) {
+            BoardState::EnableInactive
+        } else if axes.fault.is_some() {
+            BoardState::Faulted
+        } else if slows_down {
+            BoardState::Stopping
+        } else if axes.streaming && self.rules.wants_power() {
+            BoardState::Enabled
+        } else if self.rules.wants_power() {
+            BoardState::GettingReady
+        } else {
+            BoardState::Off
+        }
+    }
+
+    fn told(&self, place: usize) -> Option<ToldAxis> {
+        let (axis, config) = (self.master.snapshot(place)?, self.configs.axes.get(place)?);
+        let read = axis.feedback.position;
+        let position = read.and_then(|read| config.read_back.to_command_counts(read.value));
+        let position = position.unwrap_or(axis.sent_counts);
+        Some(ToldAxis {
+            target: axis.target_counts,
+            position,
+            error: axis.target_counts.wrapping_sub(position),
+            fault: axis.fault.map_or(0, |fault| number(fault).0),
+        })
+    }
+}

@@ -1,0 +1,80 @@
+//! `motionctl board`: a motion board that takes orders, over its serial port.
+//!
+//! [`session`] carries the bytes of the protocol, which `board_link` speaks; [`run`] plays a motion, [`settings`] reads and writes what the board
+//! is told, [`words`] puts what it says into words.
+
+mod arguments;
+mod ask;
+mod error;
+mod faults;
+mod find;
+mod info;
+mod monitor;
+mod run;
+mod session;
+mod settings;
+mod words;
+
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use schemars::Schema;
+
+use error::BoardError;
+
+const HELP: &str = "\
+Examples:
+  motionctl bench --drives 1,2 --board /tmp/motion-board --settings board.toml   a simulated board, in another terminal
+  motionctl board find                              boards at USB ports
+  motionctl board info --port /dev/ttyACM0
+  motionctl board settings set board.toml --port /dev/ttyACM0
+  motionctl board run plan.csv --port /dev/ttyACM0
+
+Without drives and without a board: docs/board.md. New firmware is written with probe-rs, as the first one: the boards have no boot loader that
+takes it over the link, so there is no `update`.";
+
+/// Options of `motionctl board`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = HELP, subcommand_required = true, arg_required_else_help = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    word: Word,
+}
+
+#[derive(Debug, Subcommand)]
+enum Word {
+    /// Find the boards: one question to each port, which moves nothing.
+    Find(find::Arguments),
+    /// Show what a board is, how it is, and what it has received.
+    Info(info::Arguments),
+    /// Read, check and write what a board is told: drives, limits, inputs.
+    Settings(settings::Arguments),
+    /// Run a motion on a board, with the same files as `motionctl run`.
+    Run(Box<run::Arguments>),
+    /// Show the state of a board again and again.
+    Monitor(monitor::Arguments),
+    /// Show the faults that a board remembers.
+    Faults(faults::Arguments),
+}
+
+/// Does what the word says.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
+    match &arguments.word {
+        Word::Find(arguments) => find::run(arguments),
+        Word::Info(arguments) => info::run(arguments),
+        Word::Settings(arguments) => settings::run(arguments),
+        Word::Run(arguments) => run::run(arguments),
+        Word::Monitor(arguments) => monitor::run(arguments),
+        Word::Faults(arguments) => faults::run(arguments),
+    }
+}
+
+/// What the words print with `--json`, by the name of its file.
+pub(crate) const SCHEMAS: &[(&str, fn() -> Schema)] = &[
+    ("board-faults", faults::schema),
+    ("board-find", find::schema),
+    ("board-info", info::schema),
+    ("board-monitor", monitor::schema),
+    ("board-run", run::schema),
+    ("board-settings", settings::schema),
+];

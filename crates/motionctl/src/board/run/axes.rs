@@ -1,0 +1,98 @@
+//! Which axis of the board each column of the motion moves.
+
+use board_link::AxisLimits;
+use board_settings::{Board, Configs, Settings};
+use dyn_can::DriveId;
+
+use crate::board::error::BoardError;
+use crate::recording::AxisAbout;
+use crate::station::Needs;
+use crate::trajectory::{MotionFile, Plan};
+
+/// A column of the motion.
+#[derive(Debug, Clone)]
+pub(super) struct Axis {
+    pub(super) drive: DriveId,
+    /// Its place among the axes of the board.
+    pub(super) place: usize,
+    pub(super) needs: Needs,
+    pub(super) about: AxisAbout,
+}
+
+/// What the settings of the board say.
+pub(super) struct OfBoard {
+    pub(super) drives: Vec<DriveId>,
+    pub(super) limits: Vec<AxisLimits>,
+    configs: Configs,
+}
+
+impl OfBoard {
+    /// The same that the board made of its settings.
+    pub(super) fn new(board: &str, settings: &Settings) -> Result<Self, BoardError> {
+        let built = Board::named(board).ok_or_else(|| BoardError::UnknownBoard {
+            board: board.to_owned(),
+        })?;
+        let configs = settings
+            .configs(&built)
+            .map_err(BoardError::UnreadableSettings)?;
+        Ok(Self {
+            drives: configs.axes.iter().map(|axis| axis.drive).collect(),
+            limits: configs.limits.to_vec(),
+            configs,
+        })
+    }
+
+    /// The columns of a motion with their axes.
+    pub(super) fn axes(
+        &self,
+        motion: &MotionFile<'_>,
+        plan: &Plan,
+        cycle_us: u32,
+    ) -> Result<Vec<Axis>, BoardError> {
+        let drives = self.drives_of(motion)?;
+        let gears = motion.gear_numbers().map_err(BoardError::Motion)?;
+        let abouts = motion.axes_about(&drives).map_err(BoardError::Motion)?;
+        let mut axes = Vec::new();
+        for (axis, ((drive, gear), about)) in drives.into_iter().zip(gears).zip(abouts).enumerate()
+        {
+            let place = self.place(drive)?;
+            let actual = self.configs.axes[place].gear;
+            if actual != gear {
+                return Err(BoardError::Gear {
+                    drive,
+                    expected: gear,
+                    actual,
+                });
+            }
+            let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
+            axes.push(Axis {
+                drive,
+                place,
+                needs: Needs::of(&positions, gear, cycle_us),
+                about,
+            });
+        }
+        Ok(axes)
+    }
+
+    /// Those that are named, or all of the board where there is a column for each.
+    fn drives_of(&self, motion: &MotionFile<'_>) -> Result<Vec<DriveId>, BoardError> {
+        if motion.names_drives() {
+            return motion.drives().map_err(BoardError::Motion);
+        }
+        let axes = motion.axes().map_err(BoardError::Motion)?;
+        if axes != self.drives.len() {
+            let board = self.drives.clone();
+            return Err(BoardError::Drives { axes, board });
+        }
+        Ok(self.drives.clone())
+    }
+
+    fn place(&self, drive: DriveId) -> Result<usize, BoardError> {
+        let place = self.drives.iter().position(|known| *known == drive);
+        place.ok_or_else(|| BoardError::NoDrive {
+            drive,
+            board: self.drives.clone(),
+        })
+    }
+}

@@ -1,0 +1,201 @@
+//! `motionctl board run`: a motion on the drives of a board.
+//!
+//! [`axes`] says which axis is which, [`segments`] makes of the motion what the board plays, [`fit`] where it is no curve, [`follow`] enables,
+//! sends, watches and disables, [`recording`] keeps what the snapshots say, [`summary`] is what came of it.
+
+mod arguments;
+mod axes;
+mod fit;
+mod follow;
+mod recording;
+mod remote;
+mod segments;
+mod summary;
+
+use std::process::ExitCode;
+
+use board_link::segment::Segment;
+use dyn_can::{DriveId, StepLimit};
+
+use super::error::BoardError;
+use super::session::Session;
+use crate::confirm::confirm;
+use crate::control::{Listening, Wishes};
+use crate::drive_ids::about;
+use crate::interrupt;
+use crate::output::{print, print_json, tell};
+use crate::report;
+use crate::trajectory::{MotionReport, Plan};
+pub(super) use arguments::Arguments;
+use axes::{Axis, OfBoard};
+use follow::Follow;
+use recording::BoardRecording;
+use segments::{Played, preview, segments};
+use summary::Outcome;
+
+/// A motion that the board would play.
+struct Prepared {
+    axes: Vec<Axis>,
+    segments: Vec<Segment>,
+    played: Played,
+    /// Relative to the start.
+    last: Vec<i32>,
+    cycle_us: u32,
+}
+
+impl Prepared {
+    fn places(&self) -> Vec<usize> {
+        self.axes.iter().map(|axis| axis.place).collect()
+    }
+
+    fn drives(&self) -> Vec<DriveId> {
+        self.axes.iter().map(|axis| axis.drive).collect()
+    }
+}
+
+/// Checks everything, asks, runs the motion, prints the summary.
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
+    if arguments.recording.candump.is_some() {
+        return Err(BoardError::NoFrames);
+    }
+    let options = arguments.motion();
+    let motion = options.read().map_err(BoardError::Motion)?;
+    let mut session = Session::open(&arguments.port, false)?;
+    let info = session.info();
+    let port = session.name().to_owned();
+    let settings = session.settings()?;
+    let settings = settings.ok_or(BoardError::NoSettings { port })?;
+    let of_board = OfBoard::new(&info.board, &settings)?;
+    let plan = motion
+        .plan(info.cycle_us, StepLimit::MAX)
+        .map_err(BoardError::Motion)?;
+    let axes = of_board.axes(&motion, &plan, info.cycle_us)?;
+    let drives: Vec<DriveId> = axes.iter().map(|axis| axis.drive).collect();
+    options.write_path(&plan).map_err(BoardError::Motion)?;
+    let told = motion
+        .report(&plan, &drives, StepLimit::MAX)
+        .map_err(BoardError::Motion)?;
+    if !arguments.json {
+        told.show();
+    }
+    for axis in &axes {
+        let within = arguments.limits.check(axis.drive, &axis.needs);
+        within.map_err(BoardError::Limit)?;
+    }
+    let prepared = prepare(&mut session, &of_board, &plan, (axes, info.cycle_us))?;
+    let recording = BoardRecording::open(arguments, &options, &prepared)?;
+    ask(arguments, &prepared)?;
+    let outcome = play(arguments, session, &of_board, &prepared, recording)?;
+    show(arguments, &told, &outcome)
+}
+
+/// Plays the motion on this computer as the board will, from where the axes stand now.
+fn prepare(
+    session: &mut Session,
+    of_board: &OfBoard,
+    plan: &Plan,
+    (axes, cycle_us): (Vec<Axis>, u32),
+) -> Result<Prepared, BoardError> {
+    let segments = segments(plan)?;
+    let stand = session.snapshot()?;
+    let from: Vec<i32> = stand.axes.iter().map(|axis| axis.position).collect();
+    let places: Vec<usize> = axes.iter().map(|axis| axis.place).collect();
+    let played = preview(
+        &segments,
+        &of_board.limits,
+        (&places, &from),
+        cycle_us,
+        |cycle| plan.row(cycle),
+    );
+    let played = played.map_err(|refusal| {
+        let axis = refusal.refused.axis.map(usize::from);
+        BoardError::Preview {
+            segment: refusal.segment,
+            at_s: refusal.at_cycles * f64::from(cycle_us) * 1e-6,
+            refused: refusal.refused,
+            drive: axis.and_then(|axis| of_board.drives.get(axis).copied()),
+        }
+    })?;
+    Ok(Prepared {
+        axes,
+        segments,
+        played,
+        last: plan.last(),
+        cycle_us,
+    })
+}
+
+/// Asks whether the motors may move, and listens to signals from then on.
+fn ask(arguments: &Arguments, prepared: &Prepared) -> Result<(), BoardError> {
+    let seconds = prepared.played.cycles as f64 * f64::from(prepared.cycle_us) * 1e-6;
+    let question = format!(
+        "{} for {seconds:.1} s, {}. Is everybody clear of the machine?",
+        about(
+            &prepared.drives(),
+            "will be enabled and its motor will MOVE",
+            "will be enabled and their motors will MOVE"
+        ),
+        arguments.limits
+    );
+    confirm(&question, arguments.yes).map_err(BoardError::NotConfirmed)?;
+    interrupt::listen_in_motion().map_err(BoardError::Interrupt)?;
+    if prepared.played.worst_counts > 0 {
+        tell(format_args!(
+            "note: set-points differ from those of `motionctl run` by up to {} counts",
+            prepared.played.worst_counts
+        ));
+    }
+    Ok(())
+}
+
+/// Enables, moves, disables.
+fn play(
+    arguments: &Arguments,
+    mut session: Session,
+    of_board: &OfBoard,
+    prepared: &Prepared,
+    mut recording: BoardRecording,
+) -> Result<Outcome, BoardError> {
+    let wishes = Wishes::new();
+    let control = arguments
+        .control
+        .open(&wishes)
+        .map_err(BoardError::Control)?;
+    session.take_command()?;
+    let listening = Listening::new(control, &wishes, true).map_err(BoardError::Interrupt)?;
+    if !arguments.json
+        && let Some(help) = listening.help()
+    {
+        tell(help);
+    }
+    let follow = Follow::new(&mut session, of_board, prepared, &mut recording);
+    let mut outcome = follow.run(&wishes, arguments.snapshot_hz, !arguments.json);
+    drop(listening);
+    let recorded = recording.finish();
+    let folder = arguments.recording.report.as_deref();
+    let has_page = report::write_and_tell(folder, &recorded, &outcome.for_page());
+    outcome.note_recording(recorded.report, has_page);
+    Ok(outcome)
+}
+
+fn show(
+    arguments: &Arguments,
+    told: &MotionReport,
+    outcome: &Outcome,
+) -> Result<ExitCode, BoardError> {
+    if arguments.json {
+        let result = summary::Result {
+            motion: told,
+            outcome,
+        };
+        print_json(&result).map_err(BoardError::Print)?;
+    } else {
+        print(outcome).map_err(BoardError::Print)?;
+    }
+    Ok(outcome.exit_code())
+}
+
+/// The shape of what `--json` prints.
+pub(super) fn schema() -> schemars::Schema {
+    crate::schema::of::<summary::Result<'_>>()
+}

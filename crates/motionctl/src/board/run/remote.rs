@@ -1,0 +1,98 @@
+//! The stream on the board, for those who give orders to it.
+
+use std::collections::VecDeque;
+
+use board_link::message::{Request, Snapshot};
+
+use crate::set_points::{Order, SetPointSource, Speed, Step};
+
+/// What is known of the stream, and what is to be ordered.
+#[derive(Debug)]
+pub(super) struct Remote {
+    cycles: u64,
+    passed: u64,
+    asked_percent: u16,
+    actual_percent: u16,
+    is_paused: bool,
+    /// Was told to stop.
+    pub(super) is_stopping: bool,
+    orders: VecDeque<Request>,
+}
+
+impl Remote {
+    /// A stream of so many cycles that was not begun yet.
+    pub(super) fn new(cycles: u64) -> Self {
+        Self {
+            cycles,
+            passed: 0,
+            asked_percent: 100,
+            actual_percent: 100,
+            is_paused: false,
+            is_stopping: false,
+            orders: VecDeque::new(),
+        }
+    }
+
+    pub(super) fn note(&mut self, snapshot: &Snapshot) {
+        self.passed = snapshot.player.time_cycles.into();
+        self.actual_percent = snapshot.player.percent;
+    }
+
+    /// The next order; it comes back when it could not be given.
+    pub(super) fn next_order(&mut self) -> Option<Request> {
+        self.orders.pop_front()
+    }
+
+    pub(super) fn put_back(&mut self, order: Request) {
+        self.orders.push_front(order);
+    }
+}
+
+impl SetPointSource for Remote {
+    fn axes(&self) -> usize {
+        0
+    }
+
+    /// The board has the set-points.
+    fn next(&mut self, _row: &mut [i32]) -> Step {
+        Step::Goes
+    }
+
+    fn order(&mut self, order: Order) {
+        let request = match order {
+            Order::Pause => {
+                self.is_paused = true;
+                Request::Pause
+            }
+            Order::Resume => {
+                self.is_paused = false;
+                Request::Resume
+            }
+            Order::Override(percent) => {
+                self.asked_percent = percent;
+                Request::Override { percent }
+            }
+            Order::Stop => {
+                self.is_stopping = true;
+                Request::Stop
+            }
+        };
+        self.orders.push_back(request);
+    }
+
+    fn speed(&self) -> Speed {
+        Speed {
+            asked_percent: self.asked_percent,
+            actual_percent: self.actual_percent.into(),
+            is_paused: self.is_paused,
+        }
+    }
+
+    fn progress(&self) -> (u64, Option<u64>) {
+        (self.passed.min(self.cycles), Some(self.cycles))
+    }
+
+    fn next_notice(&mut self) -> Option<String> {
+        None
+    }
+}

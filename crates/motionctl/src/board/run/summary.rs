@@ -1,0 +1,232 @@
+//! The result of a motion on a board.
+
+use core::fmt;
+use std::process::ExitCode;
+
+use board_link::message::Snapshot;
+use comfy_table::Table;
+use comfy_table::presets::UTF8_BORDERS_ONLY;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::Prepared;
+use crate::board::words::fault_name;
+use crate::counted::counted;
+use crate::exit;
+use crate::recording::{AxisOutcome, Outcome as PageOutcome, RecordingReport};
+use crate::table::align_numbers;
+use crate::trajectory::MotionReport;
+
+/// How a motion ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum End {
+    Completed,
+    /// Why, which was told already.
+    Stopped(String),
+    Interrupted,
+    /// Somebody gave the order.
+    Ordered,
+    /// Why nobody knows what the board does.
+    LinkFailed(String),
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Completed => f.write_str("completed"),
+            Self::Stopped(_) => f.write_str("stopped by the board"),
+            Self::Interrupted => f.write_str("stopped by the user"),
+            Self::Ordered => f.write_str("stopped by an order"),
+            Self::LinkFailed(_) => f.write_str("the link failed"),
+        }
+    }
+}
+
+/// One axis at the end.
+#[derive(Debug, Serialize, JsonSchema)]
+struct AxisSummary {
+    drive: u8,
+    /// Final position of the motion, from the start.
+    target_counts: i32,
+    /// The last set-point of the board, from the start.
+    set_point_counts: i32,
+    /// Position that the board read last, from the start.
+    read_counts: i32,
+    fault: Option<String>,
+}
+
+/// What was sent, and what came back.
+#[derive(Debug, Clone, Copy, Default, Serialize, JsonSchema)]
+pub(super) struct Traffic {
+    /// Segments that the board has taken, of those of the motion.
+    pub(super) segments_sent: u32,
+    pub(super) segments: u32,
+    pub(super) snapshots: u64,
+    /// Messages of the board that were damaged on the way.
+    pub(super) lost_messages: u64,
+    pub(super) lost_events: u64,
+    /// How far the clock of the board may be from what this computer knows of it.
+    pub(super) clock_error_us: Option<u64>,
+}
+
+/// A whole motion.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Outcome {
+    completed: bool,
+    outcome: String,
+    reason: Option<String>,
+    axes: Vec<AxisSummary>,
+    /// Cycles of the motion, and the largest difference of a set-point from the table of the motion.
+    cycles: u64,
+    differs_by_counts: u32,
+    #[serde(flatten)]
+    traffic: Traffic,
+    /// Whether the board says that its drives are off.
+    disabled: bool,
+    /// What somebody who goes near must know.
+    warnings: Vec<String>,
+    recording: RecordingReport,
+    #[serde(skip)]
+    exit_code: u8,
+}
+
+/// Everything that came of a motion.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Result<'a> {
+    pub(super) motion: &'a MotionReport,
+    #[serde(flatten)]
+    pub(super) outcome: &'a Outcome,
+}
+
+impl Outcome {
+    /// `anchors` is where the axes of the board stood, `last` the latest snapshot.
+    pub(super) fn new(
+        prepared: &Prepared,
+        end: &End,
+        (anchors, last): (&[i32], &Snapshot),
+        traffic: Traffic,
+        is_off: bool,
+    ) -> Self {
+        let axis = |(axis, target): (&super::Axis, &i32)| {
+            let told = last.axes.get(axis.place).copied().unwrap_or_default();
+            let anchor = anchors.get(axis.place).copied().unwrap_or_default();
+            AxisSummary {
+                drive: axis.drive.get(),
+                target_counts: *target,
+                set_point_counts: told.target.wrapping_sub(anchor),
+                read_counts: told.position.wrapping_sub(anchor),
+                fault: (told.fault != 0).then(|| fault_name(told.fault)),
+            }
+        };
+        let axes: Vec<AxisSummary> = prepared.axes.iter().zip(&prepared.last).map(axis).collect();
+        let has_arrived = axes
+            .iter()
+            .all(|axis| axis.set_point_counts == axis.target_counts);
+        let completed = *end == End::Completed && has_arrived && is_off;
+        let exit_code = match end {
+            End::LinkFailed(_) => exit::LINK_FAILED,
+            End::Interrupted | End::Ordered if is_off => exit::INTERRUPTED,
+            _ if completed => 0,
+            _ => exit::BROKEN_PROMISE,
+        };
+        let warning = (!is_off).then(|| WARNING.to_owned());
+        Self {
+            completed,
+            outcome: end.to_string(),
+            reason: match end {
+                End::Stopped(reason) | End::LinkFailed(reason) => Some(reason.clone()),
+                End::Completed | End::Interrupted | End::Ordered => None,
+            },
+            axes,
+            cycles: prepared.played.cycles,
+            differs_by_counts: prepared.played.worst_counts,
+            traffic,
+            disabled: is_off,
+            warnings: warning.into_iter().collect(),
+            recording: RecordingReport::default(),
+            exit_code,
+        }
+    }
+
+    /// The result as its page has it.
+    pub(super) fn for_page(&self) -> PageOutcome {
+        let facts = self.reason.iter().chain(&self.warnings).cloned();
+        let axes = self.axes.iter().map(|axis| AxisOutcome {
+            set_points: None,
+            received_counts: None,
+            reply_timeouts: None,
+            state: axis.fault.clone().unwrap_or_default(),
+        });
+        PageOutcome {
+            verdict: self.verdict(),
+            is_good: self.completed,
+            facts: core::iter::once(self.traffic_text()).chain(facts).collect(),
+            axes: axes.collect(),
+        }
+    }
+
+    fn verdict(&self) -> String {
+        format!("The motion: {}.", self.outcome)
+    }
+
+    fn traffic_text(&self) -> String {
+        let traffic = &self.traffic;
+        format!(
+            "{} of {} sent, {} received, {} damaged on the way",
+            traffic.segments_sent,
+            counted(u64::from(traffic.segments), "segment", "segments"),
+            counted(traffic.snapshots, "snapshot", "snapshots"),
+            counted(traffic.lost_messages, "message", "messages"),
+        )
+    }
+
+    /// Notes what became of the recording, and whether the page that was wanted is there.
+    pub(super) fn note_recording(&mut self, report: RecordingReport, has_page: bool) {
+        if self.exit_code == 0 && !(report.is_complete() && has_page) {
+            self.exit_code = exit::BROKEN_PROMISE;
+        }
+        self.recording = report;
+    }
+
+    pub(super) fn exit_code(&self) -> ExitCode {
+        self.exit_code.into()
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new();
+        table.load_style(UTF8_BORDERS_ONLY).set_header([
+            "drive",
+            "target\ncounts",
+            "set-point\ncounts",
+            "read\ncounts",
+            "fault",
+        ]);
+        for axis in &self.axes {
+            table.add_row([
+                axis.drive.to_string(),
+                axis.target_counts.to_string(),
+                axis.set_point_counts.to_string(),
+                axis.read_counts.to_string(),
+                axis.fault.clone().unwrap_or_default(),
+            ]);
+        }
+        align_numbers(&mut table);
+        table
+    }
+}
+
+const WARNING: &str = "WARNING: the board does not say that its drives are off. Open the stop circuit before anybody goes near, and read `motionctl board info`";
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.table())?;
+        writeln!(f, "{}", self.traffic_text())?;
+        for warning in &self.warnings {
+            writeln!(f, "{warning}")?;
+        }
+        f.write_str(&self.verdict())?;
+        self.reason
+            .as_ref()
+            .map_or(Ok(()), |reason| write!(f, " {reason}"))
+    }
+}

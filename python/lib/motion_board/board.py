@@ -1,0 +1,586 @@
+"""The link to a motion board."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
+
+from . import _native
+from .errors import BoardError, ConnectionLost, InputError, Refused, StreamStopped
+from .set_points import Points, Scale, each_point, pairs, scales
+
+__all__ = [
+    "AxisSnapshot",
+    "Board",
+    "Counters",
+    "Event",
+    "Fault",
+    "Info",
+    "Progress",
+    "Settings",
+    "Snapshot",
+    "StreamResult",
+]
+
+_ACTIVE = ("Waiting", "Moving", "Dry")
+_ON = ("GettingReady", "Enabled", "Homing", "Stopping")
+# What the board says when set-points come behind the end of a stream: too late, or after a stop.
+_LATE, _ENDED, _NO_ENTRY = 12, 13, 35
+_POLL_S = 0.05
+
+
+@dataclass(frozen=True)
+class Info:
+    """What a board is."""
+
+    board: str
+    """The board."""
+    firmware: str
+    """The version of the firmware."""
+    boot: int
+    """The number of its start: another one than before says that it was reset."""
+    cycle_us: int
+    """The cycle in microseconds."""
+    uptime: int
+    """Cycles since the start."""
+    axes: int
+    """Number of axes; 0 without settings."""
+    segments: int
+    """Ways between set-points that the board keeps."""
+    settings: int
+    """Most bytes of settings."""
+    faults: int
+    """Entries of the fault log."""
+
+
+@dataclass(frozen=True)
+class AxisSnapshot:
+    """An axis, in command counts."""
+
+    target: int
+    """Its set-point."""
+    position: int
+    """Its position."""
+    error: int
+    """Its following error."""
+    fault: int
+    """The number of its fault, 0 for none."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """How everything is."""
+
+    cycle: int
+    """The cycle of the board."""
+    state: str
+    """"NoSettings", "Locked", "StopOpen", "EnableInactive", "Off", "GettingReady", "Enabled", "Homing", "Stopping" or "Faulted"."""
+    stream: int
+    """The number of the stream that was begun last."""
+    phase: str
+    """What becomes of it: "Idle", "Waiting", "Moving", "Dry", "Complete", "DriedUp", "Stopped" or "Displaced"."""
+    time_cycles: int
+    """Cycles of the stream that have passed."""
+    finished: int
+    """Ways between set-points that were played to their end."""
+    percent: int
+    """Speed of the stream at this moment."""
+    axes: List[AxisSnapshot]
+    """The axes."""
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether a stream moves the axes, or may do so yet."""
+        return self.phase in _ACTIVE
+
+    @property
+    def positions(self) -> List[int]:
+        """Position of each axis."""
+        return [axis.position for axis in self.axes]
+
+    @property
+    def targets(self) -> List[int]:
+        """Set-point of each axis."""
+        return [axis.target for axis in self.axes]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that has happened on the board."""
+
+    number: int
+    """One more than that of the event before."""
+    kind: str
+    """"State", "Stream", "Fault", "Claimed", "Released", "SilentHost", or "Lost": so many events could not be kept."""
+    values: Dict[str, Any]
+    """What is known of it: "state"; "stream", "phase", "finished"; "axis", "code", "detail"; "session"; "count"."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """An entry of the fault log."""
+
+    number: int
+    """Counts the faults of the board for ever."""
+    uptime_ms: int
+    """Milliseconds since the start of the firmware."""
+    firmware: str
+    """Its version."""
+    axis: Optional[int]
+    """The axis, where it is about one."""
+    code: int
+    """The number of the fault."""
+    detail: int
+    """What else is known of it."""
+    place: str
+    """The place in the program, for a panic."""
+
+
+@dataclass(frozen=True)
+class Counters:
+    """What came in at the board, and what was lost. A sum ends at its largest value."""
+
+    frames: int
+    """Messages that were right."""
+    losses: Dict[str, int]
+    """Messages that were lost, by why."""
+    repeated: int
+    """Requests that were repeated and answered again."""
+    refused: int
+    """Requests that were refused."""
+    unanswered: int
+    """Requests that were not answered, because nobody took the bytes."""
+    snapshots_left_out: int
+    """Snapshots that were left out for the same reason."""
+    events_lost: int
+    """Events that were overwritten before this program took them."""
+    segments: int
+    """Ways between set-points that were taken."""
+    silent_hosts: int
+    """Hosts that were silent for too long."""
+    late_cycles: int
+    """Cycles that were late."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings in force, from the board."""
+
+    data: bytes
+    """As they are stored; ``motionctl board settings`` reads and writes them as text."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a stream is."""
+
+    time_s: float
+    """Time of the stream that has passed on the board."""
+    sent: int
+    """Set-points that were handed over so far."""
+    phase: str
+    """As :attr:`Snapshot.phase`."""
+    percent: int
+    """Speed at this moment."""
+    positions: List[int]
+    """Position of each axis, in counts."""
+
+
+@dataclass(frozen=True)
+class StreamResult:
+    """A stream that is complete."""
+
+    set_points: int
+    """Set-points that were played."""
+    time_s: float
+    """From the first to the last."""
+
+
+class Board:
+    """A motion board that takes orders.
+
+    Nothing is enabled and nothing moves that was not asked for. What may move, and how fast, is in the settings of the board, and the board
+    refuses everything beyond; wrong shapes, times and numbers are refused before anything is sent. A thread keeps the board informed that
+    the program lives; when the program ends or hangs up, the board stops the axes along their path by itself. It is no emergency stop:
+    build your own, in hardware.
+
+        >>> with Board.open("/dev/ttyACM0") as board:
+        ...     board.enable()
+        ...     board.stream(times, positions)
+    """
+
+    def __init__(self, link: _native.Link, commands: bool) -> None:
+        """Use :meth:`open`."""
+        self._link = link
+        self._commands = commands
+        self._info: Optional[Info] = None
+
+    @classmethod
+    def open(
+        cls,
+        address: str,
+        *,
+        baud: int = 921_600,
+        commands: bool = True,
+        timeout_s: float = 3.0,
+    ) -> "Board":
+        """Connects to a board and claims the command; nothing is switched on.
+
+        ``address``: a serial port or a pseudo-terminal ("/dev/ttyACM0", "COM3"), or "tcp:127.0.0.1:PORT". ``baud``: bit rate of a real
+        serial port. ``commands``: False only reads, beside another program that commands. ``timeout_s``: how long to wait for an answer.
+
+        Raises :class:`motion_board.NotConnected`.
+        """
+        link = _native.Link(address, baud, commands)
+        board = cls(link, commands)
+        try:
+            link.connect(timeout_s)
+            board._info = board.info()
+        except BaseException:
+            link.close()
+            raise
+        return board
+
+    def __enter__(self) -> "Board":
+        """Itself; with the block everything is disabled and closed."""
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        error: Optional[BaseException],
+        trace: Optional[TracebackType],
+    ) -> None:
+        """Stops along the path, disables, and closes."""
+        try:
+            if self._commands and not self._link.is_closed():
+                self.disable()
+        except BoardError as reason:
+            if error is None:
+                raise
+            # The error of the block is the one to see.
+            warnings.warn(f"the drives may be on: {reason}", RuntimeWarning, stacklevel=2)
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Gives the command back and closes the port; a stream is stopped along its path. The drives stay as they are."""
+        self._link.close()
+
+    # What the board says.
+
+    def info(self) -> Info:
+        """What the board is."""
+        return Info(**self._link.info())
+
+    @property
+    def axes(self) -> int:
+        """Number of axes; 0 without settings."""
+        return self.info().axes
+
+    @property
+    def settings(self) -> Settings:
+        """The settings in force, read from the board."""
+        return Settings(self._link.settings())
+
+    def snapshot(self) -> Snapshot:
+        """How everything is, of a moment after this call."""
+        return _snapshot(self._link.snapshot(2.0))
+
+    def events(self) -> List[Event]:
+        """What has happened since the last call, oldest first."""
+        events, lost = self._link.events()
+        told = [_event(number, event) for number, event in events]
+        return [Event(-1, "Lost", {"count": lost}), *told] if lost else told
+
+    def faults(self) -> List[Fault]:
+        """The fault log, latest first."""
+        entries: List[Fault] = []
+        while True:
+            try:
+                entries.append(Fault(**self._link.fault(len(entries))))
+            except Refused as refused:
+                if refused.number != _NO_ENTRY:
+                    raise
+                return entries
+
+    def counters(self) -> Counters:
+        """What came in at the board, and what was lost."""
+        return Counters(**self._link.counters())
+
+    # Commands.
+
+    def enable(self, timeout_s: float = 10.0) -> None:
+        """Switches the drives on, and waits until they are.
+
+        Warning: the motors hold their position from here on.
+        """
+        self._link.command("enable", 0)
+        self._wait_for(("Enabled",), ("GettingReady",), "enabled", timeout_s)
+
+    def disable(self, timeout_s: float = 10.0) -> None:
+        """Stops along the path, switches the drives off, and waits until they are."""
+        self.stop(timeout_s)
+        self._link.command("disable", 0)
+        off = ("Off", "NoSettings", "Locked", "StopOpen", "EnableInactive", "Faulted")
+        self._wait_for(off, _ON, "off", timeout_s)
+
+    def home(self, timeout_s: float = 120.0) -> None:
+        """Finds the origins, and waits until they are found."""
+        self._link.command("home", 0)
+        self._wait_for(("Enabled",), ("Homing", "Stopping"), "at its origins", timeout_s)
+
+    def stop(self, timeout_s: float = 30.0) -> None:
+        """Slows down along the path, and waits until the axes stand."""
+        self._link.command("stop", 0)
+        deadline = time.monotonic() + timeout_s
+        while True:
+            snapshot = self.snapshot()
+            if not snapshot.is_moving and snapshot.state not in ("Homing", "Stopping"):
+                return
+            if time.monotonic() > deadline:
+                raise BoardError(f"the axes did not stop in {timeout_s} s: the board is {_words(snapshot)}")
+
+    def halt(self) -> None:
+        """Ends all set-points at once; the axes stop as hard as the drives let them. For a stop along the path there is :meth:`stop`."""
+        self._link.command("halt", 0)
+
+    def clear(self) -> None:
+        """Forgets faults whose cause is gone; nothing is switched on."""
+        self._link.command("clear", 0)
+
+    def pause(self) -> None:
+        """Slows the stream down along its path, and holds it there."""
+        self._link.command("pause", 0)
+
+    def resume(self) -> None:
+        """Goes on after :meth:`pause`."""
+        self._link.command("resume", 0)
+
+    def set_override(self, percent: int) -> None:
+        """The speed of the stream: 0 to 200 percent; the board keeps it within its limits."""
+        if not 0 <= percent <= 200:
+            raise InputError(f"percent: expected 0 to 200, got {percent}")
+        self._link.command("override", percent)
+
+    def stream(
+        self,
+        times: Union[Sequence[float], Any, Points],
+        positions: Optional[Union[Sequence[Sequence[float]], Any]] = None,
+        *,
+        counts_per_unit: Scale = 1.0,
+        relative: bool = False,
+        when_dry: str = "end",
+        percent: int = 100,
+        progress: Optional[Callable[[Progress], None]] = None,
+    ) -> StreamResult:
+        """Plays set-points, and returns when the axes stand at the last one.
+
+        ``times``: seconds, ascending. ``positions``: one row a time, one column an axis: lists, or arrays of numpy. Or ``times`` alone:
+        any iterable or generator of ``(time, positions)``, taken as the board has room, so it may be endless. Between set-points the
+        axes follow a curve without steps of velocity and acceleration, at rest at the first and the last one. 10 to 100 set-points a second
+        are usual.
+
+        The first set-point must be where the axes stand (:attr:`Snapshot.targets`); with ``relative`` positions count from there, and
+        the first one is 0. ``counts_per_unit``: counts of a unit of the positions, for all axes or for each. ``when_dry``: what happens
+        when set-points come too late: the axes come to rest along the path in any case, and that is the "end", or they "wait" for more.
+        ``percent``: speed, 0 to 200. ``progress``: is called about ten times a second.
+
+        Any exception, Ctrl-C included, stops the axes along their path before it is raised.
+
+        Raises :class:`motion_board.InputError` before anything is sent, for a list or an array as a whole, for a generator set-point by
+        set-point; :class:`motion_board.Refused` with the index of the set-point that the board refuses;
+        :class:`motion_board.StreamStopped` when it ended early; :class:`motion_board.ConnectionLost`.
+        """
+        playing = self.play(
+            times,
+            positions,
+            counts_per_unit=counts_per_unit,
+            relative=relative,
+            when_dry=when_dry,
+            percent=percent,
+        )
+        while True:
+            try:
+                step = next(playing)
+            except StopIteration as end:
+                result: StreamResult = end.value
+                return result
+            if progress is not None:
+                try:
+                    progress(step)
+                except BaseException:
+                    playing.close()
+                    raise
+
+    def play(
+        self,
+        times: Union[Sequence[float], Any, Points],
+        positions: Optional[Union[Sequence[Sequence[float]], Any]] = None,
+        *,
+        counts_per_unit: Scale = 1.0,
+        relative: bool = False,
+        when_dry: str = "end",
+        percent: int = 100,
+    ) -> Iterator[Progress]:
+        """:meth:`stream` as an iterator: nothing moves before the first step is taken, and an iterator that is closed stops the axes.
+
+        >>> for progress in board.play(times, positions):
+        ...     print(progress.time_s, progress.positions)
+        """
+        if when_dry not in ("end", "wait"):
+            raise InputError(f'when_dry: expected "end" or "wait", got {when_dry!r}')
+        if not 0 <= percent <= 200:
+            raise InputError(f"percent: expected 0 to 200, got {percent}")
+        source, is_whole = pairs(times, positions)
+        axes = self.axes
+        factors = scales(counts_per_unit, axes)
+        points: Iterator[Tuple[float, List[float]]] = each_point(source, axes)
+        if is_whole:
+            # Nothing is sent of what is wrong anywhere.
+            whole = list(points)
+            if not whole:
+                raise InputError("expected at least one set-point, got none")
+            points = iter(whole)
+        return self._play(points, factors, relative, when_dry == "wait", percent)
+
+    def _play(
+        self,
+        points: Iterator[Tuple[float, List[float]]],
+        factors: List[float],
+        relative: bool,
+        waits: bool,
+        percent: int,
+    ) -> Iterator[Progress]:
+        cycle_us = self.info().cycle_us
+        first = next(points, None)
+        if first is None:
+            raise InputError("expected at least one set-point, got none")
+        base = [float(at) for at in self.snapshot().targets] if relative else [0.0] * len(factors)
+        start = first[0]
+
+        def counts(row: List[float]) -> List[float]:
+            return [zero + factor * at for zero, factor, at in zip(base, factors, row)]
+
+        def cycles(moment: float) -> float:
+            return (moment - start) * 1e6 / cycle_us
+
+        sent, last = 1, start
+        number = self._link.begin(0.0, counts(first[1]), waits, percent)
+        try:
+            due = time.monotonic()
+            for moment, row in points:
+                is_open = self._link.push(cycles(moment), counts(row))
+                sent, last = sent + 1, moment
+                if not is_open:
+                    self._raise_end(number)
+                if time.monotonic() >= due:
+                    due = time.monotonic() + 2 * _POLL_S
+                    yield self._progress(number, sent, cycle_us)
+            if not self._link.finish():
+                self._raise_end(number)
+            while self._is_under_way(number):
+                if time.monotonic() >= due:
+                    due = time.monotonic() + 2 * _POLL_S
+                    yield self._progress(number, sent, cycle_us)
+                self._link.wait_for_news(_POLL_S)
+        except BaseException:
+            self._stop_stream()
+            raise
+        return StreamResult(sent, last - start)
+
+    def _is_under_way(self, number: int) -> bool:
+        """Whether a stream of which everything was handed over goes on; an early end is an exception."""
+        end = self._stream_end(number)
+        if end == "sending":
+            return True
+        if end != "sent":
+            raise ConnectionLost("the connection was lost in the stream: the board stops the axes by itself")
+        latest = self._link.latest_snapshot()
+        if latest is None or latest["stream"] != number or latest["player"]["phase"] in _ACTIVE:
+            return True
+        if latest["player"]["phase"] != "Complete":
+            self._raise_stopped(number)
+        return False
+
+    def _stream_end(self, number: int) -> str:
+        try:
+            return self._link.stream_end()
+        except Refused as refused:
+            if refused.number in (_LATE, _ENDED):
+                self._raise_stopped(number)
+            raise
+
+    def _raise_end(self, number: int) -> None:
+        """The stream takes no set-points any more: says why."""
+        self._is_under_way(number)
+        self._raise_stopped(number)
+
+    def _raise_stopped(self, number: int) -> None:
+        while (snapshot := self.snapshot()).stream == number and snapshot.is_moving:
+            self._link.wait_for_news(_POLL_S)
+        time_s = snapshot.time_cycles * self.info().cycle_us / 1e6
+        why = {
+            "DriedUp": "the set-points came too late: send them earlier, or fewer of them",
+            "Stopped": "it was stopped",
+            "Displaced": "the axes were moved before it began",
+        }.get(snapshot.phase, "it ended early")
+        raise StreamStopped(
+            f"the stream ended at {time_s:.3f} s: {why}; the board is {_words(snapshot)}", snapshot.phase, time_s
+        )
+
+    def _stop_stream(self) -> None:
+        """Brings the axes to rest along the path; the error that led here is the one to see."""
+        try:
+            self._link.command("stop", 0)
+            self._link.abandon()
+            self.stop()
+        except BoardError as reason:
+            self._link.abandon()
+            warnings.warn(f"the stream could not be stopped: {reason}", RuntimeWarning, stacklevel=3)
+
+    def _progress(self, number: int, sent: int, cycle_us: int) -> Progress:
+        latest = self._link.latest_snapshot()
+        if latest is None or latest["stream"] != number:
+            return Progress(0.0, sent, "Waiting", 100, [])
+        snapshot = _snapshot(latest)
+        time_s = snapshot.time_cycles * cycle_us / 1e6
+        return Progress(time_s, sent, snapshot.phase, snapshot.percent, snapshot.positions)
+
+    def _wait_for(self, wanted: Tuple[str, ...], on_the_way: Tuple[str, ...], words: str, timeout_s: float) -> None:
+        deadline = time.monotonic() + timeout_s
+        while True:
+            snapshot = self.snapshot()
+            if snapshot.state in wanted:
+                return
+            if snapshot.state not in on_the_way:
+                raise BoardError(f"the board is not {words}: it is {_words(snapshot)}")
+            if time.monotonic() > deadline:
+                raise BoardError(f"the board was not {words} in {timeout_s} s: it is {_words(snapshot)}")
+
+
+def _words(snapshot: Snapshot) -> str:
+    faults = [f"axis {axis} has fault {one.fault}" for axis, one in enumerate(snapshot.axes) if one.fault]
+    return ", ".join([snapshot.state, *faults])
+
+
+def _snapshot(fields: Dict[str, Any]) -> Snapshot:
+    player = fields["player"]
+    return Snapshot(
+        cycle=fields["cycle"],
+        state=fields["state"],
+        stream=fields["stream"],
+        phase=player["phase"],
+        time_cycles=player["time_cycles"],
+        finished=player["finished"],
+        percent=player["percent"],
+        axes=[AxisSnapshot(**axis) for axis in fields["axes"]],
+    )
+
+
+def _event(number: int, event: Dict[str, Any]) -> Event:
+    [(kind, values)] = event.items()
+    return Event(number, kind, values if isinstance(values, dict) else {"state": values})

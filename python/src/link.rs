@@ -1,0 +1,438 @@
+//! The link to a board: a thread that keeps it alive, and calls that wait with Python let go.
+
+mod errors;
+mod port;
+mod state;
+mod worker;
+
+use std::hash::{BuildHasher, Hasher};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use board_link::WhenDry;
+use board_link::host::{ClientConfig, StreamEnd};
+use board_link::message::{Answer, Request};
+use board_link::segment::{Begin, OfAxes};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use pythonize::pythonize;
+
+use crate::errors::input_error;
+use crate::points::{Point, SegmentMaker};
+use errors::{connection_lost, no_reply, not_connected, refused, request_failed};
+use port::Port;
+use state::{QUEUE, Shared, State, StreamState};
+use worker::Worker;
+
+/// Python looks for Ctrl-C this often.
+const SIGNALS: Duration = Duration::from_millis(50);
+/// The application of a board takes no longer for a command than this.
+const ANSWER: Duration = Duration::from_secs(15);
+
+/// The link to a board.
+///
+/// Every call takes it as it is: one thread may stop what another one streams.
+#[pyclass(module = "motion_board._native", frozen)]
+pub(crate) struct Link {
+    address: String,
+    shared: Arc<Shared>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    maker: Mutex<Option<SegmentMaker>>,
+    last_stream: AtomicU32,
+}
+
+#[pymethods]
+impl Link {
+    #[new]
+    fn new(py: Python<'_>, address: String, baud: u32, commands: bool) -> PyResult<Self> {
+        let port = py.detach(|| Port::open(&address, baud));
+        let port = port.map_err(|text| not_connected(py, text))?;
+        let seed = random();
+        let config = ClientConfig {
+            commands,
+            ..ClientConfig::default()
+        };
+        let shared = Arc::new(Shared::default());
+        let worker = Worker::new(Arc::clone(&shared), port, config, seed);
+        let builder = std::thread::Builder::new().name("motion-board link".to_owned());
+        let thread = builder
+            .spawn(move || worker.run())
+            .map_err(|error| not_connected(py, error))?;
+        Ok(Self {
+            address,
+            shared,
+            thread: Mutex::new(Some(thread)),
+            maker: Mutex::new(None),
+            last_stream: AtomicU32::new(random()),
+        })
+    }
+
+    /// Waits until the board has answered, and the command is claimed where it shall be.
+    fn connect(&self, py: Python<'_>, timeout_s: f64) -> PyResult<()> {
+        let look = |state: &mut State| state.is_connected.then_some(());
+        if self.wait(py, seconds(timeout_s), look)?.is_some() {
+            return Ok(());
+        }
+        let address = &self.address;
+        let state = self.shared.lock();
+        let text = match &state.unavailable {
+            Some(refused) => format!("{address}: {refused}"),
+            None => format!(
+                "{address}: no board has answered in {timeout_s} s: check the port, the bit rate, and that the board runs"
+            ),
+        };
+        Err(not_connected(py, text))
+    }
+
+    fn is_connected(&self) -> bool {
+        self.shared.lock().is_connected
+    }
+
+    /// How often a connection was made: one more than before is a board that was reset, or was not heard of for a while.
+    fn connections(&self) -> u32 {
+        self.shared.lock().connections
+    }
+
+    /// A request without an answer of its own; waits until it is carried out.
+    fn command(&self, py: Python<'_>, name: &str, percent: u16) -> PyResult<()> {
+        let request = match name {
+            "enable" => Request::Enable,
+            "disable" => Request::Disable,
+            "clear" => Request::Clear,
+            "home" => Request::Home,
+            "stop" => Request::Stop,
+            "halt" => Request::Halt,
+            "pause" => Request::Pause,
+            "resume" => Request::Resume,
+            "override" => Request::Override { percent },
+            other => return Err(input_error(py, format_args!("no command is called {other}"))),
+        };
+        self.ask(py, request).map(|_| ())
+    }
+
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.ask(py, Request::Hello)? {
+            Answer::Info(info) => Ok(pythonize(py, &info)?),
+            _ => Err(no_reply(py, "the board gave another answer than its info")),
+        }
+    }
+
+    fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.ask(py, Request::ReadCounters)? {
+            Answer::Counters(counters) => Ok(pythonize(py, &counters)?),
+            _ => Err(no_reply(py, "the board gave another answer than its counters")),
+        }
+    }
+
+    /// An entry of the fault log, 0 the latest.
+    fn fault<'py>(&self, py: Python<'py>, index: u32) -> PyResult<Bound<'py, PyAny>> {
+        match self.ask(py, Request::ReadFault { index })? {
+            Answer::Fault(entry) => Ok(pythonize(py, &entry)?),
+            _ => Err(no_reply(py, "the board gave another answer than a fault")),
+        }
+    }
+
+    /// All settings in force.
+    fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut all: Vec<u8> = Vec::new();
+        loop {
+            let offset = all.len() as u32;
+            let answer = self.ask(py, Request::ReadSettings { offset })?;
+            let Answer::Settings {
+                length,
+                checksum,
+                bytes,
+                ..
+            } = answer
+            else {
+                return Err(no_reply(py, "the board gave another answer than its settings"));
+            };
+            all.extend_from_slice(&bytes);
+            if bytes.is_empty() || all.len() >= length as usize {
+                let actual = board_link::frame::checksum(&all);
+                if actual == checksum {
+                    return Ok(PyBytes::new(py, &all));
+                }
+                let text = format_args!(
+                    "the settings do not fit their checksum: expected {checksum:08X}, got {actual:08X}; read them again"
+                );
+                return Err(no_reply(py, text));
+            }
+        }
+    }
+
+    /// How everything is: the first report that came after this call.
+    fn snapshot<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Bound<'py, PyAny>> {
+        let before = self.shared.lock().snapshots;
+        let look = |state: &mut State| {
+            // One that was on its way may be of a moment before the call.
+            let is_new = state.snapshots > before + 1;
+            state.snapshot.as_ref().filter(|_| is_new).cloned()
+        };
+        match self.wait(py, seconds(timeout_s), look)? {
+            Some(snapshot) => Ok(pythonize(py, &snapshot)?),
+            None => Err(connection_lost(
+                py,
+                format_args!("the board has reported nothing for {timeout_s} s"),
+            )),
+        }
+    }
+
+    /// The latest report, at once; `None` before the first one.
+    fn latest_snapshot<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let snapshot = self.shared.lock().snapshot.clone();
+        let snapshot = snapshot.map(|snapshot| pythonize(py, &snapshot));
+        Ok(snapshot.transpose()?)
+    }
+
+    /// Events that have come, and how many were lost since the last call.
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<(Vec<(u32, Bound<'py, PyAny>)>, u64)> {
+        let (events, lost) = {
+            let mut state = self.shared.lock();
+            let lost = core::mem::take(&mut state.events_lost);
+            (core::mem::take(&mut state.events), lost)
+        };
+        let events = events.into_iter();
+        let events: PyResult<Vec<_>> = events
+            .map(|(number, event)| Ok((number, pythonize(py, &event)?)))
+            .collect();
+        Ok((events?, lost))
+    }
+
+    /// How far the clock of the board may be off, in microseconds.
+    fn clock_error_us(&self) -> Option<u64> {
+        self.shared.lock().clock_error_us
+    }
+
+    /// Begins a stream at its first set-point; the result is its number.
+    fn begin(
+        &self,
+        py: Python<'_>,
+        cycles: f64,
+        counts: Vec<f64>,
+        waits: bool,
+        percent: u16,
+    ) -> PyResult<u32> {
+        let first = Point::of(cycles, &counts).map_err(|text| input_error(py, text))?;
+        let number = self.last_stream.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
+        let from: OfAxes<i64> = first.positions.iter().map(|position| position.units()).collect();
+        let begin = Begin {
+            stream: number,
+            start: None,
+            when_dry: if waits { WhenDry::Wait } else { WhenDry::End },
+            percent,
+            from,
+        };
+        let mut state = self.shared.lock();
+        let is_under_way = |stream: &StreamState| stream.end.is_none();
+        if state.stream.as_ref().is_some_and(is_under_way) && state.gone.is_none() {
+            return Err(input_error(py, "another stream is under way: stop it, or wait for its end"));
+        }
+        state.stream = Some(StreamState {
+            begin: Some(begin),
+            ..StreamState::default()
+        });
+        drop(state);
+        *locked(&self.maker) = Some(SegmentMaker::new(first));
+        Ok(number)
+    }
+
+    /// Adds a set-point; waits for room. Whether the stream still takes set-points.
+    fn push(&self, py: Python<'_>, cycles: f64, counts: Vec<f64>) -> PyResult<bool> {
+        let point = Point::of(cycles, &counts).map_err(|text| input_error(py, text))?;
+        match self.make(point).map_err(|text| input_error(py, text))? {
+            Some(segment) => self.offer(py, segment),
+            None => Ok(self.is_open()),
+        }
+    }
+
+    /// No set-point follows.
+    fn finish(&self, py: Python<'_>) -> PyResult<bool> {
+        let segment = locked(&self.maker).take().and_then(|mut maker| maker.finish());
+        if let Some(segment) = segment {
+            self.offer(py, segment)?;
+        }
+        if let Some(stream) = &mut self.shared.lock().stream {
+            stream.is_finished = true;
+        }
+        Ok(self.is_open())
+    }
+
+    /// No set-point follows, and those that wait are not sent; the board is told to stop by another call.
+    fn abandon(&self) {
+        *locked(&self.maker) = None;
+        if let Some(stream) = &mut self.shared.lock().stream {
+            stream.segments.clear();
+            stream.end.get_or_insert(StreamEnd::Lost);
+            // The board refuses the end of a stream that was told to stop, and that is its end for the client, too.
+            stream.is_finished = true;
+        }
+    }
+
+    /// How far the stream is: "sending", "sent", "lost" or "timed-out". A stream that the board refuses is an exception.
+    fn stream_end(&self, py: Python<'_>) -> PyResult<&'static str> {
+        let end = self.shared.lock().stream.as_ref().map(|stream| stream.end);
+        match end {
+            None => Err(input_error(py, "no stream was begun")),
+            Some(None) => Ok("sending"),
+            Some(Some(StreamEnd::Sent { .. })) => Ok("sent"),
+            Some(Some(StreamEnd::Lost)) => Ok("lost"),
+            Some(Some(StreamEnd::TimedOut)) => Ok("timed-out"),
+            Some(Some(StreamEnd::Refused { index, refused: why })) => {
+                // Segment 0 leads to set-point 1.
+                Err(refused(py, &why, index.map(|index| index + 1)))
+            }
+        }
+    }
+
+    /// Waits a moment for news, with Python let go.
+    fn wait_for_news(&self, py: Python<'_>, most_s: f64) -> PyResult<()> {
+        let most = seconds(most_s).min(SIGNALS);
+        py.detach(|| self.shared.wait(most));
+        py.check_signals()
+    }
+
+    /// Gives the command back and closes the port.
+    fn close(&self, py: Python<'_>) {
+        self.shared.lock().is_closing = true;
+        let thread = locked(&self.thread).take();
+        if let Some(thread) = thread {
+            py.detach(|| {
+                // A thread that panicked is gone all the same.
+                let _ = thread.join();
+            });
+        }
+    }
+
+    fn is_closed(&self) -> bool {
+        locked(&self.thread).is_none()
+    }
+
+    fn describe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        let state = self.shared.lock();
+        dict.set_item("address", &self.address)?;
+        dict.set_item("gone", &state.gone)?;
+        Ok(dict)
+    }
+}
+
+impl Link {
+    /// Waits until something is so; `None` when it took too long.
+    fn wait<T: Send>(
+        &self,
+        py: Python<'_>,
+        most: Duration,
+        mut look: impl FnMut(&mut State) -> Option<T> + Send,
+    ) -> PyResult<Option<T>> {
+        let start = Instant::now();
+        loop {
+            let mut found = py.detach(|| {
+                let found = look(&mut self.shared.lock());
+                if found.is_none() {
+                    self.shared.wait(SIGNALS.min(most.saturating_sub(start.elapsed())));
+                }
+                found
+            });
+            if found.is_none() {
+                found = look(&mut self.shared.lock());
+            }
+            if found.is_some() {
+                return Ok(found);
+            }
+            py.check_signals()?;
+            if let Some(gone) = &self.shared.lock().gone {
+                return Err(connection_lost(py, format_args!("{}: {gone}", self.address)));
+            }
+            if start.elapsed() >= most {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn ask(&self, py: Python<'_>, request: Request) -> PyResult<Answer> {
+        let ticket = {
+            let mut state = self.shared.lock();
+            if let Some(gone) = &state.gone {
+                return Err(connection_lost(py, format_args!("{}: {gone}", self.address)));
+            }
+            state.last_ticket += 1;
+            let ticket = state.last_ticket;
+            state.requests.push_back((ticket, request));
+            ticket
+        };
+        match self.wait(py, ANSWER, |state| state.replies.remove(&ticket))? {
+            Some(Ok(answer)) => Ok(answer),
+            Some(Err(error)) => Err(request_failed(py, &error)),
+            None => Err(no_reply(
+                py,
+                format_args!("no reply in {} s: read the state of the board", ANSWER.as_secs()),
+            )),
+        }
+    }
+
+    /// The segment that a set-point completes.
+    fn make(&self, point: Point) -> Result<Option<board_link::segment::Segment>, String> {
+        let mut maker = locked(&self.maker);
+        let Some(maker) = maker.as_mut() else {
+            return Err("no stream is under way".to_owned());
+        };
+        let latest = maker.latest().time;
+        if point.time <= latest {
+            let (expected, actual) = (latest.cycles(), point.time.cycles());
+            return Err(format!("the time: expected later than {expected} cycles, got {actual}"));
+        }
+        Ok(maker.push(point))
+    }
+
+    fn offer(&self, py: Python<'_>, segment: board_link::segment::Segment) -> PyResult<bool> {
+        let mut segment = Some(segment);
+        loop {
+            let look = |state: &mut State| {
+                let Some(stream) = &mut state.stream else {
+                    return Some(false);
+                };
+                if stream.end.is_some() {
+                    return Some(false);
+                }
+                let has_room = stream.segments.len() < QUEUE;
+                has_room.then(|| {
+                    stream.segments.extend(segment.take());
+                    true
+                })
+            };
+            if let Some(is_open) = self.wait(py, ANSWER, look)? {
+                return Ok(is_open);
+            }
+        }
+    }
+
+    fn is_open(&self) -> bool {
+        let state = self.shared.lock();
+        state.stream.as_ref().is_some_and(|stream| stream.end.is_none())
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        // The thread says goodbye by itself.
+        self.shared.lock().is_closing = true;
+    }
+}
+
+/// A caller that panicked left nothing half done.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+fn seconds(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::from_secs(3_600))
+}
+
+/// A number that no other start of a program had.
+fn random() -> u32 {
+    let hasher = std::hash::RandomState::new().build_hasher();
+    hasher.finish() as u32
+}

@@ -1,0 +1,197 @@
+//! A motion on simulated drives, in virtual time: the master of the firmware on a bus with exact times.
+
+mod bench;
+
+use board_link::{AxisLimits, Config, Phase, SetPointBuffer};
+use dyn_can::{DriveId, GearNumber};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use pythonize::pythonize;
+use serde::Serialize;
+use trajectory::{Limits, Position};
+
+use crate::errors::input_error;
+use crate::plan::bit_rate;
+use crate::points::Point;
+use bench::Bench;
+
+/// Drives of a bus.
+pub(crate) const MOST_AXES: usize = 63;
+const POINTS: usize = 128;
+
+type Buffer = SetPointBuffer<MOST_AXES, POINTS>;
+
+/// What is to be simulated; the names are those of the arguments in Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Wish {
+    drives: Vec<i32>,
+    bit_rate_kbit: u32,
+    cycle_us: u32,
+    max_rpm: f64,
+    max_acceleration: f64,
+    max_jerk: Option<f64>,
+    seed: u64,
+}
+
+/// How it went, with the names of `motionctl sim --json`.
+#[derive(Serialize)]
+pub(crate) struct Summary {
+    pub(crate) promises_kept: bool,
+    pub(crate) axes: Vec<AxisSummary>,
+    pub(crate) cycle_us: u32,
+    pub(crate) bit_rate_kbit: u32,
+    pub(crate) cycles: u32,
+    pub(crate) late_cycles: u32,
+    pub(crate) late_hand_overs: u32,
+    pub(crate) faults: u32,
+    pub(crate) mean_bus_load: f64,
+}
+
+/// One axis of it.
+#[derive(Serialize)]
+pub(crate) struct AxisSummary {
+    pub(crate) axis: usize,
+    pub(crate) drive: u8,
+    pub(crate) state: String,
+    pub(crate) fault: Option<String>,
+    pub(crate) set_points: u32,
+    pub(crate) target_counts: i32,
+    pub(crate) sent_counts: i32,
+    pub(crate) received_counts: i64,
+    pub(crate) position_error_counts: i64,
+}
+
+/// Simulates a motion; the axes stand at its first set-point. Gives the set-points and the positions of the motors in every cycle, as bytes
+/// of 64-bit numbers, and the summary.
+#[pyfunction]
+pub(crate) fn simulate<'py>(
+    py: Python<'py>,
+    points: Vec<(f64, Vec<f64>)>,
+    wish: Wish,
+) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyAny>)> {
+    let done = py.detach(|| run(&points, &wish));
+    let (set_points, positions, summary) = done.map_err(|text| input_error(py, text))?;
+    Ok((
+        PyBytes::new(py, &set_points),
+        PyBytes::new(py, &positions),
+        pythonize(py, &summary)?,
+    ))
+}
+
+type Done = (Vec<u8>, Vec<u8>, Summary);
+
+fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
+    if !(250..=1_000_000).contains(&wish.cycle_us) {
+        return Err(format!("cycle_us: expected 250 to 1000000, got {}", wish.cycle_us));
+    }
+    let drives = wish.drives()?;
+    let points = points_of(points, drives.len())?;
+    let first = points.first().ok_or("expected at least one set-point, got none")?;
+    let stand: Vec<Position> = first.positions.clone();
+    let start = first.time;
+    let mut buffer = wish.buffer(&stand)?;
+    let mut bench = Bench::new(&drives, bit_rate(wish.bit_rate_kbit)?, wish.cycle_us, wish.seed)?;
+    bench.bring_up()?;
+    let (mut set_points, mut positions) = (Vec::new(), Vec::new());
+    let mut out = stand.clone();
+    let mut waiting = points.iter().enumerate().peekable();
+    loop {
+        while buffer.credit() > 0
+            && let Some((index, point)) = waiting.next()
+        {
+            let time = point.time.since(start);
+            buffer
+                .push(time, &point.positions)
+                .map_err(|refusal| format!("set-point {index}: {refusal}"))?;
+        }
+        if waiting.peek().is_none() && buffer.is_open() {
+            buffer.end();
+        }
+        let phase = buffer.advance(&mut out);
+        let offsets = out.iter().zip(&stand);
+        let offsets: Vec<i32> = offsets.map(|(out, stand)| out.counts() - stand.counts()).collect();
+        let motors = bench.cycle(&offsets);
+        for ((out, stand), motor) in out.iter().zip(&stand).zip(motors) {
+            set_points.extend(i64::from(out.counts()).to_ne_bytes());
+            positions.extend((motor + i64::from(stand.counts())).to_ne_bytes());
+        }
+        if bench.has_failed() || matches!(phase, Phase::Complete | Phase::DriedUp) {
+            break;
+        }
+    }
+    let last = points.last().unwrap_or(first);
+    let way = last.positions.iter().zip(&stand);
+    let way: Vec<i32> = way.map(|(last, stand)| last.counts() - stand.counts()).collect();
+    Ok((set_points, positions, bench.finish(&way)))
+}
+
+fn points_of(points: &[(f64, Vec<f64>)], axes: usize) -> Result<Vec<Point>, String> {
+    let mut checked: Vec<Point> = Vec::with_capacity(points.len());
+    for (index, (cycles, counts)) in points.iter().enumerate() {
+        if counts.len() != axes {
+            return Err(format!(
+                "set-point {index}: expected {axes} positions, one for each drive, got {}",
+                counts.len()
+            ));
+        }
+        let point = Point::of(*cycles, counts).map_err(|text| format!("set-point {index}: {text}"))?;
+        if let Some(before) = checked.last()
+            && point.time <= before.time
+        {
+            return Err(format!(
+                "set-point {index}: the time: expected later than {} cycles, got {cycles}",
+                before.time.cycles()
+            ));
+        }
+        checked.push(point);
+    }
+    Ok(checked)
+}
+
+impl Wish {
+    fn drives(&self) -> Result<Vec<DriveId>, String> {
+        let mut drives: Vec<DriveId> = Vec::new();
+        for &drive in &self.drives {
+            let drive = DriveId::new(drive).map_err(|error| format!("drives: {error}"))?;
+            if drives.contains(&drive) {
+                return Err(format!("drives: expected each drive once, got {drive} twice"));
+            }
+            drives.push(drive);
+        }
+        if drives.is_empty() {
+            return Err("drives: expected at least one, got none".to_owned());
+        }
+        Ok(drives)
+    }
+
+    /// The limits in counts and cycles.
+    fn buffer(&self, stand: &[Position]) -> Result<Buffer, String> {
+        let turn = f64::from(dyn_can::units::command_counts_per_turn(gear()?));
+        let cycle_s = f64::from(self.cycle_us) / 1e6;
+        let velocity = (self.max_rpm / 60.0 * turn * cycle_s) as f32;
+        let acceleration = (self.max_acceleration / 60.0 * turn * cycle_s * cycle_s) as f32;
+        let limits = match self.max_jerk {
+            None => Limits::without_jerk(velocity, acceleration),
+            Some(jerk) => {
+                let jerk = (jerk / 60.0 * turn * cycle_s * cycle_s * cycle_s) as f32;
+                Limits::new(velocity, acceleration, jerk)
+            }
+        };
+        let motion = limits.map_err(|error| format!("limits: {error}"))?;
+        let limits = AxisLimits {
+            motion,
+            lowest: Position::from_counts(i32::MIN),
+            highest: Position::from_counts(i32::MAX),
+        };
+        let config = Config::with_cycles_per_second(1_000_000 / self.cycle_us);
+        let all = vec![limits; stand.len()];
+        Buffer::new(&all, stand, config)
+            .ok_or_else(|| format!("expected 1 to {MOST_AXES} axes, got {}", stand.len()))
+    }
+}
+
+/// That of the simulated drives.
+fn gear() -> Result<GearNumber, String> {
+    GearNumber::new(4_096).map_err(|error| error.to_string())
+}
