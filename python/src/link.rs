@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use board_link::WhenDry;
 use board_link::host::{ClientConfig, StreamEnd};
-use board_link::message::{Answer, Request};
+use board_link::message::{Answer, Chunk, Request};
 use board_link::segment::{Begin, OfAxes};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -175,6 +175,21 @@ impl Link {
                 return Err(no_reply(py, text));
             }
         }
+    }
+
+    /// Writes settings, piece by piece, and lets the board check and store them for its next start.
+    fn write_settings(&self, py: Python<'_>, data: &[u8]) -> PyResult<()> {
+        let mut offset = 0;
+        for piece in data.chunks(Chunk::new().capacity()) {
+            // No piece is longer than the capacity.
+            let bytes = Chunk::from_slice(piece).unwrap_or_default();
+            self.ask(py, Request::WriteSettings { offset, bytes })?;
+            offset += piece.len() as u32;
+        }
+        let checksum = board_link::frame::checksum(data);
+        let length = offset;
+        self.ask(py, Request::CommitSettings { length, checksum })?;
+        Ok(())
     }
 
     /// How everything is: the first report that came after this call.

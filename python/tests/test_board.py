@@ -16,11 +16,13 @@ import pytest
 from motion_board import (
     Board,
     BoardError,
+    CodecError,
     ConnectionLost,
     InputError,
     NotConnected,
     Progress,
     Refused,
+    Settings,
     StreamStopped,
 )
 from motion_board.testing import SimulatedBoard
@@ -366,10 +368,46 @@ def test_where_no_board_is() -> None:
             Board.open(f"tcp:{silent.getsockname()[1]}", timeout_s=0.3)
 
 
-def test_settings_are_read_whole() -> None:
-    settings = bytes(range(256)) * 3
-    with SimulatedBoard(axes=1, settings=settings) as simulated, Board.open(simulated.address) as board:
-        assert board.settings.data == settings
+SETTINGS = """
+format = 1
+name = "lathe"
+
+[bus]
+bit_rate_kbit_per_s = 1000
+"""
+AXIS = """
+[[axis]]
+drive = {drive}
+gear_number = {gear}
+speed_rpm = 600
+acceleration_rpm_per_s = 10000
+travel_min_millidegrees = -3600000
+travel_max_millidegrees = 3600000
+"""
+
+
+def test_settings_are_written_and_read_whole(board: Board, simulated: SimulatedBoard) -> None:
+    assert board.settings.data == b""
+    with pytest.raises(CodecError):
+        board.settings.text
+    text = SETTINGS + "".join(AXIS.format(drive=drive, gear=4096 // (1 + drive % 2)) for drive in range(1, 13))
+    settings = Settings.of_text(text)
+    assert len(settings.data) > 256
+    board.write_settings(settings)
+    assert board.settings == settings
+    assert Settings.of_text(settings.text) == settings
+    values = settings.values
+    assert (values["name"], values["bus"]["bit_rate_kbit_per_s"], len(values["axes"])) == ("lathe", 1000, 12)
+    assert values["axes"][1]["drive"] == 2 and values["axes"][1]["speed_rpm"] == 600
+    assert settings.counts_per_turn[1] == 16384 and settings.counts_per_turn[0] != 16384
+    board.enable()
+    with pytest.raises(Refused) as caught:
+        board.write_settings(settings)
+    assert caught.value.reason == "Enabled"
+    for wrong, place in ((SETTINGS + "\nspeed = 1", "8:"), (SETTINGS.replace("1000", '"fast"'), "6:")):
+        with pytest.raises(CodecError) as error:
+            Settings.of_text(wrong)
+        assert place in str(error.value)
 
 
 def test_fourteen_axes_at_the_limit_of_a_jerk() -> None:
