@@ -404,7 +404,7 @@ def test_settings_are_written_and_read_whole(board: Board, simulated: SimulatedB
     with pytest.raises(Refused) as caught:
         board.write_settings(settings)
     assert caught.value.reason == "Enabled"
-    for wrong, place in ((SETTINGS + "\nspeed = 1", "8:"), (SETTINGS.replace("1000", '"fast"'), "6:")):
+    for wrong, place in ((SETTINGS + "\nspeed = 1", "line 8, column 1:"), (SETTINGS.replace("1000", '"fast"'), "line 6, column")):
         with pytest.raises(CodecError) as error:
             Settings.of_text(wrong)
         assert place in str(error.value)

@@ -95,8 +95,7 @@ def reply_values(vector: Dict[str, Any]) -> Dict[str, Any]:
     fields.pop("alarm_text", None)
     if "payload_hex" in fields:
         return {"bytes": tuple(bytes.fromhex(fields["payload_hex"]))}
-    renamed: Dict[str, Any] = {REPLY_NAMES.get(name, name): value for name, value in fields.items()}
-    return renamed
+    return {REPLY_NAMES.get(str(name), str(name)): value for name, value in fields.items()}
 
 
 @pytest.mark.parametrize("vector", vectors("dyn_can_replies"), ids=lambda vector: vector["name"])
