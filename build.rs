@@ -8,11 +8,14 @@ use std::{env, error, fs};
 
 /// Names a file that is compiled in the place of `src/config.rs`; `cargo fw --config` sets it.
 const CONFIG: &str = "MOTION_BOARD_CONFIG";
-/// Memory map of each board, by its feature as cargo writes it in the environment.
+/// Memory map of each board, by its feature as cargo writes it in the environment. None is called `memory.x` in the folder of the package:
+/// the linker looks there first.
 const MEMORY_MAPS: [(&str, &str); 2] = [
-    ("CARGO_FEATURE_STM32F405", "memory.x"),
+    ("CARGO_FEATURE_STM32F405", "src/board/stm32f405.x"),
     ("CARGO_FEATURE_STM32G474", "src/board/stm32g474.x"),
 ];
+/// What is put behind the map of a board for the image that keeps settings in its flash.
+const OF_LINK: (&str, &str, &str) = ("CARGO_FEATURE_LINK", MEMORY_MAPS[0].1, "src/store/sectors.x");
 
 fn main() -> Result<(), Box<dyn error::Error>> {
     println!("cargo::rerun-if-changed=build.rs");
@@ -33,7 +36,13 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     };
     println!("cargo::rerun-if-changed={map}");
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    fs::copy(map, out.join("memory.x"))?;
+    let mut text = fs::read_to_string(map)?;
+    let (feature, of_map, more) = OF_LINK;
+    println!("cargo::rerun-if-changed={more}");
+    if map == of_map && env::var_os(feature).is_some() {
+        text += &fs::read_to_string(more)?;
+    }
+    fs::write(out.join("memory.x"), text)?;
     println!("cargo::rustc-link-search={}", out.display());
     // cortex-m-rt's memory layout, defmt's string table, and no page alignment: flash has no pages to map.
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {

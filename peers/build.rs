@@ -9,7 +9,7 @@ const DESCRIPTION: &str = "drive.dbc";
 
 fn main() -> Result<(), Box<dyn error::Error>> {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=../memory.x");
+    println!("cargo::rerun-if-changed=../src/board/stm32f405.x");
     println!("cargo::rerun-if-changed={DESCRIPTION}");
     let out = PathBuf::from(env::var("OUT_DIR")?);
     let content = fs::read_to_string(DESCRIPTION)?;
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
-    fs::copy("../memory.x", out.join("memory.x"))?;
+    fs::copy("../src/board/stm32f405.x", out.join("memory.x"))?;
     println!("cargo::rustc-link-search={}", out.display());
     for argument in ["-Tlink.x", "--nmagic"] {
         println!("cargo::rustc-link-arg-bins={argument}");

@@ -182,7 +182,7 @@ impl App {
             };
             return;
         }
-        self.orders.wait();
+        self.orders.wait(self.parts.is_locked);
         let cycles = cycles.wrapping_add(1);
         if cycles.is_multiple_of(JOIN_REPORT_CYCLES) {
             telemetry::tell(Message::BusNeverIdle);

@@ -153,8 +153,22 @@ extern "C" fn note_fault() -> ! {
 
 /// The chip has found that its crystal stands still and has changed to the internal oscillator, which is too inaccurate for the bus and
 /// makes every clock a tenth of what it was: nothing may go on.
+#[cfg(not(all(feature = "link", feature = "stm32g474")))]
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() -> ! {
+    note_lost_clock()
+}
+
+/// The same, unless it is a record in the flash that a cut of the supply has damaged, which its reader deals with.
+#[cfg(all(feature = "link", feature = "stm32g474"))]
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() {
+    if board::has_lost_clock() || !crate::store::has_met_damage() {
+        note_lost_clock()
+    }
+}
+
+fn note_lost_clock() -> ! {
     let place = (&raw mut LAST_WORDS).cast::<Note>();
     let kind = if board::has_lost_clock() {
         LOST_CLOCK

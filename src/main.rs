@@ -16,6 +16,7 @@
 //! | `supervisor`, `debounce` | what the inputs mean |
 //! | `home` | homing before it |
 //! | `machine`, `orders` | what moves, and what says how: the configuration with its built-in motion, or with `link` the settings and a host |
+//! | `store` | with `link`: settings and faults in the flash |
 //! | `telemetry`, `statistics`, `led` | what the board says |
 //! | `brown_out` | the option bytes, which only the image for commissioning writes |
 //! | `last_words`, `start` | what happens after a failure |
@@ -94,6 +95,11 @@ mod link;
 mod machine;
 #[cfg(all(target_os = "none", feature = "link"))]
 use link as orders;
+/// Without the chip: the tests of the log of faults.
+#[cfg(all(test, not(target_os = "none")))]
+#[allow(dead_code, reason = "the store is not built for the host")]
+#[path = "store/fault_log.rs"]
+mod fault_log;
 #[cfg(all(target_os = "none", not(feature = "link")))]
 #[path = "playback.rs"]
 mod orders;
@@ -108,6 +114,8 @@ mod rules;
 mod start;
 #[cfg(target_os = "none")]
 mod statistics;
+#[cfg(all(target_os = "none", feature = "link"))]
+mod store;
 #[cfg(target_os = "none")]
 mod telemetry;
 
@@ -127,14 +135,18 @@ fn main() -> ! {
             "the chip may run on a supply that is too low for its clock: set its brown-out level once with `cargo fw --commission`"
         );
     }
-    let (duty, thread) = duty_of(start, history.is_locked);
+    let (duty, thread) = duty_of(start, cause, &history);
     duty::start(duty);
     telemetry::run(thread)
 }
 
 /// What can be done after this start, in the cycle and in the thread.
 #[cfg(target_os = "none")]
-fn duty_of(start: board::Start, is_locked: bool) -> (duty::Duty, orders::Thread) {
+fn duty_of(
+    start: board::Start,
+    cause: start::Cause,
+    history: &last_words::History,
+) -> (duty::Duty, orders::Thread) {
     let standstill = |status_led, watchdog, pattern| {
         duty::Duty::Standstill(duty::Standstill {
             status_led,
@@ -144,7 +156,7 @@ fn duty_of(start: board::Start, is_locked: bool) -> (duty::Duty, orders::Thread)
         })
     };
     #[cfg_attr(not(feature = "link"), allow(unused_mut))]
-    let (orders, mut thread) = orders::prepare();
+    let (orders, mut thread) = orders::prepare(cause, history);
     let Some(board) = start.board else {
         defmt::error!("the crystal does not run: nothing is enabled, and the bus is left alone");
         let duty = standstill(start.status_led, start.watchdog, led::NO_CRYSTAL);
@@ -162,7 +174,7 @@ fn duty_of(start: board::Start, is_locked: bool) -> (duty::Duty, orders::Thread)
         inputs: board.inputs,
         status_led: start.status_led,
         watchdog: start.watchdog,
-        is_locked,
+        is_locked: history.is_locked,
     };
     let duty = match app::place(parts, orders) {
         Ok(app) => duty::Duty::Motion(app),

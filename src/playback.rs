@@ -6,6 +6,8 @@ use trajectory::curve::Playhead;
 use crate::config::{self, AXES, Drives, GROUP, MOTION};
 use crate::drives::{Board as _, BoardMaster};
 use crate::home::Homing as _;
+use crate::last_words::History;
+use crate::start::Cause;
 use crate::supervisor::{Axes, Inputs, State, Supervisor};
 use crate::telemetry::{self, Message};
 
@@ -43,7 +45,7 @@ impl Orders {
 
     /// A cycle without a bus.
     #[inline(always)]
-    pub(crate) const fn wait(&mut self) {}
+    pub(crate) const fn wait(&mut self, _: bool) {}
 
     /// What the supervisor sees of the inputs: what they are.
     #[inline(always)]
@@ -152,6 +154,6 @@ impl Thread {
 
 /// The half of the cycle, and that of the thread.
 #[inline(always)]
-pub(crate) const fn prepare() -> (Option<Orders>, Thread) {
+pub(crate) const fn prepare(_: Cause, _: &History) -> (Option<Orders>, Thread) {
     (Some(Orders::new()), Thread)
 }

@@ -231,7 +231,7 @@ impl Board {
                     self.enter(exception);
                 }
             } else if self.wakes()
-                && !self.stalls(cpu::get(&self.engine, RegisterARM::PC))
+                && !self.stalls_at_fetch()
                 && let Some(stop) = self.execute()
             {
                 self.drain_log();
@@ -289,6 +289,11 @@ impl Board {
             self.pass_time();
         }
         woken
+    }
+
+    /// Whether the processor has to wait before it can fetch.
+    fn stalls_at_fetch(&mut self) -> bool {
+        self.soc().flash.is_changing() && self.stalls(cpu::get(&self.engine, RegisterARM::PC))
     }
 
     /// Whether the processor has to wait for this address because the flash changes there; if so, time jumps to what comes next.

@@ -196,8 +196,8 @@ impl Soc {
         for (interrupt, level) in self.can.lines() {
             self.nvic.set_line(interrupt, level);
         }
-        self.advance_flash();
-        self.advance_serial();
+        self.advance_flash(now_ns);
+        self.advance_serial(now_ns);
         for (interrupt, level) in self.dma.iter().flat_map(Dma::lines) {
             self.nvic.set_line(interrupt, level);
         }

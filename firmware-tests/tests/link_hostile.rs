@@ -4,13 +4,13 @@ mod orders;
 
 use std::ops::Range;
 
+use board_link::WhenDry;
 use board_link::frame::{LONGEST_FRAME, encode};
 use board_link::message::{Answer, Request, ToBoard};
 use board_link::segment::{AxisSegment, Begin, Segment, Shape};
-use board_link::{WhenDry, message::BoardState};
+use firmware_tests::Rig;
 use firmware_tests::host::{BIT_RATE, Host};
-use firmware_tests::{Contact, Rig};
-use orders::{Judge, board, counts_told, targets};
+use orders::{Judge, board, counts_told, forth_and_back, targets};
 use trajectory::Time;
 
 /// Bytes of a millisecond at the rate of the line.
@@ -89,7 +89,8 @@ fn a_million_random_bytes_move_nothing() {
         );
         assert_eq!(rig.switches_since(from_ns).count(), 0);
         cost.check(&mut rig);
-        // The host finds the board again, behind whatever was left of a frame.
+        // The host finds the board again, behind whatever was left of a frame; its session is over.
+        host.run_ms(&mut rig, 1_000);
         host.connect(&mut rig);
         let answer = host.ask(&mut rig, Request::ReadCounters);
         assert!(matches!(answer, Ok(Answer::Counters(_))), "{answer:?}");
@@ -114,11 +115,16 @@ impl Hostile {
 
     fn frame(&mut self) -> Vec<u8> {
         self.number = self.number.wrapping_add(self.random.u16(0..3));
+        let request = self.request();
+        self.frame_of(request)
+    }
+
+    fn frame_of(&mut self, request: Request) -> Vec<u8> {
         let which = self.random.usize(..self.sessions.len());
         let message = ToBoard {
             number: self.number,
             session: self.sessions[which],
-            request: self.request(),
+            request,
         };
         let mut room = [0; LONGEST_FRAME];
         let length = encode(&message, &mut room).expect("every message fits");
@@ -289,19 +295,41 @@ fn hostile_messages_of_sessions_that_do_not_command_move_nothing() {
 #[test]
 fn hostile_messages_of_the_session_that_commands_keep_the_limits() {
     let (mut rig, mut host) = ready();
-    rig.close(Contact::Enable);
-    host.connect(&mut rig);
+    host.bring_up(&mut rig);
     let cost = Cost::of_quiet_line(&mut rig);
-    let judge = Judge::from_now(&rig);
-    let mut hostile = Hostile::new(5, vec![7]);
-    flood(
-        &mut rig,
-        (0..HOSTILE_MESSAGES / 2).flat_map(|_| hostile.frame()),
-    );
-    let way = judge.check_limits(&rig);
-    println!("they moved the axes to {way:?}, {:?}", targets(&host));
-    cost.check(&mut rig);
-    host.run_ms(&mut rig, 1_000);
     host.connect(&mut rig);
-    assert_ne!(host.state(&mut rig), BoardState::NoSettings);
+    let mut hostile = Hostile::new(5, vec![host.client().session()]);
+    let judge = Judge::from_now(&rig);
+    let (mut sent, mut ms_moved, mut streams) = (0, 0, 100);
+    while sent < HOSTILE_MESSAGES / 2 {
+        if !judge.is_moving(&rig) {
+            // Whatever they left: another stream, and at full speed.
+            host.connect(&mut rig);
+            let stand = host.look_at_machine(&mut rig);
+            streams += 1;
+            if !stand.player.phase.is_active() {
+                host.told.clear();
+                let _ = host.ask(&mut rig, Request::Enable);
+                host.stream(
+                    &mut rig,
+                    streams,
+                    forth_and_back(&targets(&host)),
+                    WhenDry::End,
+                );
+            }
+            let _ = host.client().request(Request::Resume);
+            host.run_ms(&mut rig, 400);
+        }
+        let bytes: Vec<u8> = (0..20).flat_map(|_| hostile.frame()).collect();
+        sent += 20;
+        let line_ms = bytes.len().div_ceil(BYTES_PER_MS) as u64;
+        rig.send_serial(&bytes);
+        host.run_ms(&mut rig, line_ms + 2);
+        ms_moved += if judge.is_moving(&rig) { line_ms } else { 0 };
+    }
+    let streams = streams - 100;
+    println!("{sent} messages, {streams} streams, {ms_moved} ms of them in motion");
+    assert!(ms_moved > 1_000, "they were not in the way of anything");
+    judge.check_limits(&rig);
+    cost.check(&mut rig);
 }

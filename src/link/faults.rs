@@ -2,8 +2,17 @@
 
 use can_motion::{EventKind, Fault};
 
+use crate::last_words::{History, LastWords};
+use crate::start::Cause;
+use crate::store;
+
 /// Where the number of a fault of the bus begins: it is about no axis.
 const BUS_OFF: u16 = 100;
+/// Failures of the firmware before a start.
+const PANIC: u16 = 200;
+const PROCESSOR: u16 = 201;
+const CRYSTAL: u16 = 202;
+const WATCHDOG: u16 = 203;
 /// One that this firmware has no number for.
 const OTHER: u16 = u16::MAX;
 
@@ -41,5 +50,22 @@ pub(crate) fn of_event(kind: &EventKind) -> Option<(u16, i32)> {
         EventKind::Fault(fault) => Some(number(*fault)),
         EventKind::BusOff => Some((BUS_OFF, 0)),
         _ => None,
+    }
+}
+
+/// What ended the start before this one, where that was a failure.
+pub(crate) fn of_history(cause: Cause, history: &History) -> Option<store::Fault<'_>> {
+    let failure = |code, detail, place| store::Fault {
+        axis: None,
+        code,
+        detail,
+        place,
+    };
+    match &history.last_words {
+        Some(LastWords::Panic(place)) => Some(failure(PANIC, place.line as i32, place.file())),
+        Some(LastWords::Fault(status)) => Some(failure(PROCESSOR, *status as i32, "")),
+        Some(LastWords::LostClock) => Some(failure(CRYSTAL, 0, "")),
+        None if cause == Cause::Watchdog => Some(failure(WATCHDOG, 0, "")),
+        None => None,
     }
 }

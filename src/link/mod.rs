@@ -29,7 +29,10 @@ use heapless::spsc::Queue;
 use static_cell::ConstStaticCell;
 
 use crate::config::{AXES, CYCLE_US};
+use crate::last_words::History;
 use crate::machine;
+use crate::start::Cause;
+use crate::store::Storage;
 
 /// Commands on their way to the cycle: one place of the queue stays free.
 const COMMANDS: usize = 5;
@@ -42,7 +45,7 @@ const CYCLES_PER_SECOND: u32 = 1_000_000 / CYCLE_US;
 
 /// The half of the cycle, and that of the thread. Without settings there is nothing for the cycle to do. To be called once: a second call
 /// panics.
-pub(crate) fn prepare() -> (Option<Orders>, Thread) {
+pub(crate) fn prepare(cause: Cause, history: &History) -> (Option<Orders>, Thread) {
     static PLAYED: ConstStaticCell<SegmentQueue<AXES, SEGMENTS>> =
         ConstStaticCell::new(SegmentQueue::new());
     static COMMANDED: ConstStaticCell<Queue<orders::Ordered, COMMANDS>> =
@@ -58,5 +61,7 @@ pub(crate) fn prepare() -> (Option<Orders>, Thread) {
         None => (None, None),
     };
     let orders = player.map(|player| Orders::new(player, commanded, done));
-    (orders, Thread::new(admission, commands, results))
+    let before = faults::of_history(cause, history);
+    let storage = Storage::new(cause == Cause::PowerOn, before);
+    (orders, Thread::new(admission, commands, results, storage))
 }

@@ -10,6 +10,7 @@ use super::orders::{Ordered, Result};
 use super::uart::Port;
 use crate::config::AXES;
 use crate::cycle_clock;
+use crate::store::Storage;
 use crate::telemetry::Message;
 
 /// Bytes that wait to be sent: two of the longest answers, and one on its way.
@@ -32,8 +33,9 @@ impl Thread {
         admission: Option<Admission<'static, AXES>>,
         commands: Producer<'static, Ordered>,
         results: Consumer<'static, Result>,
+        storage: Storage,
     ) -> Self {
-        let firmware = Firmware::new(commands, results);
+        let firmware = Firmware::new(commands, results, storage);
         let config = BoardConfig::with_cycles_per_second(CYCLES_PER_SECOND);
         Self {
             board: Board::new(firmware, admission, config),
@@ -68,6 +70,7 @@ impl Thread {
         }
         if now != self.polled {
             self.polled = now;
+            self.board.application().keep_faults(now);
             self.link.poll(&mut self.board, now);
         }
         let count = port.send(self.link.output());

@@ -102,13 +102,15 @@ pub enum Reason {
     Version = 38,
     /// The firmware failed; the board must be switched off and on.
     Locked = 39,
+    /// The flash does not keep what is stored.
+    Store = 40,
 }
 
 /// A reason, the unit of its values, why it is refused and what to do.
 pub(crate) type Row = (Reason, Unit, &'static str, &'static str);
 
 /// Every reason.
-pub(crate) const REASONS: [Row; 39] = {
+pub(crate) const REASONS: [Row; 40] = {
     use Reason as R;
     use Unit as U;
     [
@@ -335,6 +337,12 @@ pub(crate) const REASONS: [Row; 39] = {
             U::Nothing,
             "the firmware failed and enables nothing",
             "read the fault log, switch the board off and on",
+        ),
+        (
+            R::Store,
+            U::Number,
+            "the flash does not keep what is stored: its status",
+            "repeat it; replace the board if it fails again",
         ),
     ]
 };

@@ -1,6 +1,6 @@
 //! Simulated devices and masters on one bus.
 //!
-//! Law: cause before effect. At each instant frames end first, then devices get them, then devices run whose time has come, all in the
+//! Specification: cause before effect. At each instant frames end first, then devices get them, then devices run whose time has come, all in the
 //! order of registration; only then does the master act. What is handed over at one instant arbitrates at that instant, whoever
 //! handed it over first.
 

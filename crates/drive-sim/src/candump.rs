@@ -1,6 +1,6 @@
 //! The log as text, in the format of the Linux tool `candump -l`.
 //!
-//! Law: the time is that of the end of the frame, when a receiver has it; only frames that receivers got are shown. One line reads
+//! Specification: the time is that of the end of the frame, when a receiver has it; only frames that receivers got are shown. One line reads
 //! `(0.001234) can0 03C#FF88`.
 
 use core::fmt;

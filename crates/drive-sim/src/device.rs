@@ -1,6 +1,6 @@
 //! A simulated device on the bus.
 //!
-//! Law: a device learns of a frame at the end of that frame and never earlier, and acts only at instants that it has announced.
+//! Specification: a device learns of a frame at the end of that frame and never earlier, and acts only at instants that it has announced.
 
 use crate::frame::Frame;
 

@@ -1,6 +1,6 @@
 //! Faults on single frames, decided outside the bus.
 //!
-//! Law: an error anywhere in a frame destroys it for all, and the sender repeats it by itself. An error in the last EOF bit does not: receivers
+//! Specification: an error anywhere in a frame destroys it for all, and the sender repeats it by itself. An error in the last EOF bit does not: receivers
 //! have accepted the frame by then, the sender has not finished it and repeats it, so that they receive it twice (Bosch CAN 2.0 B, section 4
 //! "Message validation"). The bus asks its [`FaultModel`] at each attempt and each delivery and draws nothing at random itself.
 

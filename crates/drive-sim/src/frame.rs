@@ -1,6 +1,6 @@
 //! A classic CAN frame, and the order in which frames win arbitration.
 //!
-//! Law: at most 8 data bytes; an identifier of 11 bits (standard) or 29 bits (extended); a remote frame has a length code but no data;
+//! Specification: at most 8 data bytes; an identifier of 11 bits (standard) or 29 bits (extended); a remote frame has a length code but no data;
 //! the frame with the first dominant (0) bit in its arbitration field wins (Bosch CAN 2.0 B, sections 3.1 and 3.2.1).
 
 use core::fmt;

@@ -1,6 +1,6 @@
 //! Traffic log: one record for each attempt on the wire.
 //!
-//! Law: one bus, one frame at a time. Records are in order and never overlap, interframe space and error frames included.
+//! Specification: one bus, one frame at a time. Records are in order and never overlap, interframe space and error frames included.
 
 use std::collections::VecDeque;
 

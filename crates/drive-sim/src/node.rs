@@ -1,6 +1,6 @@
 //! A node as the bus sees it: its controller and its place in time.
 //!
-//! Law: a node that joins in mid-frame neither receives nor acknowledges that frame; an error-passive node waits eight bits more between its own
+//! Specification: a node that joins in mid-frame neither receives nor acknowledges that frame; an error-passive node waits eight bits more between its own
 //! frames (suspend transmission); a bus-off node comes back only on command, after 128 times 11 recessive bits (Bosch CAN 2.0 B,
 //! sections 3.1.5 and 7).
 

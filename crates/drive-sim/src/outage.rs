@@ -1,6 +1,6 @@
 //! Time windows in which the bus does not work.
 //!
-//! Law: a node starts only on an idle bus, and bus-off recovery counts only recessive bits. What a stuck or noisy bus does to a node depends
+//! Specification: a node starts only on an idle bus, and bus-off recovery counts only recessive bits. What a stuck or noisy bus does to a node depends
 //! on the place of the fault, so there are two kinds: one in which the frames wait, and one in which every attempt is an error. A third
 //! case, a node alone behind an open cable, needs no window: disconnect the other nodes, and the missing acknowledge does the rest.
 

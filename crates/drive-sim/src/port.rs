@@ -1,6 +1,6 @@
 //! One node's connection to the bus: what software on that node may do.
 //!
-//! Law: software talks to its own controller and to nothing else. Everything it asks for takes effect at the present instant of the bus; time passes
+//! Specification: software talks to its own controller and to nothing else. Everything it asks for takes effect at the present instant of the bus; time passes
 //! only when the owner of the bus lets it.
 
 use core::fmt;

@@ -1,6 +1,6 @@
 //! Scripted faults: "the next two frames of this node", "the third position request".
 //!
-//! Law: none of its own. A script adds no chance and no time; which frames it hits follows from the order of frames on the bus alone.
+//! Specification: none of its own. A script adds no chance and no time; which frames it hits follows from the order of frames on the bus alone.
 
 use embedded_can::{Frame as _, Id};
 

@@ -1,6 +1,6 @@
 //! A serial line from a host to the drives of a bench: 38400 baud, 8N1 (DYN2 manual A1.8, section 7.1).
 //!
-//! Law: every byte takes its time on the wire, and the next one waits for it. Drives in a chain pass on what they hear, each
+//! Specification: every byte takes its time on the wire, and the next one waits for it. Drives in a chain pass on what they hear, each
 //! after a while (section 7.8); every drive hears every byte, and what two drives send at once reaches the host mixed up. Time
 //! is that of the bench.
 

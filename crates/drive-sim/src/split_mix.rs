@@ -1,6 +1,6 @@
 //! A small deterministic generator of random numbers.
 //!
-//! Law: the same seed gives the same numbers on every machine; nothing here reads a clock or the operating system.
+//! Specification: the same seed gives the same numbers on every machine; nothing here reads a clock or the operating system.
 
 /// SplitMix64 (Steele, Lea, Flood 2014): 64 bits of state, period 2^64. Good for test inputs, not for secrets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

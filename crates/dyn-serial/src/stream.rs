@@ -1,6 +1,6 @@
 //! Packets out of a stream of bytes, whatever else is in the stream.
 //!
-//! Law: only the first byte of a packet is below 0x80, so such a byte always begins a new packet and never belongs to an
+//! Specification: only the first byte of a packet is below 0x80, so such a byte always begins a new packet and never belongs to an
 //! old one. From this follow two guarantees.
 //!
 //! - **No intact packet is lost.** Every run of bytes that is a packet (4 to 7 bytes, the right marks, length and checksum)

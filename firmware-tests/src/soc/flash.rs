@@ -8,15 +8,14 @@ impl Soc {
         self.storage.peek(option_bytes)
     }
 
-    pub(super) fn advance_flash(&mut self) {
-        let now_ns = self.now_ns();
+    pub(super) fn advance_flash(&mut self, now_ns: u64) {
         self.flash.advance(now_ns);
         self.nvic
             .set_line(self.chip.flash.interrupt, self.flash.line());
     }
 
     pub(super) fn read_flash_register(&mut self, address: u32) -> u32 {
-        self.advance_flash();
+        self.advance_flash(self.now_ns());
         match self.flash.read(address % BLOCK) {
             Some(value) => value,
             None => self.read_storage(address),
@@ -24,8 +23,8 @@ impl Soc {
     }
 
     pub(super) fn write_flash_register(&mut self, address: u32, value: u32) {
-        self.advance_flash();
         let (options, now_ns) = (self.options(), self.now_ns());
+        self.advance_flash(now_ns);
         if !self.flash.write(address % BLOCK, value, options, now_ns) {
             return self.write_storage(address, value);
         }

@@ -30,8 +30,7 @@ impl Soc {
     }
 
     /// Brings the serial port up to now.
-    pub(super) fn advance_serial(&mut self) {
-        let now_ns = self.now_ns();
+    pub(super) fn advance_serial(&mut self, now_ns: u64) {
         let SerialPort { port, line } = &self.serial;
         if port
             .next_event_ns(line)
@@ -47,7 +46,7 @@ impl Soc {
 
     /// A register of the serial port; 0 while its clock is off.
     pub(super) fn read_serial(&mut self, address: u32) -> u32 {
-        self.advance_serial();
+        self.advance_serial(self.now_ns());
         match self.serial_surroundings() {
             Some(_) => self.serial.port.read(address % BLOCK),
             None => 0,
@@ -55,8 +54,8 @@ impl Soc {
     }
 
     pub(super) fn write_serial(&mut self, address: u32, value: u32) {
-        self.advance_serial();
         let now_ns = self.now_ns();
+        self.advance_serial(now_ns);
         if let Some(around) = self.serial_surroundings() {
             self.serial
                 .port

@@ -2,23 +2,40 @@
 #![allow(dead_code, reason = "each test uses a part")]
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use board_link::segment::{AxisSegment, Segment, Shape};
 use dyn_can::{DataFrame, Dialect, Request};
+use firmware_tests::flash::FlashContent;
 use firmware_tests::host::Host;
 use firmware_tests::motion_file::MotionFile;
+use firmware_tests::orders::{set_up, settings};
 use firmware_tests::{Rig, rig};
 use trajectory::Time;
 
 pub(crate) const AXES: usize = 4;
 /// The limits of the axes: counts per cycle, 600 r/min, and per cycle², 8000 r/min per second.
-const VELOCITY: i32 = 163;
+pub(crate) const VELOCITY: i32 = 163;
 const ACCELERATION: f64 = 2.184;
 
+/// A board with settings for [`AXES`], just started.
 pub(crate) fn board() -> (Rig, Host) {
-    let mut rig = Rig::with_numbered_drives(rig::image("link"), AXES as i32);
+    static WITH_SETTINGS: OnceLock<FlashContent> = OnceLock::new();
+    let content = WITH_SETTINGS.get_or_init(|| {
+        let mut rig = new();
+        let mut host = Host::new(&mut rig, 1);
+        set_up(&mut rig, &mut host, &settings(AXES as u8));
+        rig.board().soc().flash.content().clone()
+    });
+    let mut rig = new();
+    rig.board_mut().set_flash_content(content.clone());
     let host = Host::new(&mut rig, 1);
     (rig, host)
+}
+
+/// A board without settings, just started.
+pub(crate) fn new() -> Rig {
+    Rig::with_numbered_drives(rig::image("link"), AXES as i32)
 }
 
 pub(crate) fn pick_and_place() -> MotionFile {

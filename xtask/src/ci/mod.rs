@@ -6,11 +6,8 @@ mod oldest_rust;
 mod packages;
 mod place;
 mod published;
-<<<<<<< HEAD
 mod python_package;
-=======
 mod recipes;
->>>>>>> main
 mod report;
 mod report_page;
 mod runner;

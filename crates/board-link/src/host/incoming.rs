@@ -48,7 +48,7 @@ pub enum Incoming {
     Unavailable(Refused),
     /// A request has its reply, or none.
     Reply {
-        /// That of [`Client::request`].
+        /// That of [`Client::request`](super::Client::request).
         ticket: u16,
         /// What came.
         result: Result<Answer, RequestError>,

@@ -99,7 +99,9 @@ pub struct Info {
 pub struct FaultEntry {
     /// Counts the faults of the board for ever.
     pub number: u32,
-    /// Milliseconds since the start of the firmware.
+    /// [`Info::boot`] of the start in which it happened.
+    pub boot: u32,
+    /// Milliseconds since that start.
     pub uptime_ms: u32,
     /// The version of the firmware.
     pub firmware: Text,

@@ -1,6 +1,6 @@
 //! What a drive has accepted, refused and sent: exact books for tests.
 //!
-//! Law: the books count since the drive was made. No power cycle, alarm, origin or wrap of a register changes what is in them.
+//! Specification: the books count since the drive was made. No power cycle, alarm, origin or wrap of a register changes what is in them.
 
 /// Exact books of one drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,6 +1,6 @@
 //! Faults of a drive, on command of a test.
 //!
-//! Law: a drive does none of this by itself. What changes the drive takes effect at the present instant, once its bench runs; what changes
+//! Specification: a drive does none of this by itself. What changes the drive takes effect at the present instant, once its bench runs; what changes
 //! replies concerns the next ones that are prepared.
 
 use core::num::NonZeroU64;

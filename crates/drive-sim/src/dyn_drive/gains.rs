@@ -6,7 +6,7 @@
 //! of a simulated drive as it leaves its factory (20, 20, 10, 127) give a fast answer with little overshoot. It is for trying the
 //! commands that tune, not for finding the gains of a machine.
 //!
-//! Law: `acceleration = w^2 * error - c * velocity + i * (integral of the error)`, through the filter, within the limits of the motor, with
+//! Specification: `acceleration = w^2 * error - c * velocity + i * (integral of the error)`, through the filter, within the limits of the motor, with
 //! `w` = 2.5 rad/s and `c` = 4 /s for each unit of main and speed gain, and `i` = `w^2` times 0.05 /s for each unit of the integration gain. The
 //! load is a pure inertia that a constant torque pulls back: an acceleration of 0.2 % of the highest one of the motor.
 

@@ -1,6 +1,6 @@
 //! What a shaft meets on its way: end stops, and a switch.
 //!
-//! Law: stops and switch stand still in the room. Their places are command counts from where the shaft stood at 0 ns, and no origin and no
+//! Specification: stops and switch stand still in the room. Their places are command counts from where the shaft stood at 0 ns, and no origin and no
 //! power cycle moves them. The shaft never passes a stop; it stops there without bouncing, and the motor pushes with a torque that grows in
 //! proportion to its following error.
 

@@ -1,6 +1,6 @@
 //! Reference and motor of one drive in lazy time.
 //!
-//! Law: time is cut into ticks of [`TICK_NS`]; a command changes the state between two ticks, and reading changes nothing. So the motion
+//! Specification: time is cut into ticks of [`TICK_NS`]; a command changes the state between two ticks, and reading changes nothing. So the motion
 //! is the same however often somebody looks, and a motor at rest costs nothing.
 
 use super::reference::{Generator, Wave};

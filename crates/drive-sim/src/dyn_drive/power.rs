@@ -1,6 +1,6 @@
 //! Power of a drive.
 //!
-//! Law: without power, and for the power-on delay after it came back, a drive hears nothing, does nothing and says nothing; the motor is
+//! Specification: without power, and for the power-on delay after it came back, a drive hears nothing, does nothing and says nothing; the motor is
 //! free. Then it starts from its EEPROM with the servo on, where the shaft is (DYN2 manual A1.8 section 4), or moves to its zero in
 //! absolute mode (1.6A section 6, #0).
 

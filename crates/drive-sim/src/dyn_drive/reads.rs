@@ -1,6 +1,6 @@
 //! Requests that are answered.
 //!
-//! Law: 1.6A and 1.2A, section 6. A reply tells the state at the end of its request, and repeats the identifier of the function (D5).
+//! Specification: 1.6A and 1.2A, section 6. A reply tells the state at the end of its request, and repeats the identifier of the function (D5).
 
 use dyn_can::units;
 use dyn_can::{DriveStatus, ReadSelector, Reply, Request, Torque};

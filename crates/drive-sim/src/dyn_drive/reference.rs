@@ -1,6 +1,6 @@
 //! Where the commanded position comes from.
 //!
-//! Law: Go_Relative_Pos_PD moves the reference at once; a built-in move runs it along a trapezoid of the parameters and is busy until it is
+//! Specification: Go_Relative_Pos_PD moves the reference at once; a built-in move runs it along a trapezoid of the parameters and is busy until it is
 //! there; a new target replaces the running one at once (DYN2 manual A1.8 section 7, dynamic target update); a free motor has no error.
 //!
 //! Not stated and chosen so that no count is ever lost: a PD step during a built-in move or wave shifts that move or wave, and a relative

@@ -1,6 +1,6 @@
 //! What a drive stores: EEPROM, working copies, and the wear of the EEPROM.
 //!
-//! Law: Set_Param_Group1, Set_Param_Group3, Set_Drive_Config, Assign_Drive_ID and Set_Origin write the EEPROM; Set_Param_Group2 does so
+//! Specification: Set_Param_Group1, Set_Param_Group3, Set_Drive_Config, Assign_Drive_ID and Set_Origin write the EEPROM; Set_Param_Group2 does so
 //! for its first ten writes after power-on and changes RAM only afterwards (1.6A section 6, #17; DYN2 manual A1.8 section 7). A
 //! working copy is gone with the power.
 

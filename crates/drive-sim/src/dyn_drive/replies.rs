@@ -1,6 +1,6 @@
 //! What a drive sends, and when.
 //!
-//! Law: every reply is prepared for a drawn delay, counted from the end of its request; replies keep the order of their requests and none
+//! Specification: every reply is prepared for a drawn delay, counted from the end of its request; replies keep the order of their requests and none
 //! overtakes another; an alarm frame waits for nothing. A data error is prepared like a reply.
 
 use std::collections::VecDeque;

@@ -1,6 +1,6 @@
 //! What a drive does with a request.
 //!
-//! Law: 1.6A and 1.2A, section 6. Motion commands need the servo on, no alarm, command mode 0 and the right servo mode (D45); whatever does not
+//! Specification: 1.6A and 1.2A, section 6. Motion commands need the servo on, no alarm, command mode 0 and the right servo mode (D45); whatever does not
 //! meet these is ignored without a word. The configuration of the drive says where data errors come.
 
 use dyn_can::units;

@@ -1,6 +1,6 @@
 //! The serial port of a drive (DYN2 manual A1.8, section 7).
 //!
-//! Law: the port is a second door to the same drive. It has its own codec and its own function codes; what a request does and
+//! Specification: the port is a second door to the same drive. It has its own codec and its own function codes; what a request does and
 //! what a reply tells are written once, for both doors. Nothing is acknowledged, and a packet that is damaged, not for this
 //! drive, or not a request is dropped without a word (M26). Set commands wear the EEPROM as they do over CAN. Faults of
 //! replies concern the next reply of either door; faults of the CAN cable do not reach this one.

@@ -1,6 +1,6 @@
 //! The motor with its servo loop.
 //!
-//! Law: speed and acceleration never exceed their limits, and a reference that stands still is reached exactly. The loop smooths the
+//! Specification: speed and acceleration never exceed their limits, and a reference that stands still is reached exactly. The loop smooths the
 //! reference twice, feeds its speed forward and closes the rest with a gain that turns into a braking curve for large errors; this is
 //! a plausible servo and not a model of the real one, whose loop is not published.
 //!

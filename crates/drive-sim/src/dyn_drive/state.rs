@@ -1,6 +1,6 @@
 //! What a test may look at.
 //!
-//! Law: looking changes nothing. Methods that take `at_ns` tell the state at that instant if nothing happens until then.
+//! Specification: looking changes nothing. Methods that take `at_ns` tell the state at that instant if nothing happens until then.
 
 use dyn_can::{Alarm, ConfigByte, DriveId, DriveStatus, ParamGroup1, ParamGroup2, ParamGroup3};
 

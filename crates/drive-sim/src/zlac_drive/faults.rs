@@ -1,6 +1,6 @@
 //! Faults of a drive, on command of a test.
 //!
-//! Law: a drive does none of this by itself. What changes the drive takes effect when its bench runs next; what changes replies concerns
+//! Specification: a drive does none of this by itself. What changes the drive takes effect when its bench runs next; what changes replies concerns
 //! the next ones that are prepared.
 
 use super::config::ZlacSurroundings;

@@ -1,6 +1,6 @@
 //! What a wheel meets on its way, and how its loops answer.
 //!
-//! Law: stops and switch stand still in the room. Their places are turns from where the shaft stood at 0 ns, clockwise up, and no clearing
+//! Specification: stops and switch stand still in the room. Their places are turns from where the shaft stood at 0 ns, clockwise up, and no clearing
 //! and no power cycle moves them. The shaft never passes a stop; it stops there without bouncing, and the motor pushes as hard as its loops
 //! make it, up to its largest current (2015h).
 

@@ -1,6 +1,6 @@
 //! Object values in RAM and EEPROM, and how often the EEPROM was written.
 //!
-//! Law: RAM starts from the EEPROM at each power-on; objects without a place there start from their defaults.
+//! Specification: RAM starts from the EEPROM at each power-on; objects without a place there start from their defaults.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! The wheel of one drive in lazy time.
 //!
-//! Law: time is cut into ticks of [`TICK_NS`]; speed changes by at most the acceleration in force, and looking changes nothing.
+//! Specification: time is cut into ticks of [`TICK_NS`]; speed changes by at most the acceleration in force, and looking changes nothing.
 //! Positions are in counts, four a line; speeds in counts a second.
 
 use super::config::ZlacDriveConfig;

@@ -1,6 +1,6 @@
 //! NMT state, boot-up and heartbeat (CiA 301).
 //!
-//! Law: pre-operational follows boot-up; the heartbeat counts from when its time was written.
+//! Specification: pre-operational follows boot-up; the heartbeat counts from when its time was written.
 
 use super::ZlacDrive;
 use super::objects;

@@ -1,6 +1,6 @@
 //! What a drive sends, and when.
 //!
-//! Law: SDO replies are ready after a drawn delay, counted from the end of the request, in the order of the requests; everything else is
+//! Specification: SDO replies are ready after a drawn delay, counted from the end of the request, in the order of the requests; everything else is
 //! ready at once.
 
 use std::collections::VecDeque;

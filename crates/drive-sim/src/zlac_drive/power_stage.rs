@@ -1,6 +1,6 @@
 //! States of CiA 402 as the guide reduces them, driven by control words.
 //!
-//! Law: the words 6, 7, F enable, in this order and no shortcut; 0 switches off from everywhere; 2 stops and stays energised. On the
+//! Specification: the words 6, 7, F enable, in this order and no shortcut; 0 switches off from everywhere; 2 stops and stays energised. On the
 //! way from enabled to 7, 6 or 0 the drive may brake first: it stays enabled until the wheel stands, and says so.
 
 /// State of the power stage.

@@ -1,6 +1,6 @@
 //! PDOs: mapping, reception, transmission by event, timer and SYNC (guide section 6).
 //!
-//! Law: nothing moves by PDO outside operational; a PDO of another length than its mapping is ignored.
+//! Specification: nothing moves by PDO outside operational; a PDO of another length than its mapping is ignored.
 
 use super::ZlacDrive;
 use super::config::ZlacDriveConfig;

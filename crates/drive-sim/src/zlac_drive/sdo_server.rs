@@ -1,6 +1,6 @@
 //! SDO server: expedited transfers byte by byte, and what writing an object does.
 //!
-//! Law: one request, one reply; a refusal names its reason (CiA 301 abort codes).
+//! Specification: one request, one reply; a refusal names its reason (CiA 301 abort codes).
 
 use zlac8030l::dictionary::{self, Entry};
 

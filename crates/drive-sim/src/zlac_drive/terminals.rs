@@ -1,6 +1,6 @@
 //! Inputs, outputs and the Hall sensors, as the objects show them.
 //!
-//! Law: an input with the function of an emergency stop is pressed or not; X1 without a function has the level of the switch beside the
+//! Specification: an input with the function of an emergency stop is pressed or not; X1 without a function has the level of the switch beside the
 //! shaft, X0 without one is low. The inversions change what the objects
 //! show and not what an input does, since the fault panel commands the button and not the wire.
 

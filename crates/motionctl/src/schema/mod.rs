@@ -89,11 +89,15 @@ pub(crate) fn of<T: JsonSchema>() -> Schema {
 
 /// Every schema with its name.
 fn all() -> impl Iterator<Item = (&'static str, Schema)> {
-    SCHEMAS.iter().chain(hub::SCHEMAS).chain(board::SCHEMAS).map(|(name, shape)| {
-        let mut schema = shape();
-        schema.insert("title".to_owned(), format!("motionctl {name}").into());
-        (*name, schema)
-    })
+    SCHEMAS
+        .iter()
+        .chain(hub::SCHEMAS)
+        .chain(board::SCHEMAS)
+        .map(|(name, shape)| {
+            let mut schema = shape();
+            schema.insert("title".to_owned(), format!("motionctl {name}").into());
+            (*name, schema)
+        })
 }
 
 /// Prints a schema or the names, or writes all.

@@ -12,6 +12,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,8 @@ import time
 
 ROOT = os.getcwd()
 PATIENCE_S = 120
+# How often a motion is tried: it runs in real time.
+ATTEMPTS = 4
 COMPILER = "x86_64-w64-mingw32-gcc"
 
 # Wine 8 lacks one library that the standard library of Rust takes random numbers from.
@@ -213,21 +216,54 @@ def scan_both_ways(here, windows):
             expect(f"drives behind {port}", [1, 9], found(near.run(["scan", "--json", "--slcan", port])))
 
 
-def ending(here, windows):
-    """Ctrl-C in a motion: the drive is slowed down and disabled. Wine delivers SIGINT as Ctrl-C, and has no way to deliver Ctrl-Break here."""
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+def wait_for_cycle(child, port, cycle):
+    """Waits until a motion has come so far; whether it did not end before."""
+    end = time.monotonic() + PATIENCE_S
+    passed = 0
+    while passed < cycle:
+        if child.poll() is not None:
+            return False
+        if time.monotonic() > end:
+            sys.exit(f"the motion did not come to cycle {cycle}: {passed} passed")
+        time.sleep(0.2)
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as control:
+            control.sendall(b"status\n")
+            answer = control.recv(256).decode()
+            passed = int(answer.partition("cycle=")[2].partition(" ")[0] or 0)
+    return True
+
+
+def interrupted_motion(here, windows):
+    """A motion that is told to end with Ctrl-C: exit status, outputs, and the report of the bench."""
     with bench(here, "1") as (port, report):
         expect("disable", 0, windows.run(["disable", "--slcan", port, "--drives", "1"])[0])
+        control = free_port()
         # Slow cycles: nothing here is about the pace.
         child = windows.start(["run", "--json", "--yes", "--max-turns", "200", "--cycle-us", "10000",
-                               "--trajectory", "long.csv", "--slcan", port])
-        time.sleep(5)
-        child.send_signal(signal.SIGINT)
+                               "--trajectory", "long.csv", "--slcan", port, "--control", f"tcp:{control}"])
+        if wait_for_cycle(child, control, 100):
+            child.send_signal(signal.SIGINT)
         output, errors = child.communicate(timeout=PATIENCE_S)
-        expect(f"exit status ({errors} {output})", 130, child.returncode)
-        summary = json.loads(output)
-        expect("outcome", "stopped by the user", summary["outcome"])
-        expect("disabled", [1], summary["disabled"])
-    drive = report[0]["drives"][0]
+    return child.returncode, output, errors, report[0]
+
+
+def ending(here, windows):
+    """The drive is slowed down and disabled. Wine delivers SIGINT as Ctrl-C, and has no way to deliver Ctrl-Break here."""
+    for _ in range(ATTEMPTS):
+        code, output, errors, report = interrupted_motion(here, windows)
+        if b"this computer or its adapter is too slow" not in errors:
+            break
+        print("    once more: a motion needs a computer that is not busy with other things")
+    expect(f"exit status ({errors} {output})", 130, code)
+    summary, drive = json.loads(output), report["drives"][0]
+    expect("outcome", "stopped by the user", summary["outcome"])
+    expect("disabled", [1], summary["disabled"])
     expect("the drive is off", False, drive["enabled"])
     expect("it had moved", True, drive["received_counts"] > 0)
     expect("every step", summary["axes"][0]["sent_counts"], drive["received_counts"])
@@ -243,11 +279,11 @@ def main():
                 for name, text in [("plan.csv", PLAN), ("windows.csv", PLAN.replace("\n", "\r\n")), ("bad.csv", BAD), ("long.csv", LONG)]:
                     with open(os.path.join(system.folder, name), "w", encoding="ascii", newline="") as file:
                         file.write(text)
-            same_outputs(here, windows)
+            ending(here, windows)
+            scan_both_ways(here, windows)
             refusals(windows)
             pcan(windows)
-            scan_both_ways(here, windows)
-            ending(here, windows)
+            same_outputs(here, windows)
         finally:
             windows.stop()
     print(f"the program of Windows under Wine: {checked} checks")

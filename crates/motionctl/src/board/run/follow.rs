@@ -28,6 +28,8 @@ const ENABLE_TIME: Duration = Duration::from_secs(10);
 const DISABLE_TIME: Duration = Duration::from_secs(5);
 /// Time for the drives to arrive behind the last set-point.
 const SETTLE_TIME: Duration = Duration::from_millis(500);
+/// Time for a snapshot.
+const LOOK_TIME: Duration = Duration::from_millis(500);
 const POLL: Duration = Duration::from_millis(2);
 /// The only stream of this session.
 const STREAM: u32 = 1;
@@ -125,10 +127,7 @@ impl<'a> Follow<'a> {
         if show_progress {
             tell("every drive is enabled; the motion starts");
         }
-        let begun = self
-            .session
-            .client()
-            .begin(begin(STREAM, &self.anchors));
+        let begun = self.session.client().begin(begin(STREAM, &self.anchors));
         begun.map_err(|error| End::LinkFailed(error.to_string()))
     }
 
@@ -202,6 +201,9 @@ impl<'a> Follow<'a> {
         if kind == Kind::Fault {
             tell(&text);
         }
+        if let Event::State(is) = event {
+            self.latest.state = *is;
+        }
         if let Event::Stream {
             stream: STREAM,
             phase,
@@ -259,8 +261,19 @@ impl<'a> Follow<'a> {
         bar.finish_and_clear();
         match ended {
             End::Completed => self.settle(),
+            End::Stopped(_) => {
+                self.look()?;
+                Err(End::Stopped(self.why()))
+            }
             other => Err(other),
         }
+    }
+
+    /// Waits for the next snapshot.
+    fn look(&mut self) -> Result<(), Stop> {
+        let until = Instant::now() + LOOK_TIME;
+        while !self.take(POLL)? && Instant::now() < until {}
+        Ok(())
     }
 
     fn feed(&mut self) {
