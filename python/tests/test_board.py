@@ -354,6 +354,49 @@ def raise_in_block(board: Board) -> None:
             raise KeyError("the error of the block is the one to see")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_pseudo_terminal_is_a_serial_port(simulated: SimulatedBoard) -> None:
+    import os
+    import select
+    import socket
+    import tty
+
+    near, far = os.openpty()
+    tty.setraw(far)
+    cable = socket.create_connection(("127.0.0.1", int(simulated.address.rsplit(":", 1)[1])))
+    is_cut = threading.Event()
+
+    def relay() -> None:
+        while not is_cut.is_set():
+            ready, _, _ = select.select([near, cable], [], [], 0.02)
+            if cable in ready:
+                os.write(near, cable.recv(4096))
+            if near in ready:
+                cable.sendall(os.read(near, 4096))
+
+    thread = threading.Thread(target=relay)
+    thread.start()
+    try:
+        with Board.open(os.ttyname(far)) as board:
+            assert board.info().board == "simulated"
+            board.enable()
+            board.stream(*sine(1.0))
+            check_limits(simulated)
+            lost = board.counters().losses
+            assert sum(lost.values()) == 0
+        board = Board.open(os.ttyname(far), commands=False)
+    finally:
+        is_cut.set()
+        thread.join()
+    os.close(far)
+    os.close(near)
+    cable.close()
+    with pytest.raises(ConnectionLost, match="port is gone"):
+        for _ in range(100):
+            board.snapshot()
+    board.close()
+
+
 def test_where_no_board_is() -> None:
     with pytest.raises(NotConnected, match="cannot open /dev/no-such-port"):
         Board.open("/dev/no-such-port")
