@@ -364,11 +364,12 @@ def test_a_pseudo_terminal_is_a_serial_port(simulated: SimulatedBoard) -> None:
     near, far = os.openpty()
     tty.setraw(far)
     cable = socket.create_connection(("127.0.0.1", int(simulated.address.rsplit(":", 1)[1])))
+    ends: List[Any] = [near, cable]
     is_cut = threading.Event()
 
     def relay() -> None:
         while not is_cut.is_set():
-            ready, _, _ = select.select([near, cable], [], [], 0.02)
+            ready, _, _ = select.select(ends, [], [], 0.02)
             if cable in ready:
                 os.write(near, cable.recv(4096))
             if near in ready:
