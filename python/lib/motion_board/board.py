@@ -125,6 +125,8 @@ class Fault:
 
     number: int
     """Counts the faults of the board for ever."""
+    boot: int
+    """The number of the start in which it happened: :attr:`Info.boot`."""
     uptime_ms: int
     """Milliseconds since the start of the firmware."""
     firmware: str
