@@ -58,7 +58,7 @@ def dialect_of(vector: Dict[str, Any]) -> Dialect:
         if name == "allow_broadcast":
             options["zero_address"] = "lone-fresh-drive" if value else None
         else:
-            options[OPTIONS.get(name, name)] = ORDERS.get(value, value)
+            options[OPTIONS.get(name, str(name))] = ORDERS.get(value, value)
     return Dialect(vector["revision"], **options)
 
 
@@ -79,7 +79,7 @@ def test_a_request_is_the_frame_of_the_reference_and_back(vector: Dict[str, Any]
     assert encode_request(message.function, message.drive, dialect, **message.values) == frame
 
 
-REPLY_NAMES = {"torque_raw": "torque", "full_scale": "torque_full_scale", "servo_disabled": "disabled", "alarm": "alarm_code", "disabled": "servo_free"}
+REPLY_NAMES: Dict[str, str] = {"torque_raw": "torque", "full_scale": "torque_full_scale", "servo_disabled": "disabled", "alarm": "alarm_code", "disabled": "servo_free"}
 
 
 def reply_values(vector: Dict[str, Any]) -> Dict[str, Any]:
@@ -95,7 +95,7 @@ def reply_values(vector: Dict[str, Any]) -> Dict[str, Any]:
     fields.pop("alarm_text", None)
     if "payload_hex" in fields:
         return {"bytes": tuple(bytes.fromhex(fields["payload_hex"]))}
-    return {REPLY_NAMES.get(name, name): value for name, value in fields.items()}
+    return {REPLY_NAMES.get(str(name), str(name)): value for name, value in fields.items()}
 
 
 @pytest.mark.parametrize("vector", vectors("dyn_can_replies"), ids=lambda vector: vector["name"])

@@ -87,7 +87,6 @@ impl Worker {
             self.take(&mut state, incoming);
             has_news = true;
         }
-        state.clock_error_us = self.client.clock().error_us();
         drop(state);
         if has_news || count > 0 {
             shared.tell();
@@ -178,9 +177,7 @@ impl Worker {
         match incoming {
             Incoming::Connected { .. } => {
                 state.is_connected = true;
-                state.connections += 1;
                 state.unavailable = None;
-                state.info = self.client.info().cloned();
                 self.wants_snapshots = true;
             }
             Incoming::Disconnected => {

@@ -150,6 +150,7 @@ impl Axes {
         let number = self.fault_log.first().map_or(0, |latest| latest.number) + 1;
         let entry = FaultEntry {
             number,
+            boot: self.boot,
             uptime_ms,
             firmware: firmware(),
             axis,
