@@ -24,7 +24,7 @@ use error::BoardError;
 
 const HELP: &str = "\
 Examples:
-  motionctl bench --drives 1,2 --board /tmp/motion-board --settings board.toml   a simulated board, in another terminal
+  motionctl bench --drives 1,2 --board /tmp/board --settings board.toml   a simulated board, in another terminal
   motionctl board find                              boards at USB ports
   motionctl board info --port /dev/ttyACM0
   motionctl board settings set board.toml --port /dev/ttyACM0
