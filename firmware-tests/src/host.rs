@@ -4,8 +4,12 @@ use board_link::host::{Client, ClientConfig, Incoming, RequestError, StreamEnd};
 use board_link::message::{Answer, BoardState, Event, Request, Snapshot};
 use board_link::segment::{Begin, Segment, StreamPhase};
 use board_link::{Reason, WhenDry};
+use board_settings::Settings;
 
 use crate::rig::Rig;
+
+/// Bytes of a piece of the settings.
+const CHUNK: usize = 100;
 
 /// Bit rate of the port, on both boards.
 pub const BIT_RATE: u32 = 921_600;
@@ -36,8 +40,13 @@ impl Host {
     #[must_use]
     pub fn new(rig: &mut Rig, seed: u64) -> Self {
         rig.serial_mut().set_rate(BIT_RATE);
+        // Twelve seconds: the board answers to a command when it is carried out, and gives up after ten.
+        let config = ClientConfig {
+            tries: 120,
+            ..ClientConfig::default()
+        };
         Self {
-            client: Client::new(ClientConfig::default(), seed as u32 ^ 0x5EED),
+            client: Client::new(config, seed as u32 ^ 0x5EED),
             random: fastrand::Rng::with_seed(seed),
             longest_pause_ms: 1,
             wakes_ms: 0,
@@ -226,6 +235,31 @@ impl Host {
             _ => None,
         });
         phases.collect()
+    }
+
+    /// Writes settings for the next start of the board.
+    ///
+    /// # Errors
+    /// What the board refuses.
+    ///
+    /// # Panics
+    /// When the settings are longer than any.
+    pub fn write_settings(
+        &mut self,
+        rig: &mut Rig,
+        settings: &Settings,
+    ) -> Result<Answer, RequestError> {
+        let mut room = [0; board_settings::LONGEST];
+        let bytes = settings.write(&mut room).expect("settings that fit");
+        for (place, chunk) in bytes.chunks(CHUNK).enumerate() {
+            let request = Request::WriteSettings {
+                offset: (place * CHUNK) as u32,
+                bytes: chunk.iter().copied().collect(),
+            };
+            self.ask(rig, request)?;
+        }
+        let (length, checksum) = (bytes.len() as u32, board_link::frame::checksum(bytes));
+        self.ask(rig, Request::CommitSettings { length, checksum })
     }
 
     /// Closes the contacts and enables the drives by command.

@@ -56,6 +56,7 @@ pub mod motion;
 pub mod motion_file;
 pub mod names;
 pub mod nvic;
+pub mod orders;
 pub mod profile;
 pub mod records;
 pub mod rig;

@@ -23,7 +23,7 @@ pub struct Drives {
 }
 
 impl Drives {
-    fn config(self, id: i32) -> DynDriveConfig {
+    pub(crate) fn config(self, id: i32) -> DynDriveConfig {
         let of_response = |percent: u64| self.response_us * 1_000 * percent / 100;
         let (least, most) = (100 - SPREAD_PERCENT, 100 + SPREAD_PERCENT);
         let delay = ResponseDelay::between(of_response(least), of_response(most));

@@ -2,14 +2,21 @@
 
 mod orders;
 
-use board_link::WhenDry;
-use board_link::host::StreamEnd;
+use board_link::host::{RequestError, StreamEnd};
+use board_link::message::{Answer, BoardState, Request};
 use board_link::segment::StreamPhase;
-use orders::{board, counts_told, pick_and_place, targets};
+use board_link::{Reason, WhenDry};
+use firmware_tests::Contact;
+use firmware_tests::host::Host;
+use firmware_tests::orders::{set_up, settings};
+use orders::{counts_told, pick_and_place, targets};
 
 #[test]
 fn four_axes_follow_a_file_of_a_host_that_is_up_to_50_ms_late() {
-    let (mut rig, mut host) = board();
+    // Settings written, restarted.
+    let mut rig = orders::new();
+    let mut host = Host::new(&mut rig, 1);
+    set_up(&mut rig, &mut host, &settings(orders::AXES as u8));
     host.bring_up(&mut rig);
     host.pause_up_to(50);
     let file = pick_and_place();
@@ -48,4 +55,84 @@ fn four_axes_follow_a_file_of_a_host_that_is_up_to_50_ms_late() {
         .map(|(end, from)| i64::from(end - from))
         .collect();
     assert_eq!(sums, ends);
+}
+
+#[test]
+fn a_board_without_settings_answers_and_moves_nothing() {
+    let mut rig = orders::new();
+    let mut host = Host::new(&mut rig, 1);
+    for contact in [Contact::Stop, Contact::Enable, Contact::Run] {
+        rig.close(contact);
+    }
+    host.connect(&mut rig);
+    let info = host.client().info().cloned().unwrap();
+    assert_eq!((info.axes, info.segments), (0, 0));
+    assert_eq!(host.state(&mut rig), BoardState::NoSettings);
+    for request in [
+        Request::Enable,
+        Request::Disable,
+        Request::Clear,
+        Request::Home,
+    ] {
+        assert_eq!(host.refusal(&mut rig, request), Reason::NotReady);
+    }
+    host.run_ms(&mut rig, 500);
+    assert_eq!(rig.from_board().count(), 0);
+}
+
+#[test]
+fn settings_that_cannot_work_are_refused_with_a_number_and_those_before_stay() {
+    let (mut rig, mut host) = orders::board();
+    host.connect(&mut rig);
+    let mut wrong = settings(4);
+    wrong.axes[2].gear = 499;
+    let mut too_many = settings(14);
+    too_many
+        .axes
+        .iter_mut()
+        .for_each(|axis| axis.polls.status_us = 1_000);
+    let mut two_groups = settings(4);
+    two_groups.axes[3].group = 1;
+    for (settings, number, axis) in [(wrong, 1_009, Some(2)), (two_groups, 33, Some(3))] {
+        match host.write_settings(&mut rig, &settings) {
+            Err(RequestError::Refused(refused)) => {
+                assert_eq!(
+                    (refused.number, refused.axis),
+                    (number, axis),
+                    "{refused:?}"
+                );
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    match host.write_settings(&mut rig, &too_many) {
+        Err(RequestError::Refused(refused)) => {
+            assert!((1_018..1_028).contains(&refused.number), "{refused:?}")
+        }
+        other => panic!("{other:?}"),
+    }
+    rig.cut_power(1_000, 100_000, 0);
+    host.run_ms(&mut rig, 1_000);
+    host.connect(&mut rig);
+    assert_eq!(host.client().info().unwrap().axes, 4);
+}
+
+#[test]
+fn settings_are_not_written_while_a_drive_is_enabled() {
+    let (mut rig, mut host) = orders::board();
+    host.bring_up(&mut rig);
+    let refused = host.write_settings(&mut rig, &settings(3));
+    let expected = Reason::Enabled.plain();
+    assert_eq!(refused, Err(RequestError::Refused(expected)));
+    assert!(rig.are_enabled());
+    assert_eq!(host.ask(&mut rig, Request::Disable), Ok(Answer::Done));
+    host.run_ms(&mut rig, 500);
+    assert_eq!(
+        host.write_settings(&mut rig, &settings(3)),
+        Ok(Answer::Done)
+    );
+    assert!(
+        rig.board().resets().len() <= 1,
+        "the watchdog waits for the flash"
+    );
 }

@@ -35,7 +35,7 @@ pub(crate) struct Orders {
     was_streaming: bool,
     /// Where the set-points stand between streams.
     stand: [Position; AXES],
-    set_points: [Position; AXES],
+    set_points: [i32; AXES],
     /// The latest cycle, by its time and its number.
     at: Instant,
     cycle: u64,
@@ -62,7 +62,7 @@ impl Orders {
             powered: (0, false),
             was_streaming: false,
             stand: [Position::ZERO; AXES],
-            set_points: [Position::ZERO; AXES],
+            set_points: [0; AXES],
             at: Instant::from_us(0),
             cycle: 0,
         }
@@ -189,11 +189,11 @@ impl Orders {
             self.stand.get(..axes).unwrap_or_default(),
             self.set_points.get_mut(..axes).unwrap_or_default(),
         );
-        if !self.player.advance(self.cycle, stand, set_points) {
+        if !self.player.advance_counts(self.cycle, stand, set_points) {
             return;
         }
         for (axis, set_point) in set_points.iter().enumerate() {
-            if let Err(error) = master.set_target(axis, set_point.counts()) {
+            if let Err(error) = master.set_target(axis, *set_point) {
                 defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
                 master.stop(now, GROUP);
                 self.player.halt();

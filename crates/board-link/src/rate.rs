@@ -52,6 +52,10 @@ impl Rate {
         self.rate as u32
     }
 
+    pub(crate) const fn is_steady(&self) -> bool {
+        self.steps == 0
+    }
+
     pub(crate) fn is_standing(&self) -> bool {
         self.rate == 0 && self.steps == 0
     }
@@ -66,6 +70,10 @@ impl Rate {
     /// that it was on the way to.
     pub(crate) fn advance(&mut self, goal: i64) -> Time {
         let before = self.rate;
+        if self.steps == 0 && before == goal {
+            let ticks = before << (TIME_BITS - RATE_BITS);
+            return Time::from_ticks(ticks.unsigned_abs());
+        }
         let left = goal - self.rate;
         // Seen from the side of the goal, everything is a rise.
         let sign = if left < 0 { -1 } else { 1 };

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use board_link::segment::{AxisSegment, Segment, Shape};
-use board_settings::{AxisSettings, BusSettings, Inputs, MotorLimits, Settings, Travel};
+use board_settings::Settings;
 use dyn_can::{DataFrame, Dialect, Request};
 use firmware_tests::host::Host;
 use firmware_tests::motion_file::MotionFile;
@@ -17,28 +17,14 @@ pub(crate) const AXES: usize = 4;
 pub(crate) const VELOCITY: i32 = 163;
 const ACCELERATION: f64 = 2.184;
 
+/// A board with settings for [`AXES`], just started.
 pub(crate) fn board() -> (Rig, Host) {
     with_settings()
 }
 
 /// Four axes with the limits above, and no ends.
 pub(crate) fn settings() -> Settings {
-    let limits = MotorLimits {
-        speed_rpm: 600,
-        acceleration_rpm_per_s: 8_000,
-    };
-    let travel = Travel::Counts {
-        min: -(1 << 27),
-        max: (1 << 27) - 1,
-    };
-    Settings {
-        name: "emulated".try_into().unwrap(),
-        bus: BusSettings::new(1_000),
-        inputs: Inputs::default(),
-        axes: (1..=AXES as u8)
-            .map(|drive| AxisSettings::new(drive, 4_096, limits, travel))
-            .collect(),
-    }
+    firmware_tests::orders::settings(AXES as u8)
 }
 
 /// A board with these settings in its flash.
@@ -51,6 +37,11 @@ pub(crate) fn with_settings() -> (Rig, Host) {
     rig.board_mut().set_flash_content(content);
     let host = Host::new(&mut rig, 1);
     (rig, host)
+}
+
+/// A board without settings, just started.
+pub(crate) fn new() -> Rig {
+    Rig::with_numbered_drives(rig::image("link"), AXES as i32)
 }
 
 pub(crate) fn pick_and_place() -> MotionFile {

@@ -13,6 +13,7 @@ mod pace;
 mod phase;
 mod player;
 mod queue;
+mod quick;
 mod split;
 
 use serde::{Deserialize, Serialize};

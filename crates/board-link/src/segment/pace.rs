@@ -26,7 +26,10 @@ impl<const AXES: usize> Player<'_, AXES> {
             return goal;
         }
         let floor = tail.floor();
-        if self.rate.way_down_after_a_rise_to(floor) >= self.left(tail) {
+        let way = self.way_down_to(floor);
+        // Whole cycles first: they are at most one more than there are, and nearly always enough.
+        let whole = tail.cycles.saturating_sub((self.time.ticks() >> 32) as u32);
+        if way + 1.0 >= whole as f32 && way >= self.left(tail) {
             self.short_of = Some(tail);
         }
         if self.short_of.is_some() {
@@ -34,6 +37,18 @@ impl<const AXES: usize> Player<'_, AXES> {
         } else {
             goal
         }
+    }
+
+    /// [`Rate::way_down_after_a_rise_to`](crate::rate::Rate::way_down_after_a_rise_to), worked out once for a rate that does not change.
+    fn way_down_to(&mut self, floor: i64) -> f32 {
+        if !self.rate.is_steady() {
+            return self.rate.way_down_after_a_rise_to(floor);
+        }
+        let bits = self.rate.bits();
+        if (self.way_down.0, self.way_down.1) != (bits, floor) {
+            self.way_down = (bits, floor, self.rate.way_down_after_a_rise_to(floor));
+        }
+        self.way_down.2
     }
 
     /// Cycles of the stream that are admitted ahead.

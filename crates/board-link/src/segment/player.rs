@@ -2,12 +2,13 @@
 
 use core::sync::atomic::Ordering;
 
-use trajectory::curve::Share;
+use trajectory::curve::{Piece, Share};
 use trajectory::{Position, Time};
 
 use super::halves::Receiver;
 use super::phase::StreamPhase;
 use super::queue::{Admitted, Order, Shared, Start, Status, Tail};
+use super::quick::Quick;
 use crate::config::WhenDry;
 use crate::rate::Rate;
 
@@ -32,6 +33,9 @@ pub struct Player<'q, const AXES: usize> {
     /// It slows down, because there may be nothing more than this.
     pub(super) short_of: Option<Tail>,
     finished: u32,
+    /// The way down from a steady rate to a floor, as it was worked out last.
+    pub(super) way_down: (u32, i64, f32),
+    quick: Quick<AXES>,
 }
 
 impl<'q, const AXES: usize> Player<'q, AXES> {
@@ -65,6 +69,8 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             is_ended: false,
             short_of: None,
             finished: 0,
+            way_down: (0, -1, 0.0),
+            quick: Quick::new(),
         }
     }
 
@@ -77,6 +83,24 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     /// The cycle `now`. `stand` is where the set-points of the axes stand, for the start; whether `out` has the set-points of this cycle:
     /// as long as the stream is under way, and in the cycle in which it ends. Otherwise nothing is written.
     pub fn advance(&mut self, now: u64, stand: &[Position], out: &mut [Position]) -> bool {
+        let has_set_points = self.step(now, stand);
+        if has_set_points {
+            self.write(out);
+        }
+        self.close(has_set_points)
+    }
+
+    /// The same in whole counts, rounded as [`Position::counts`] does it, for less.
+    pub fn advance_counts(&mut self, now: u64, stand: &[Position], out: &mut [i32]) -> bool {
+        let has_set_points = self.step(now, stand);
+        if has_set_points {
+            self.write_counts(out);
+        }
+        self.close(has_set_points)
+    }
+
+    /// Whether there are set-points.
+    fn step(&mut self, now: u64, stand: &[Position]) -> bool {
         self.obey();
         let before = self.phase;
         match self.phase {
@@ -87,11 +111,11 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
         if before == StreamPhase::Moving {
             self.go_on();
         }
-        let has_set_points = matches!(self.phase, StreamPhase::Moving | StreamPhase::Dry)
-            || matches!(before, StreamPhase::Moving | StreamPhase::Dry);
-        if has_set_points {
-            self.write(out);
-        }
+        matches!(self.phase, StreamPhase::Moving | StreamPhase::Dry)
+            || matches!(before, StreamPhase::Moving | StreamPhase::Dry)
+    }
+
+    fn close(&mut self, has_set_points: bool) -> bool {
         if !self.phase.is_active() {
             self.drop_old();
         }
@@ -273,6 +297,25 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             .for_each(|(out, piece)| *out = piece.at(share));
     }
 
+    fn write_counts(&mut self, out: &mut [i32]) {
+        let is_on_the_way = matches!(self.phase, StreamPhase::Moving | StreamPhase::Dry);
+        let Some(head) = self.segments.peek().filter(|_| is_on_the_way) else {
+            let stand = self.stand.iter().take(self.axes);
+            out.iter_mut()
+                .zip(stand)
+                .for_each(|(out, at)| *out = at.counts());
+            return;
+        };
+        let pieces = head.pieces.get(..self.axes).unwrap_or_default();
+        self.quick
+            .take((head.generation, head.start), head.scale, pieces);
+        let elapsed = self.time.since(head.start);
+        let quick = self.quick.counts(elapsed);
+        for ((out, piece), counts) in out.iter_mut().zip(pieces).zip(quick) {
+            *out = counts.unwrap_or_else(|| exact_counts(piece, elapsed, head));
+        }
+    }
+
     fn publish(&self) {
         let cycles = (self.time.ticks() >> 32) as u32;
         self.shared.time_cycles.store(cycles, Ordering::Relaxed);
@@ -283,4 +326,12 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             phase: self.phase,
         });
     }
+}
+
+#[inline(never)]
+fn exact_counts<const AXES: usize>(piece: &Piece, elapsed: Time, head: &Admitted<AXES>) -> i32 {
+    let duration = head.end.since(head.start);
+    piece
+        .at(Share::of(elapsed.ticks(), duration.ticks()))
+        .counts()
 }

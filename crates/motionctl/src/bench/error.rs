@@ -56,7 +56,11 @@ impl fmt::Display for BenchError {
                 (Place::Tcp(_), _) => write!(f, "cannot listen at {place}: {source}"),
             },
             Self::Settings { path, source } => {
-                write!(f, "cannot read the settings in {}: {source}", path.display())
+                write!(
+                    f,
+                    "cannot read the settings in {}: {source}",
+                    path.display()
+                )
             }
             Self::Candump(source) => source.fmt(f),
             Self::CandumpStopped { reason } => {

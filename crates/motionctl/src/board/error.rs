@@ -34,9 +34,15 @@ pub(crate) enum BoardError {
     /// The board cannot be used now: another version, or another host commands.
     Unavailable { port: String, refused: Refused },
     /// The board refuses what it was asked for.
-    Refused { what: &'static str, refused: Refused },
+    Refused {
+        what: &'static str,
+        refused: Refused,
+    },
     /// A request has no answer.
-    Request { what: &'static str, source: RequestError },
+    Request {
+        what: &'static str,
+        source: RequestError,
+    },
     /// The board was reset, or the connection was lost.
     Reset { what: &'static str },
     /// An answer to another question.
@@ -66,9 +72,18 @@ pub(crate) enum BoardError {
     /// The board has no such drive.
     NoDrive { drive: DriveId, board: Vec<DriveId> },
     /// The gear number that the motion was made for, and that of the board.
-    Gear { drive: DriveId, expected: GearNumber, actual: GearNumber },
+    Gear {
+        drive: DriveId,
+        expected: GearNumber,
+        actual: GearNumber,
+    },
     /// The motion breaks what the board allows.
-    Preview { segment: u32, at_s: f64, refused: Refused, drive: Option<DriveId> },
+    Preview {
+        segment: u32,
+        at_s: f64,
+        refused: Refused,
+        drive: Option<DriveId>,
+    },
     /// There are no frames to record.
     NoFrames,
     /// The board does not get ready.
@@ -214,7 +229,10 @@ impl fmt::Display for BoardError {
 impl std::error::Error for BoardError {}
 
 fn known_boards() -> String {
-    let names: Vec<&str> = board_settings::Board::ALL.iter().map(|board| board.name).collect();
+    let names: Vec<&str> = board_settings::Board::ALL
+        .iter()
+        .map(|board| board.name)
+        .collect();
     names.join(", ")
 }
 

@@ -134,8 +134,13 @@ fn show(report: &Report) -> Result<(), BoardError> {
     }
     if report.boards.is_empty() {
         let asked = match report.asked.as_slice() {
-            [] => "no port is there to be asked; --all asks ports that are not on USB, too".to_owned(),
-            asked => format!("no board answers at {}: check cable, power and --baud", asked.join(", ")),
+            [] => {
+                "no port is there to be asked; --all asks ports that are not on USB, too".to_owned()
+            }
+            asked => format!(
+                "no board answers at {}: check cable, power and --baud",
+                asked.join(", ")
+            ),
         };
         tell(asked);
     }

@@ -52,7 +52,10 @@ impl AxisReport {
     /// The axes of a snapshot, with their drives as far as they are known.
     pub(super) fn of(snapshot: &Snapshot, drives: &[u8]) -> Vec<Self> {
         let drives = drives.iter().copied().map(Some);
-        let axes = snapshot.axes.iter().zip(drives.chain(core::iter::repeat(None)));
+        let axes = snapshot
+            .axes
+            .iter()
+            .zip(drives.chain(core::iter::repeat(None)));
         axes.map(|(axis, drive)| Self {
             drive,
             target_counts: axis.target,

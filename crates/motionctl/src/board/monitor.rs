@@ -123,9 +123,17 @@ fn show(json: bool, line: &Line) -> Result<Printed, BoardError> {
         (Some(event), _) => format!("  {event}"),
         (None, cycle) => {
             let axes = line.axes.iter().map(|axis| {
-                let drive = axis.drive.map_or_else(|| "?".to_owned(), |id| id.to_string());
-                let fault = axis.fault.as_ref().map_or_else(String::new, |fault| format!(" {fault}"));
-                format!("{drive}: {} ({:+}){fault}", axis.position_counts, axis.error_counts)
+                let drive = axis
+                    .drive
+                    .map_or_else(|| "?".to_owned(), |id| id.to_string());
+                let fault = axis
+                    .fault
+                    .as_ref()
+                    .map_or_else(String::new, |fault| format!(" {fault}"));
+                format!(
+                    "{drive}: {} ({:+}){fault}",
+                    axis.position_counts, axis.error_counts
+                )
             });
             let axes: Vec<String> = axes.collect();
             format!(

@@ -152,7 +152,8 @@ pub(super) fn table(axes: &[AxisReport]) -> Table {
     ]);
     for axis in axes {
         table.add_row([
-            axis.drive.map_or_else(|| "?".to_owned(), |drive| drive.to_string()),
+            axis.drive
+                .map_or_else(|| "?".to_owned(), |drive| drive.to_string()),
             axis.target_counts.to_string(),
             axis.position_counts.to_string(),
             axis.error_counts.to_string(),

@@ -29,8 +29,11 @@ With --dry-run a command prints what `dry-run` says. A line of `decode --json` a
 
 Exit status: 0 printed or written, 2 there is no such schema, or a file cannot be written.";
 
+/// The name of a file, and what it says.
+pub(crate) type NamedSchema = (&'static str, fn() -> Schema);
+
 /// What each command prints with `--json`, by the name of its file.
-const SCHEMAS: &[(&str, fn() -> Schema)] = &[
+const SCHEMAS: &[NamedSchema] = &[
     ("assign-id", assign_id::schema),
     ("backup", backup::schema),
     ("bench", bench::schema),
@@ -89,11 +92,15 @@ pub(crate) fn of<T: JsonSchema>() -> Schema {
 
 /// Every schema with its name.
 fn all() -> impl Iterator<Item = (&'static str, Schema)> {
-    SCHEMAS.iter().chain(hub::SCHEMAS).chain(board::SCHEMAS).map(|(name, shape)| {
-        let mut schema = shape();
-        schema.insert("title".to_owned(), format!("motionctl {name}").into());
-        (*name, schema)
-    })
+    SCHEMAS
+        .iter()
+        .chain(hub::SCHEMAS)
+        .chain(board::SCHEMAS)
+        .map(|(name, shape)| {
+            let mut schema = shape();
+            schema.insert("title".to_owned(), format!("motionctl {name}").into());
+            (*name, schema)
+        })
 }
 
 /// Prints a schema or the names, or writes all.

@@ -34,10 +34,16 @@ pub(crate) struct Times {
 impl Times {
     /// Ascending times; a board takes pieces of up to 10 s.
     pub(crate) fn new(seconds: &[f64], cycle_us: u32) -> Self {
-        let in_cycles = |seconds: &f64| time(seconds * 1e6 / f64::from(cycle_us));
+        let mut cycles: Vec<Time> = Vec::with_capacity(seconds.len());
+        for seconds in seconds {
+            let time = time(seconds * 1e6 / f64::from(cycle_us));
+            // However close, one is behind the other.
+            let least = cycles.last().map_or(0, |before| before.ticks() + 1);
+            cycles.push(time.max(Time::from_ticks(least)));
+        }
         Self {
             seconds: seconds.to_vec(),
-            cycles: seconds.iter().map(in_cycles).collect(),
+            cycles,
             longest: Time::from_units(8_000_000, cycle_us),
         }
     }
@@ -98,7 +104,9 @@ impl Curve {
         let count = duration.div_ceil(longest.ticks().max(1)).max(1);
         for number in 1..=count {
             // Times and counts of pieces are far from 64 bits together.
-            let passed = |number: u64| (u128::from(duration) * u128::from(number) / u128::from(count)) as u64;
+            let passed = |number: u64| {
+                (u128::from(duration) * u128::from(number) / u128::from(count)) as u64
+            };
             let shares = [number - 1, number].map(|number| passed(number) as f64 / duration as f64);
             let piece = if count == 1 {
                 AxisSegment {
@@ -121,7 +129,10 @@ impl Curve {
         let piece = after.saturating_sub(1);
         let point = self.points.get(piece).copied().unwrap_or_default();
         let Some(way) = self.pieces.get(piece) else {
-            let end = self.pieces.last().map(|last| Position::from_units(last.end));
+            let end = self
+                .pieces
+                .last()
+                .map(|last| Position::from_units(last.end));
             return (point, end.unwrap_or(self.start));
         };
         let share = Share::of(
@@ -164,8 +175,12 @@ fn part(ends: &[Position], shape: Shape, [from, to]: [f64; 2]) -> AxisSegment {
         // A straight line is a cubic with the mean velocity at both ends.
         _ => (way, way),
     };
-    let (square, cube) = (3.0 * way - 2.0 * leaving - arriving, leaving + arriving - 2.0 * way);
-    let velocity = |share: f64| (leaving + (2.0 * square + 3.0 * cube * share) * share) * (to - from);
+    let (square, cube) = (
+        3.0 * way - 2.0 * leaving - arriving,
+        leaving + arriving - 2.0 * way,
+    );
+    let velocity =
+        |share: f64| (leaving + (2.0 * square + 3.0 * cube * share) * share) * (to - from);
     let end = if to >= 1.0 {
         ends[1]
     } else {
@@ -240,7 +255,11 @@ mod tests {
                 (40.0, 3, -6.0),
                 (90.0, 3, -6.0),
             ] {
-                assert_eq!(at(&curve, time_s), (point, value), "{interpolation:?} {time_s}");
+                assert_eq!(
+                    at(&curve, time_s),
+                    (point, value),
+                    "{interpolation:?} {time_s}"
+                );
             }
         }
     }
@@ -294,6 +313,9 @@ mod tests {
             let times = Times::new(&[f64::from(ms) / 1_000.0], 1_000);
             assert_eq!(times.end(), Time::from_cycles(ms));
         }
+        // Closer than a cycle has parts, and still apart.
+        let times = Times::new(&[0.0, 1e-12, 2e-12], 1_000);
+        assert_eq!(times.cycles[2], Time::from_ticks(2));
         assert_eq!(time(10.25), Time::from_ticks((10 << 32) | (1 << 30)));
     }
 }

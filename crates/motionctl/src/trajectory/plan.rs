@@ -63,7 +63,11 @@ impl Plan {
                 let place = || Place::cell(table.lines[row], &table.columns.positions[axis].label);
                 within_travel(counts(value), &place)?;
             }
-            let curve = Curve::new(&times, table.axis(axis).map(counts).collect(), interpolation);
+            let curve = Curve::new(
+                &times,
+                table.axis(axis).map(counts).collect(),
+                interpolation,
+            );
             let of_axis = check(&curve, table, axis, limits[axis], cycle_us, last_cycle)?;
             curves.push(curve);
             peaks.push(of_axis);
@@ -147,11 +151,15 @@ impl Plan {
         };
         let durations = curves.first().into_iter().flat_map(Curve::durations);
         let piece = |(place, duration): (usize, Time)| {
-            let axes = curves.iter().map(|curve| curve.pieces().get(place).copied());
+            let axes = curves
+                .iter()
+                .map(|curve| curve.pieces().get(place).copied());
             Some(Segment {
                 duration: duration.ticks(),
                 // A board has no more axes.
-                axes: axes.take(OfAxes::<i64>::new().capacity()).collect::<Option<_>>()?,
+                axes: axes
+                    .take(OfAxes::<i64>::new().capacity())
+                    .collect::<Option<_>>()?,
             })
         };
         durations.enumerate().map(piece).collect()
@@ -161,7 +169,12 @@ impl Plan {
     pub(crate) fn exact_rows(&self) -> Result<Vec<Vec<Position>>, ProgramFileError> {
         match &self.source {
             Source::Curves(curves) => Ok((0..self.cycles())
-                .map(|cycle| curves.iter().map(|curve| curve.at(at_cycle(cycle)).1).collect())
+                .map(|cycle| {
+                    curves
+                        .iter()
+                        .map(|curve| curve.at(at_cycle(cycle)).1)
+                        .collect()
+                })
                 .collect()),
             Source::Program(checked) => {
                 let rows = checked.exact_rows()?.into_iter();

@@ -138,7 +138,10 @@ impl<'q> Machine<'q> {
         let axes = self.configs.axes.len();
         let mut stand = [Position::ZERO; AXES];
         for (axis, stand) in stand.iter_mut().enumerate().take(axes) {
-            let target = self.master.snapshot(axis).map_or(0, |axis| axis.target_counts);
+            let target = self
+                .master
+                .snapshot(axis)
+                .map_or(0, |axis| axis.target_counts);
             *stand = Position::from_counts(target);
         }
         let mut set_points = stand;
@@ -180,8 +183,7 @@ impl<'q> Machine<'q> {
             all.ready &= is(AxisState::Ready) || is(AxisState::Holding);
             all.streaming &= is(AxisState::Streaming);
             all.holding &= is(AxisState::Holding);
-            can_follow &=
-                is(AxisState::Ready) || is(AxisState::Holding) || is(AxisState::FoundOn);
+            can_follow &= is(AxisState::Ready) || is(AxisState::Holding) || is(AxisState::FoundOn);
             all.adoptable |= is(AxisState::FoundOn);
             all.powered |= axis.facts.power.may_be_on();
             // One that only stopped with its group is not the cause.
@@ -206,7 +208,7 @@ impl<'q> Machine<'q> {
             let Some((code, detail)) = of_event(&event.kind) else {
                 continue;
             };
-            let axis = event.axis.map(|axis| axis as u8);
+            let axis = event.axis;
             app.events.push_back(Event::Fault { axis, code, detail });
             if event.kind != EventKind::Fault(Fault::Group) {
                 let uptime_us = number * u64::from(self.configs.master.cycle_us);

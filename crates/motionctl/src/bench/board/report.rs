@@ -32,8 +32,7 @@ impl BoardReport {
     /// One start more, with what came in since then.
     pub(super) fn add(&mut self, cycles: u64, counters: &Counters) {
         let losses = &counters.losses;
-        let lost =
-            losses.length + losses.stuffing + losses.checksum + losses.version + losses.body;
+        let lost = losses.length + losses.stuffing + losses.checksum + losses.version + losses.body;
         self.starts += 1;
         self.cycles = cycles;
         self.messages += u64::from(counters.frames);

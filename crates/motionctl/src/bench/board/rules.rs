@@ -46,7 +46,10 @@ pub(super) enum Act {
 enum Wish {
     Off,
     /// On their way since then; told is that the command was given.
-    Getting { since: Instant, told: bool },
+    Getting {
+        since: Instant,
+        told: bool,
+    },
     On,
 }
 
@@ -265,7 +268,10 @@ mod tests {
         rules.update(at(10), CLOSED, &faulted);
         assert!(!rules.wants_power());
         let refused = rules.enable(at(11), CLOSED, &faulted).unwrap_err();
-        assert_eq!((refused.reason(), refused.axis), (Some(Reason::Faulted), Some(1)));
+        assert_eq!(
+            (refused.reason(), refused.axis),
+            (Some(Reason::Faulted), Some(1))
+        );
         let mut rules = enabled();
         let holding = Axes {
             holding: true,

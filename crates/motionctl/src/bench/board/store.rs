@@ -46,7 +46,10 @@ impl Store {
     /// As bytes; none without settings.
     pub(super) fn bytes(&self) -> Vec<u8> {
         let mut room = [0; LONGEST];
-        let written = self.settings.as_ref().map(|settings| settings.write(&mut room));
+        let written = self
+            .settings
+            .as_ref()
+            .map(|settings| settings.write(&mut room));
         match written {
             Some(Ok(bytes)) => bytes.to_vec(),
             Some(Err(_)) | None => Vec::new(),

@@ -157,7 +157,10 @@ fn play(
     mut recording: BoardRecording,
 ) -> Result<Outcome, BoardError> {
     let wishes = Wishes::new();
-    let control = arguments.control.open(&wishes).map_err(BoardError::Control)?;
+    let control = arguments
+        .control
+        .open(&wishes)
+        .map_err(BoardError::Control)?;
     session.take_command()?;
     let listening = Listening::new(control, &wishes, true).map_err(BoardError::Interrupt)?;
     if !arguments.json

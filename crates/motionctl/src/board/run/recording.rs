@@ -7,9 +7,7 @@ use board_link::message::Snapshot;
 use super::arguments::Arguments;
 use super::{Axis, Prepared};
 use crate::board::error::BoardError;
-use crate::recording::{
-    About, AxisSample, Kind, Origin, Recorded, Recorder, Sample,
-};
+use crate::recording::{About, AxisSample, Kind, Origin, Recorded, Recorder, Sample};
 use crate::trajectory::MotionOptions;
 
 /// A recording in the making.
@@ -32,7 +30,11 @@ impl BoardRecording {
         motion: &MotionOptions,
         prepared: &Prepared,
     ) -> Result<Self, BoardError> {
-        let axes = prepared.axes.iter().map(|axis| axis.about.clone()).collect();
+        let axes = prepared
+            .axes
+            .iter()
+            .map(|axis| axis.about.clone())
+            .collect();
         let about = About {
             interface: arguments.port.port.clone(),
             ..About::now(Origin::Bus, axes, prepared.cycle_us, 1_000)

@@ -37,7 +37,9 @@ pub(super) fn differences(before: Option<&Settings>, after: &Settings) -> Vec<Di
         let found = entries.iter().find(|(known, _)| known == place);
         found.map(|(_, value)| value.clone())
     };
-    let gone = before.iter().filter(|(place, _)| of(&after, place).is_none());
+    let gone = before
+        .iter()
+        .filter(|(place, _)| of(&after, place).is_none());
     let places = after.iter().chain(gone).map(|(place, _)| place);
     places
         .filter_map(|place| {
@@ -102,10 +104,16 @@ mod tests {
         let text: Vec<String> = speed.iter().map(ToString::to_string).collect();
         assert_eq!(
             text,
-            ["drive 1: speed_rpm: 100 -> 150", "drive 2: speed_rpm: 100 -> 150"]
+            [
+                "drive 1: speed_rpm: 100 -> 150",
+                "drive 2: speed_rpm: 100 -> 150"
+            ]
         );
         let gone = differences(Some(&settings(100, &[1, 2])), &settings(100, &[2]));
-        assert!(gone.iter().all(|one| one.part == "drive 1" && one.after.is_none()));
+        assert!(
+            gone.iter()
+                .all(|one| one.part == "drive 1" && one.after.is_none())
+        );
         let fresh = differences(None, &settings(100, &[1]));
         assert!(fresh.iter().all(|one| one.before.is_none()));
         assert!(fresh.iter().any(|one| one.part == "bus"));

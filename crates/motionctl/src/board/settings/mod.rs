@@ -88,7 +88,12 @@ struct Check {
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
     /// Check it for such a board: stm32f405 or stm32g474.
-    #[arg(long, value_name = "NAME", required_unless_present = "port", conflicts_with = "port")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        required_unless_present = "port",
+        conflicts_with = "port"
+    )]
     board: Option<String>,
     /// Let this board check it, too; nothing is stored.
     #[arg(long, value_name = "TTY|tcp:PORT")]
@@ -254,14 +259,22 @@ impl fmt::Display for Report {
         };
         match self.differences.as_slice() {
             [] if self.checked_by_board || self.board.is_empty() => {
-                write!(f, "right for {}: {axes}{by}; the board has the same", self.board)
+                write!(
+                    f,
+                    "right for {}: {axes}{by}; the board has the same",
+                    self.board
+                )
             }
             [] => write!(f, "right for {}: {axes}", self.board),
             differences => {
                 for difference in differences {
                     writeln!(f, "{difference}")?;
                 }
-                write!(f, "right for {}: {axes}{by}; the board has others", self.board)
+                write!(
+                    f,
+                    "right for {}: {axes}{by}; the board has others",
+                    self.board
+                )
             }
         }
     }

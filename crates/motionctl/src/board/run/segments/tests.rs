@@ -35,10 +35,17 @@ fn play(text: &str, options: &[&str], cycle_us: u32) -> (Played, Plan) {
     let plan = plan.unwrap_or_else(|error| panic!("{error}\n{text}"));
     let segments = segments(&plan).unwrap();
     let (places, from) = ([2, 0], [1_000, -77, -123_456]);
-    let played = preview(&segments, &[wide(); 3], (&places, &from), cycle_us, |cycle| {
-        plan.row(cycle)
-    });
-    (played.unwrap_or_else(|error| panic!("{error:?}\n{text}")), plan)
+    let played = preview(
+        &segments,
+        &[wide(); 3],
+        (&places, &from),
+        cycle_us,
+        |cycle| plan.row(cycle),
+    );
+    (
+        played.unwrap_or_else(|error| panic!("{error:?}\n{text}")),
+        plan,
+    )
 }
 
 fn check(text: &str, options: &[&str], cycle_us: u32) {
@@ -58,11 +65,23 @@ fn set_points_of_every_format_are_those_of_the_table() {
         let with = ["--interpolation", interpolation];
         check(TURN, &with, 1_000);
         // Points between cycles, before and behind them; another cycle.
-        check("t a b\n5 0 0\n5.10033 20 -3\n5.3007 90 1\n5.9 90 1\n", &with, 1_000);
+        check(
+            "t a b\n5 0 0\n5.10033 20 -3\n5.3007 90 1\n5.9 90 1\n",
+            &with,
+            1_000,
+        );
         check(TURN, &with, 1_500);
         // A way that is longer than a segment of the board may be, with a rest.
-        check("time_ms;a;b\n0;0;0\n40000;720;-3\n41000;720;-3\n", &with, 1_000);
-        check("time_s,x_mm,y_mm\n0,0,0\n0.5,10,-7\n1,0,0\n", &[&with[..], &["--mm-per-turn", "4"]].concat(), 1_000);
+        check(
+            "time_ms;a;b\n0;0;0\n40000;720;-3\n41000;720;-3\n",
+            &with,
+            1_000,
+        );
+        check(
+            "time_s,x_mm,y_mm\n0,0,0\n0.5,10,-7\n1,0,0\n",
+            &[&with[..], &["--mm-per-turn", "4"]].concat(),
+            1_000,
+        );
         check("time_s,a_rad,b_rad\n0,0,0\n0.5,1,-2\n1,0,0\n", &with, 1_000);
     }
 }
