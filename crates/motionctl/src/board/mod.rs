@@ -18,8 +18,8 @@ mod words;
 use std::process::ExitCode;
 
 use clap::Subcommand;
-use schemars::Schema;
 
+use crate::schema::NamedSchema;
 use error::BoardError;
 
 const HELP: &str = "\
@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
 }
 
 /// What the words print with `--json`, by the name of its file.
-pub(crate) const SCHEMAS: &[(&str, fn() -> Schema)] = &[
+pub(crate) const SCHEMAS: &[NamedSchema] = &[
     ("board-faults", faults::schema),
     ("board-find", find::schema),
     ("board-info", info::schema),

@@ -131,7 +131,7 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
 }
 
 /// What each word prints with `--json`, by the name of its file of schemas.
-pub(crate) const SCHEMAS: &[(&str, fn() -> schemars::Schema)] = &[
+pub(crate) const SCHEMAS: &[crate::schema::NamedSchema] = &[
     ("zlac-assign-id", assign_id::schema),
     ("zlac-backup", backup::schema),
     ("zlac-bench", bench::schema),
