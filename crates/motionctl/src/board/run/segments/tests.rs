@@ -104,9 +104,14 @@ fn a_program_is_played_within_a_count() {
         "/../../examples/programs/slot.ngc"
     );
     let words = ["--program", program, "--axes", "2", "--mm-per-turn", "5"];
-    let (played, plan) = play_words(&words, 1_000);
-    assert_eq!(played.cycles, plan.cycles() as u64);
-    assert!(played.worst_counts <= 1, "{played:?}");
+    let check = move || {
+        let (played, plan) = play_words(&words, 1_000);
+        assert_eq!(played.cycles, plan.cycles() as u64);
+        assert!(played.worst_counts <= 1, "{played:?}");
+    };
+    // What plays a program takes the stack of a main thread.
+    let thread = std::thread::Builder::new().stack_size(8 << 20);
+    thread.spawn(check).unwrap().join().unwrap();
 }
 
 #[test]
