@@ -217,6 +217,25 @@ impl Emulator {
         })
     }
 
+    /// Measures an image that takes orders, with a busy link, and one with as many axes and the built-in motion.
+    ///
+    /// # Errors
+    /// When the emulator does not build, fails, or answers something else than JSON.
+    pub(crate) fn measure_link(
+        &self,
+        (with, without): (&Path, &Path),
+        board: Board,
+        axes: usize,
+    ) -> Result<Value, Error> {
+        self.answer("measure_link", |command| {
+            command
+                .arg(with)
+                .arg(without)
+                .args(["--axes", &axes.to_string()])
+                .env(BOARD, board.feature())
+        })
+    }
+
     /// Counts the instructions of an image by function.
     ///
     /// # Errors
