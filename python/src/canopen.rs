@@ -140,7 +140,9 @@ pub(crate) fn canopen_pdo(
 ) -> PyResult<Parts<'_>> {
     let node = node_of(py, node)?;
     let numbers = PdoNumber::ALL.into_iter();
-    let number = numbers.enumerate().find(|(place, _)| *place == usize::from(number));
+    let number = numbers
+        .enumerate()
+        .find(|(place, _)| *place == usize::from(number));
     let Some((_, number)) = number else {
         return Err(codec_error(py, "PDO number: expected 0 to 3"));
     };
@@ -169,7 +171,10 @@ fn node_of(py: Python<'_>, node: i32) -> PyResult<NodeId> {
 fn data_of(py: Python<'_>, bytes: &[u8]) -> PyResult<ObjectData> {
     ObjectData::from_bytes(bytes).ok_or_else(|| {
         let actual = bytes.len();
-        codec_error(py, format_args!("object: expected 1 to 4 bytes, got {actual}"))
+        codec_error(
+            py,
+            format_args!("object: expected 1 to 4 bytes, got {actual}"),
+        )
     })
 }
 

@@ -93,8 +93,8 @@ pub(crate) fn dyn_can_decode_reply<'py>(
             Some(kind_of(py, function)?)
         }
     };
-    let (address, reply) = Reply::decode(&frame, outstanding, &dialect)
-        .map_err(|error| codec_error(py, error))?;
+    let (address, reply) =
+        Reply::decode(&frame, outstanding, &dialect).map_err(|error| codec_error(py, error))?;
     let content = Content::Reply {
         reply,
         response_ns: None,
@@ -156,9 +156,15 @@ fn function_of(py: Python<'_>, name: &str) -> PyResult<FunctionCode> {
         .into_iter()
         .find(|function| function.name() == name);
     found.ok_or_else(|| {
-        let names: Vec<&str> = FunctionCode::ALL.iter().map(|function| function.name()).collect();
+        let names: Vec<&str> = FunctionCode::ALL
+            .iter()
+            .map(|function| function.name())
+            .collect();
         let known = names.join(", ");
-        codec_error(py, format_args!("no function is called {name}: expected one of {known}"))
+        codec_error(
+            py,
+            format_args!("no function is called {name}: expected one of {known}"),
+        )
     })
 }
 

@@ -139,13 +139,19 @@ fn named<T: Copy>(
     found.copied().ok_or_else(|| {
         let names: Vec<&str> = all.iter().map(name_of).collect();
         let known = names.join(", ");
-        codec_error(py, format_args!("no function is called {name}: expected one of {known}"))
+        codec_error(
+            py,
+            format_args!("no function is called {name}: expected one of {known}"),
+        )
     })
 }
 
 fn dialect_of(py: Python<'_>, (form, dummy, general): &DialectWords) -> PyResult<Dialect> {
     let unknown = |name: &str, expected: &str, actual: &str| {
-        codec_error(py, format_args!("{name}: expected {expected}, got {actual}"))
+        codec_error(
+            py,
+            format_args!("{name}: expected {expected}, got {actual}"),
+        )
     };
     Ok(Dialect {
         parameter_form: match form.as_str() {

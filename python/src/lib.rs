@@ -3,6 +3,7 @@
 
 #![deny(unsafe_code)]
 
+mod board_settings_text;
 mod canopen;
 mod dyn_can_codec;
 mod dyn_serial_codec;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 /// The compiled part of `motion_board`.
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::board_settings_text::{read_settings, settings_of_text};
     #[pymodule_export]
     use crate::canopen::{
         canopen_heartbeat, canopen_nmt, canopen_pdo, canopen_sdo_abort, canopen_sdo_read,

@@ -3,33 +3,32 @@
 mod errors;
 mod port;
 mod state;
+mod waiting;
 mod worker;
 
 use std::hash::{BuildHasher, Hasher};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
 use board_link::WhenDry;
 use board_link::host::{ClientConfig, StreamEnd};
-use board_link::message::{Answer, Request};
+use board_link::message::{Answer, Chunk, Request};
 use board_link::segment::{Begin, OfAxes};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 use pythonize::pythonize;
 
 use crate::errors::input_error;
 use crate::points::{Point, SegmentMaker};
-use errors::{connection_lost, no_reply, not_connected, refused, request_failed};
+use errors::{connection_lost, no_reply, not_connected, refused};
 use port::Port;
-use state::{QUEUE, Shared, State, StreamState};
+use state::{Shared, State, StreamState};
+use waiting::{SIGNALS, locked, seconds};
 use worker::Worker;
 
-/// Python looks for Ctrl-C this often.
-const SIGNALS: Duration = Duration::from_millis(50);
-/// The application of a board takes no longer for a command than this.
-const ANSWER: Duration = Duration::from_secs(15);
+/// An event and its number.
+type Numbered<'py> = (u32, Bound<'py, PyAny>);
 
 /// The link to a board.
 ///
@@ -86,15 +85,6 @@ impl Link {
         Err(not_connected(py, text))
     }
 
-    fn is_connected(&self) -> bool {
-        self.shared.lock().is_connected
-    }
-
-    /// How often a connection was made: one more than before is a board that was reset, or was not heard of for a while.
-    fn connections(&self) -> u32 {
-        self.shared.lock().connections
-    }
-
     /// A request without an answer of its own; waits until it is carried out.
     fn command(&self, py: Python<'_>, name: &str, percent: u16) -> PyResult<()> {
         let request = match name {
@@ -107,7 +97,12 @@ impl Link {
             "pause" => Request::Pause,
             "resume" => Request::Resume,
             "override" => Request::Override { percent },
-            other => return Err(input_error(py, format_args!("no command is called {other}"))),
+            other => {
+                return Err(input_error(
+                    py,
+                    format_args!("no command is called {other}"),
+                ));
+            }
         };
         self.ask(py, request).map(|_| ())
     }
@@ -122,7 +117,10 @@ impl Link {
     fn counters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self.ask(py, Request::ReadCounters)? {
             Answer::Counters(counters) => Ok(pythonize(py, &counters)?),
-            _ => Err(no_reply(py, "the board gave another answer than its counters")),
+            _ => Err(no_reply(
+                py,
+                "the board gave another answer than its counters",
+            )),
         }
     }
 
@@ -147,7 +145,10 @@ impl Link {
                 ..
             } = answer
             else {
-                return Err(no_reply(py, "the board gave another answer than its settings"));
+                return Err(no_reply(
+                    py,
+                    "the board gave another answer than its settings",
+                ));
             };
             all.extend_from_slice(&bytes);
             if bytes.is_empty() || all.len() >= length as usize {
@@ -161,6 +162,21 @@ impl Link {
                 return Err(no_reply(py, text));
             }
         }
+    }
+
+    /// Writes settings, piece by piece, and lets the board check and store them for its next start.
+    fn write_settings(&self, py: Python<'_>, data: &[u8]) -> PyResult<()> {
+        let mut offset = 0;
+        for piece in data.chunks(Chunk::new().capacity()) {
+            // No piece is longer than the capacity.
+            let bytes = Chunk::from_slice(piece).unwrap_or_default();
+            self.ask(py, Request::WriteSettings { offset, bytes })?;
+            offset += piece.len() as u32;
+        }
+        let checksum = board_link::frame::checksum(data);
+        let length = offset;
+        self.ask(py, Request::CommitSettings { length, checksum })?;
+        Ok(())
     }
 
     /// How everything is: the first report that came after this call.
@@ -188,7 +204,7 @@ impl Link {
     }
 
     /// Events that have come, and how many were lost since the last call.
-    fn events<'py>(&self, py: Python<'py>) -> PyResult<(Vec<(u32, Bound<'py, PyAny>)>, u64)> {
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<(Vec<Numbered<'py>>, u64)> {
         let (events, lost) = {
             let mut state = self.shared.lock();
             let lost = core::mem::take(&mut state.events_lost);
@@ -201,11 +217,6 @@ impl Link {
         Ok((events?, lost))
     }
 
-    /// How far the clock of the board may be off, in microseconds.
-    fn clock_error_us(&self) -> Option<u64> {
-        self.shared.lock().clock_error_us
-    }
-
     /// Begins a stream at its first set-point; the result is its number.
     fn begin(
         &self,
@@ -216,8 +227,15 @@ impl Link {
         percent: u16,
     ) -> PyResult<u32> {
         let first = Point::of(cycles, &counts).map_err(|text| input_error(py, text))?;
-        let number = self.last_stream.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
-        let from: OfAxes<i64> = first.positions.iter().map(|position| position.units()).collect();
+        let number = self
+            .last_stream
+            .fetch_add(1, Ordering::Relaxed)
+            .wrapping_add(1);
+        let from: OfAxes<i64> = first
+            .positions
+            .iter()
+            .map(|position| position.units())
+            .collect();
         let begin = Begin {
             stream: number,
             start: None,
@@ -228,7 +246,10 @@ impl Link {
         let mut state = self.shared.lock();
         let is_under_way = |stream: &StreamState| stream.end.is_none();
         if state.stream.as_ref().is_some_and(is_under_way) && state.gone.is_none() {
-            return Err(input_error(py, "another stream is under way: stop it, or wait for its end"));
+            return Err(input_error(
+                py,
+                "another stream is under way: stop it, or wait for its end",
+            ));
         }
         state.stream = Some(StreamState {
             begin: Some(begin),
@@ -250,7 +271,9 @@ impl Link {
 
     /// No set-point follows.
     fn finish(&self, py: Python<'_>) -> PyResult<bool> {
-        let segment = locked(&self.maker).take().and_then(|mut maker| maker.finish());
+        let segment = locked(&self.maker)
+            .take()
+            .and_then(|mut maker| maker.finish());
         if let Some(segment) = segment {
             self.offer(py, segment)?;
         }
@@ -280,7 +303,10 @@ impl Link {
             Some(Some(StreamEnd::Sent { .. })) => Ok("sent"),
             Some(Some(StreamEnd::Lost)) => Ok("lost"),
             Some(Some(StreamEnd::TimedOut)) => Ok("timed-out"),
-            Some(Some(StreamEnd::Refused { index, refused: why })) => {
+            Some(Some(StreamEnd::Refused {
+                index,
+                refused: why,
+            })) => {
                 // Segment 0 leads to set-point 1.
                 Err(refused(py, &why, index.map(|index| index + 1)))
             }
@@ -309,110 +335,6 @@ impl Link {
     fn is_closed(&self) -> bool {
         locked(&self.thread).is_none()
     }
-
-    fn describe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        let state = self.shared.lock();
-        dict.set_item("address", &self.address)?;
-        dict.set_item("gone", &state.gone)?;
-        Ok(dict)
-    }
-}
-
-impl Link {
-    /// Waits until something is so; `None` when it took too long.
-    fn wait<T: Send>(
-        &self,
-        py: Python<'_>,
-        most: Duration,
-        mut look: impl FnMut(&mut State) -> Option<T> + Send,
-    ) -> PyResult<Option<T>> {
-        let start = Instant::now();
-        loop {
-            let mut found = py.detach(|| {
-                let found = look(&mut self.shared.lock());
-                if found.is_none() {
-                    self.shared.wait(SIGNALS.min(most.saturating_sub(start.elapsed())));
-                }
-                found
-            });
-            if found.is_none() {
-                found = look(&mut self.shared.lock());
-            }
-            if found.is_some() {
-                return Ok(found);
-            }
-            py.check_signals()?;
-            if let Some(gone) = &self.shared.lock().gone {
-                return Err(connection_lost(py, format_args!("{}: {gone}", self.address)));
-            }
-            if start.elapsed() >= most {
-                return Ok(None);
-            }
-        }
-    }
-
-    fn ask(&self, py: Python<'_>, request: Request) -> PyResult<Answer> {
-        let ticket = {
-            let mut state = self.shared.lock();
-            if let Some(gone) = &state.gone {
-                return Err(connection_lost(py, format_args!("{}: {gone}", self.address)));
-            }
-            state.last_ticket += 1;
-            let ticket = state.last_ticket;
-            state.requests.push_back((ticket, request));
-            ticket
-        };
-        match self.wait(py, ANSWER, |state| state.replies.remove(&ticket))? {
-            Some(Ok(answer)) => Ok(answer),
-            Some(Err(error)) => Err(request_failed(py, &error)),
-            None => Err(no_reply(
-                py,
-                format_args!("no reply in {} s: read the state of the board", ANSWER.as_secs()),
-            )),
-        }
-    }
-
-    /// The segment that a set-point completes.
-    fn make(&self, point: Point) -> Result<Option<board_link::segment::Segment>, String> {
-        let mut maker = locked(&self.maker);
-        let Some(maker) = maker.as_mut() else {
-            return Err("no stream is under way".to_owned());
-        };
-        let latest = maker.latest().time;
-        if point.time <= latest {
-            let (expected, actual) = (latest.cycles(), point.time.cycles());
-            return Err(format!("the time: expected later than {expected} cycles, got {actual}"));
-        }
-        Ok(maker.push(point))
-    }
-
-    fn offer(&self, py: Python<'_>, segment: board_link::segment::Segment) -> PyResult<bool> {
-        let mut segment = Some(segment);
-        loop {
-            let look = |state: &mut State| {
-                let Some(stream) = &mut state.stream else {
-                    return Some(false);
-                };
-                if stream.end.is_some() {
-                    return Some(false);
-                }
-                let has_room = stream.segments.len() < QUEUE;
-                has_room.then(|| {
-                    stream.segments.extend(segment.take());
-                    true
-                })
-            };
-            if let Some(is_open) = self.wait(py, ANSWER, look)? {
-                return Ok(is_open);
-            }
-        }
-    }
-
-    fn is_open(&self) -> bool {
-        let state = self.shared.lock();
-        state.stream.as_ref().is_some_and(|stream| stream.end.is_none())
-    }
 }
 
 impl Drop for Link {
@@ -420,15 +342,6 @@ impl Drop for Link {
         // The thread says goodbye by itself.
         self.shared.lock().is_closing = true;
     }
-}
-
-/// A caller that panicked left nothing half done.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
-fn seconds(seconds: f64) -> Duration {
-    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::from_secs(3_600))
 }
 
 /// A number that no other start of a program had.

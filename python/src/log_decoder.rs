@@ -39,12 +39,7 @@ struct Protocol {
 }
 
 impl Protocol {
-    fn of(
-        py: Python<'_>,
-        protocol: &str,
-        revision: Option<&str>,
-        reply_ms: f64,
-    ) -> PyResult<Self> {
+    fn of(py: Python<'_>, protocol: &str, revision: Option<&str>, reply_ms: f64) -> PyResult<Self> {
         let is_canopen = match protocol {
             "dyn" => false,
             "canopen" => true,
@@ -202,7 +197,11 @@ fn frame_line<'py>(
         id: frame.id(),
         extended: frame.is_extended(),
         remote: frame.is_remote(),
-        data: frame.data().iter().map(|byte| format!("{byte:02X}")).collect(),
+        data: frame
+            .data()
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect(),
         text: meaning,
         meaning,
     };
@@ -229,7 +228,10 @@ fn column_of(line: &str, error: &LineError) -> Option<usize> {
     let part = part.strip_suffix("...").unwrap_or(part);
     let mut places = line.match_indices(part);
     let (first, _) = places.next().filter(|_| !part.is_empty())?;
-    places.next().is_none().then(|| line[..first].chars().count() + 1)
+    places
+        .next()
+        .is_none()
+        .then(|| line[..first].chars().count() + 1)
 }
 
 fn goes_back(py: Python<'_>, before_ns: u64, at_ns: u64) -> PyResult<Bound<'_, PyAny>> {

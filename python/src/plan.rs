@@ -1,18 +1,16 @@
 //! The bus plan: whether a bus carries its axes.
 
-use can_motion::plan::analysis::Response;
-use can_motion::plan::{
-    BitRate, BusPlan, BusSetup, RequestMix, ResponseWindow, TxOrder, frames,
-};
-use can_motion::{
-    AxisConfig, Limits, MasterConfig, PollKind, PollPeriods, StepChange, Travel,
-};
-use dyn_can::{DriveId, FunctionCode, GearNumber, StepLimit};
+mod rows;
+
+use can_motion::plan::{BitRate, BusPlan, BusSetup, RequestMix, ResponseWindow, TxOrder};
+use can_motion::{AxisConfig, Limits, MasterConfig, PollPeriods, StepChange, Travel};
+use dyn_can::{DriveId, GearNumber, StepLimit};
 use pyo3::prelude::*;
 use pythonize::pythonize;
 use serde::Serialize;
 
 use crate::errors::input_error;
+use rows::{Row, rows};
 
 /// What is to be planned; the names are those of the arguments in Python.
 #[derive(FromPyObject)]
@@ -50,20 +48,6 @@ struct Verdict {
     requests_behind: Option<u8>,
 }
 
-/// Frames of one kind.
-#[derive(Serialize)]
-struct Row {
-    frame: String,
-    first_id: u16,
-    last_id: u16,
-    worst_bits: u16,
-    period_us: u32,
-    jitter_us: u32,
-    response_us: Option<u32>,
-    deadline_us: u32,
-    in_time: bool,
-}
-
 /// Works out a plan.
 #[pyfunction]
 pub(crate) fn plan(py: Python<'_>, wish: Wish) -> PyResult<Bound<'_, PyAny>> {
@@ -90,7 +74,10 @@ impl Wish {
     fn config(&self) -> Result<MasterConfig, String> {
         let cycles = 250..=1_000_000;
         if !cycles.contains(&self.cycle_us) {
-            return Err(format!("cycle_us: expected 250 to 1000000, got {}", self.cycle_us));
+            return Err(format!(
+                "cycle_us: expected 250 to 1000000, got {}",
+                self.cycle_us
+            ));
         }
         if self.requests == 0 {
             return Err("requests: expected 1 to 255, got 0".to_owned());
@@ -109,7 +96,11 @@ impl Wish {
             order: match self.tx_order.as_str() {
                 "fifo" => TxOrder::Fifo,
                 "identifier" => TxOrder::Identifier,
-                other => return Err(format!("tx_order: expected fifo or identifier, got {other}")),
+                other => {
+                    return Err(format!(
+                        "tx_order: expected fifo or identifier, got {other}"
+                    ));
+                }
             },
             response: ResponseWindow { min_us, max_us },
             requests: if self.any_request {
@@ -135,7 +126,9 @@ impl Wish {
         for &drive in &self.drives {
             let drive = DriveId::new(drive).map_err(|error| format!("drives: {error}"))?;
             if drives.contains(&drive) {
-                return Err(format!("drives: expected each drive once, got {drive} twice"));
+                return Err(format!(
+                    "drives: expected each drive once, got {drive} twice"
+                ));
             }
             drives.push(drive);
         }
@@ -168,7 +161,9 @@ impl Wish {
 
 /// The largest number of axes of the same kind, from drive 1 on.
 fn most_axes(config: &MasterConfig, wish: &Wish) -> usize {
-    let axes: Vec<AxisConfig> = DriveId::all().map_while(|drive| wish.axis(drive).ok()).collect();
+    let axes: Vec<AxisConfig> = DriveId::all()
+        .map_while(|drive| wish.axis(drive).ok())
+        .collect();
     let fits = |count: &usize| {
         let some = axes.get(..*count).unwrap_or_default();
         BusPlan::new(config, some).check().is_ok()
@@ -192,109 +187,4 @@ impl Verdict {
             requests_behind: plan.requests_behind(),
         }
     }
-}
-
-/// What all frames of a kind have in common.
-struct Kind {
-    frame: String,
-    period_us: u32,
-    jitter_us: u32,
-    response: Response,
-}
-
-impl Kind {
-    fn row(self, config: &MasterConfig, frames: impl Iterator<Item = (u16, u16)> + Clone) -> Row {
-        let us = |bits| config.bus.bit_rate.us_covering(bits);
-        let ids = || frames.clone().map(|(id, _)| id);
-        Row {
-            frame: self.frame,
-            first_id: ids().min().unwrap_or(0),
-            last_id: ids().max().unwrap_or(0),
-            worst_bits: frames.clone().map(|(_, bits)| bits).max().unwrap_or(0),
-            period_us: self.period_us,
-            jitter_us: self.jitter_us,
-            response_us: self.response.bits.map(us),
-            deadline_us: us(self.response.deadline_bits),
-            in_time: self.response.is_met(),
-        }
-    }
-}
-
-fn rows(plan: &BusPlan<'_>) -> Vec<Row> {
-    let (config, axes) = (plan.config(), plan.axes());
-    let mut rows = set_points(plan);
-    for kind in PollKind::ALL {
-        rows.extend(poll(plan, kind));
-    }
-    if let Some(response) = plan.cycle().alarms() {
-        let kind = Kind {
-            frame: format!("alarms, {} in two cycles", config.bus.alarm_burst),
-            period_us: 2 * config.cycle_us,
-            jitter_us: 0,
-            response,
-        };
-        let frames = axes.iter().map(|axis| {
-            let id = axis.drive.can_id(FunctionCode::DriveError);
-            (id, frames::alarm_bits(axis))
-        });
-        rows.push(kind.row(config, frames));
-    }
-    rows
-}
-
-fn set_points(plan: &BusPlan<'_>) -> Vec<Row> {
-    let config = plan.config();
-    let row = |(index, axis): (usize, &AxisConfig)| {
-        let kind = Kind {
-            frame: format!("set-point of drive {}", axis.drive),
-            period_us: config.cycle_us,
-            jitter_us: config.bus.release_jitter_us,
-            response: plan.set_point(index)?,
-        };
-        let id = axis.drive.can_id(FunctionCode::GoRelativePosPd);
-        Some(kind.row(config, core::iter::once((id, frames::set_point_bits(axis)))))
-    };
-    plan.axes().iter().enumerate().filter_map(row).collect()
-}
-
-
-/// Request and reply of one poll, over all drives that are asked.
-fn poll(plan: &BusPlan<'_>, kind: PollKind) -> Vec<Row> {
-    let config = plan.config();
-    let asked = plan
-        .axes()
-        .iter()
-        .filter(|axis| axis.polls.of(kind).is_some());
-    let period_us = asked.clone().filter_map(|axis| axis.polls.of(kind)).min();
-    let (Some(period_us), Some(request), Some(reply)) =
-        (period_us, plan.cycle().requests(), plan.cycle().replies())
-    else {
-        return Vec::new();
-    };
-    let id = |axis: &AxisConfig| axis.drive.can_id(kind.reply_kind().function());
-    let us = |bits| config.bus.bit_rate.us_covering(bits);
-    let requests = Kind {
-        frame: format!("{kind} requests"),
-        period_us,
-        jitter_us: config.bus.release_jitter_us,
-        response: request,
-    };
-    let replies = Kind {
-        frame: format!("{kind} replies"),
-        period_us,
-        jitter_us: us(plan.cycle().reply_jitter_bits()),
-        response: reply,
-    };
-    vec![
-        requests.row(
-            config,
-            asked
-                .clone()
-                .map(|axis| (id(axis), frames::poll_bits(axis, kind))),
-        ),
-        replies.row(
-            config,
-            asked.map(|axis| (id(axis), frames::reply_bits(axis.drive, kind))),
-        ),
-    ]
 }

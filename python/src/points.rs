@@ -22,7 +22,9 @@ impl Point {
     /// From a time in cycles and positions in counts; the error says which value is none.
     pub(crate) fn of(cycles: f64, counts: &[f64]) -> Result<Self, String> {
         if !(0.0..MOST_CYCLES).contains(&cycles) {
-            return Err(format!("the time: expected 0 to {MOST_CYCLES} cycles, got {cycles}"));
+            return Err(format!(
+                "the time: expected 0 to {MOST_CYCLES} cycles, got {cycles}"
+            ));
         }
         let mut positions = Vec::with_capacity(counts.len());
         for (axis, &counts) in counts.iter().enumerate() {
@@ -77,7 +79,9 @@ impl SegmentMaker {
             return None;
         };
         let axes = 0..to.positions.len();
-        let arriving = axes.map(|axis| slope(&self.from, &to, &next, axis)).collect();
+        let arriving = axes
+            .map(|axis| slope(&self.from, &to, &next, axis))
+            .collect();
         let segment = self.segment(&to, &arriving);
         (self.from, self.leaving, self.to) = (to, arriving, Some(next));
         Some(segment)
@@ -124,7 +128,12 @@ impl SegmentMaker {
 /// Mean velocity from one set-point to the next, and the cycles between them.
 fn chord(from: &Point, to: &Point, axis: usize) -> (f64, f64) {
     let cycles = to.time.since(from.time).ticks() as f64 / TICKS;
-    let at = |point: &Point| point.positions.get(axis).map_or(0, |position| position.units());
+    let at = |point: &Point| {
+        point
+            .positions
+            .get(axis)
+            .map_or(0, |position| position.units())
+    };
     // The difference of two positions of 2^31 counts fits.
     let way = (at(to) - at(from)) as f64 / UNITS;
     (way / cycles, cycles)

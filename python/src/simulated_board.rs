@@ -144,7 +144,11 @@ impl SimulatedBoard {
     /// 64-bit numbers; and how many were not kept.
     fn trace<'py>(&self, py: Python<'py>, clear: bool) -> (Bound<'py, PyBytes>, u64) {
         let mut wishes = self.wishes();
-        let bytes: Vec<u8> = wishes.trace.iter().flat_map(|number| number.to_ne_bytes()).collect();
+        let bytes: Vec<u8> = wishes
+            .trace
+            .iter()
+            .flat_map(|number| number.to_ne_bytes())
+            .collect();
         let lost = wishes.trace_lost;
         if clear {
             wishes.trace.clear();
@@ -213,5 +217,7 @@ impl Drop for SimulatedBoard {
 }
 
 fn lock(wishes: &Mutex<Wishes>) -> MutexGuard<'_, Wishes> {
-    wishes.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    wishes
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
 }

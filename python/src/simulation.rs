@@ -2,7 +2,10 @@
 
 mod bench;
 
-use board_link::{AxisLimits, Config, Phase, SetPointBuffer};
+use board_link::segment::{
+    Admission, Begin, MOST_AXES, OfAxes, Segment, SegmentConfig, SegmentQueue,
+};
+use board_link::{AxisLimits, WhenDry};
 use dyn_can::{DriveId, GearNumber};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -12,14 +15,11 @@ use trajectory::{Limits, Position};
 
 use crate::errors::input_error;
 use crate::plan::bit_rate;
-use crate::points::Point;
+use crate::points::{Point, SegmentMaker};
 use bench::Bench;
 
-/// Drives of a bus.
-pub(crate) const MOST_AXES: usize = 63;
-const POINTS: usize = 128;
-
-type Buffer = SetPointBuffer<MOST_AXES, POINTS>;
+/// Segments that are kept.
+const SEGMENTS: usize = 65;
 
 /// What is to be simulated; the names are those of the arguments in Python.
 #[derive(FromPyObject)]
@@ -83,47 +83,103 @@ type Done = (Vec<u8>, Vec<u8>, Summary);
 
 fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
     if !(250..=1_000_000).contains(&wish.cycle_us) {
-        return Err(format!("cycle_us: expected 250 to 1000000, got {}", wish.cycle_us));
+        return Err(format!(
+            "cycle_us: expected 250 to 1000000, got {}",
+            wish.cycle_us
+        ));
     }
     let drives = wish.drives()?;
     let points = points_of(points, drives.len())?;
-    let first = points.first().ok_or("expected at least one set-point, got none")?;
+    let first = points
+        .first()
+        .ok_or("expected at least one set-point, got none")?;
     let stand: Vec<Position> = first.positions.clone();
-    let start = first.time;
-    let mut buffer = wish.buffer(&stand)?;
-    let mut bench = Bench::new(&drives, bit_rate(wish.bit_rate_kbit)?, wish.cycle_us, wish.seed)?;
+    let limits = vec![wish.limits()?; stand.len()];
+    let mut queue = SegmentQueue::<MOST_AXES, SEGMENTS>::new();
+    let config = SegmentConfig::with_cycles_per_second(1_000_000 / wish.cycle_us);
+    let (mut admission, mut player) = queue
+        .split(&limits, config)
+        .ok_or_else(|| format!("expected 1 to {MOST_AXES} axes, got {}", stand.len()))?;
+    admission
+        .begin(&begin(&stand), &stand, 0)
+        .map_err(|refused| format!("set-point 0: {refused}"))?;
+    let mut bench = Bench::new(
+        &drives,
+        bit_rate(wish.bit_rate_kbit)?,
+        wish.cycle_us,
+        wish.seed,
+    )?;
     bench.bring_up()?;
     let (mut set_points, mut positions) = (Vec::new(), Vec::new());
     let mut out = stand.clone();
-    let mut waiting = points.iter().enumerate().peekable();
-    loop {
-        while buffer.credit() > 0
-            && let Some((index, point)) = waiting.next()
-        {
-            let time = point.time.since(start);
-            buffer
-                .push(time, &point.positions)
-                .map_err(|refusal| format!("set-point {index}: {refusal}"))?;
+    let mut segments = segments_of(&points).into_iter().enumerate();
+    for now in 1.. {
+        feed(&mut admission, &mut segments)?;
+        let has_set_points = player.advance(now, &stand, &mut out);
+        if !has_set_points && !player.phase().is_active() {
+            break;
         }
-        if waiting.peek().is_none() && buffer.is_open() {
-            buffer.end();
-        }
-        let phase = buffer.advance(&mut out);
         let offsets = out.iter().zip(&stand);
-        let offsets: Vec<i32> = offsets.map(|(out, stand)| out.counts() - stand.counts()).collect();
+        let offsets: Vec<i32> = offsets
+            .map(|(out, stand)| out.counts() - stand.counts())
+            .collect();
         let motors = bench.cycle(&offsets);
         for ((out, stand), motor) in out.iter().zip(&stand).zip(motors) {
             set_points.extend(i64::from(out.counts()).to_ne_bytes());
             positions.extend((motor + i64::from(stand.counts())).to_ne_bytes());
         }
-        if bench.has_failed() || matches!(phase, Phase::Complete | Phase::DriedUp) {
+        if bench.has_failed() || !player.phase().is_active() {
             break;
         }
     }
     let last = points.last().unwrap_or(first);
     let way = last.positions.iter().zip(&stand);
-    let way: Vec<i32> = way.map(|(last, stand)| last.counts() - stand.counts()).collect();
+    let way: Vec<i32> = way
+        .map(|(last, stand)| last.counts() - stand.counts())
+        .collect();
     Ok((set_points, positions, bench.finish(&way)))
+}
+
+/// As soon as there is something to play.
+fn begin(stand: &[Position]) -> Begin {
+    Begin {
+        stream: 1,
+        start: None,
+        when_dry: WhenDry::End,
+        percent: 100,
+        from: stand
+            .iter()
+            .map(|position| position.units())
+            .collect::<OfAxes<i64>>(),
+    }
+}
+
+fn segments_of(points: &[Point]) -> Vec<Segment> {
+    let mut points = points.iter().cloned();
+    let Some(mut maker) = points.next().map(SegmentMaker::new) else {
+        return Vec::new();
+    };
+    let mut segments: Vec<Segment> = points.filter_map(|point| maker.push(point)).collect();
+    segments.extend(maker.finish());
+    segments
+}
+
+/// What the queue has room for; segment 0 leads to set-point 1.
+fn feed(
+    admission: &mut Admission<'_, MOST_AXES>,
+    segments: &mut impl Iterator<Item = (usize, Segment)>,
+) -> Result<(), String> {
+    while admission.credit() > 0 {
+        let Some((index, segment)) = segments.next() else {
+            return admission
+                .end(1)
+                .map_err(|refused| format!("the end: {refused}"));
+        };
+        admission
+            .push(1, index as u32, &segment)
+            .map_err(|refused| format!("set-point {}: {refused}", index + 1))?;
+    }
+    Ok(())
 }
 
 fn points_of(points: &[(f64, Vec<f64>)], axes: usize) -> Result<Vec<Point>, String> {
@@ -135,7 +191,8 @@ fn points_of(points: &[(f64, Vec<f64>)], axes: usize) -> Result<Vec<Point>, Stri
                 counts.len()
             ));
         }
-        let point = Point::of(*cycles, counts).map_err(|text| format!("set-point {index}: {text}"))?;
+        let point =
+            Point::of(*cycles, counts).map_err(|text| format!("set-point {index}: {text}"))?;
         if let Some(before) = checked.last()
             && point.time <= before.time
         {
@@ -155,7 +212,9 @@ impl Wish {
         for &drive in &self.drives {
             let drive = DriveId::new(drive).map_err(|error| format!("drives: {error}"))?;
             if drives.contains(&drive) {
-                return Err(format!("drives: expected each drive once, got {drive} twice"));
+                return Err(format!(
+                    "drives: expected each drive once, got {drive} twice"
+                ));
             }
             drives.push(drive);
         }
@@ -165,8 +224,8 @@ impl Wish {
         Ok(drives)
     }
 
-    /// The limits in counts and cycles.
-    fn buffer(&self, stand: &[Position]) -> Result<Buffer, String> {
+    /// In counts and cycles.
+    fn limits(&self) -> Result<AxisLimits, String> {
         let turn = f64::from(dyn_can::units::command_counts_per_turn(gear()?));
         let cycle_s = f64::from(self.cycle_us) / 1e6;
         let velocity = (self.max_rpm / 60.0 * turn * cycle_s) as f32;
@@ -179,15 +238,11 @@ impl Wish {
             }
         };
         let motion = limits.map_err(|error| format!("limits: {error}"))?;
-        let limits = AxisLimits {
+        Ok(AxisLimits {
             motion,
             lowest: Position::from_counts(i32::MIN),
             highest: Position::from_counts(i32::MAX),
-        };
-        let config = Config::with_cycles_per_second(1_000_000 / self.cycle_us);
-        let all = vec![limits; stand.len()];
-        Buffer::new(&all, stand, config)
-            .ok_or_else(|| format!("expected 1 to {MOST_AXES} axes, got {}", stand.len()))
+        })
     }
 }
 

@@ -16,11 +16,13 @@ import pytest
 from motion_board import (
     Board,
     BoardError,
+    CodecError,
     ConnectionLost,
     InputError,
     NotConnected,
     Progress,
     Refused,
+    Settings,
     StreamStopped,
 )
 from motion_board.testing import SimulatedBoard
@@ -65,7 +67,7 @@ def test_arrays_are_played_to_their_end_within_the_limits(board: Board, simulate
     seen: List[Progress] = []
     times, rows = sine(1.5)
     result = board.stream(times, rows, progress=seen.append)
-    assert (result.set_points, result.time_s) == (len(times), pytest.approx(1.5))
+    assert result.set_points == len(times) and result.time_s == pytest.approx(1.5)
     assert simulated.positions() == [0, 0]
     trace = simulated.trace()
     assert len(trace) >= 1500
@@ -74,8 +76,7 @@ def test_arrays_are_played_to_their_end_within_the_limits(board: Board, simulate
     assert played[:, 0].max() == pytest.approx(2000, abs=1) and played[:, 1].min() == pytest.approx(-1000, abs=1)
     # Every set-point that was sent went out in its cycle.
     for moment, row in zip(times[:-1], rows):
-        place = round(moment * 1000)
-        at = played[place - 1] if place else numpy.zeros(2)
+        at = played[round(moment * 1000)]
         assert numpy.abs(at - row).max() < 1e-3, moment
     assert any(step.phase == "Moving" and step.positions != [0, 0] for step in seen)
     assert seen[-1].sent == len(times)
@@ -118,7 +119,7 @@ def test_the_steps_of_a_stream_can_be_looked_at(board: Board, simulated: Simulat
     for step in playing:
         if step.time_s > 0.8:
             break
-    playing.close()  # type: ignore[attr-defined]
+    playing.close()
     assert not board.snapshot().is_moving
     assert 0 < simulated.positions()[0] < 2000
     check_limits(simulated)
@@ -219,7 +220,7 @@ def test_the_inputs_rule_and_faults_are_kept(board: Board, simulated: SimulatedB
     assert stopped.value.phase == "Stopped" and stopped.value.time_s < 3.0
     assert "Faulted, axis 1 has fault 7" in str(stopped.value)
     [fault] = board.faults()
-    assert (fault.number, fault.axis, fault.code, fault.detail) == (1, 1, 7, -3)
+    assert (fault.number, fault.boot, fault.axis, fault.code, fault.detail) == (1, 1, 1, 7, -3)
     assert any(event.kind == "Fault" and event.values["code"] == 7 for event in board.events())
     with pytest.raises(Refused, match="axis 1"):
         board.enable()
@@ -335,9 +336,8 @@ def test_a_reset_board_and_a_pulled_cable_are_noticed(simulated: SimulatedBoard)
             if step.time_s > 0.2:
                 simulated.reset()
 
-        with pytest.warns(RuntimeWarning) as warned, pytest.raises((ConnectionLost, StreamStopped)):
+        with pytest.raises((ConnectionLost, StreamStopped)):
             board.stream(*sine(3.0), progress=resets)
-        assert warned
         until("the new start", lambda: board.info().boot > 1)
         assert board.snapshot().state == "Off"
         simulated.drop_link()
@@ -354,6 +354,50 @@ def raise_in_block(board: Board) -> None:
             raise KeyError("the error of the block is the one to see")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_pseudo_terminal_is_a_serial_port(simulated: SimulatedBoard) -> None:
+    import os
+    import select
+    import socket
+    import tty
+
+    near, far = os.openpty()
+    tty.setraw(far)
+    cable = socket.create_connection(("127.0.0.1", int(simulated.address.rsplit(":", 1)[1])))
+    ends: List[Any] = [near, cable]
+    is_cut = threading.Event()
+
+    def relay() -> None:
+        while not is_cut.is_set():
+            ready, _, _ = select.select(ends, [], [], 0.02)
+            if cable in ready:
+                os.write(near, cable.recv(4096))
+            if near in ready:
+                cable.sendall(os.read(near, 4096))
+
+    thread = threading.Thread(target=relay)
+    thread.start()
+    try:
+        with Board.open(os.ttyname(far)) as board:
+            assert board.info().board == "simulated"
+            board.enable()
+            board.stream(*sine(1.0))
+            check_limits(simulated)
+            lost = board.counters().losses
+            assert sum(lost.values()) == 0
+        board = Board.open(os.ttyname(far), commands=False)
+    finally:
+        is_cut.set()
+        thread.join()
+    os.close(far)
+    os.close(near)
+    cable.close()
+    with pytest.raises(ConnectionLost, match="port is gone"):
+        for _ in range(100):
+            board.snapshot()
+    board.close()
+
+
 def test_where_no_board_is() -> None:
     with pytest.raises(NotConnected, match="cannot open /dev/no-such-port"):
         Board.open("/dev/no-such-port")
@@ -368,10 +412,46 @@ def test_where_no_board_is() -> None:
             Board.open(f"tcp:{silent.getsockname()[1]}", timeout_s=0.3)
 
 
-def test_settings_are_read_whole() -> None:
-    settings = bytes(range(256)) * 3
-    with SimulatedBoard(axes=1, settings=settings) as simulated, Board.open(simulated.address) as board:
-        assert board.settings.data == settings
+SETTINGS = """
+format = 1
+name = "lathe"
+
+[bus]
+bit_rate_kbit_per_s = 1000
+"""
+AXIS = """
+[[axis]]
+drive = {drive}
+gear_number = {gear}
+speed_rpm = 600
+acceleration_rpm_per_s = 10000
+travel_min_millidegrees = -3600000
+travel_max_millidegrees = 3600000
+"""
+
+
+def test_settings_are_written_and_read_whole(board: Board, simulated: SimulatedBoard) -> None:
+    assert board.settings.data == b""
+    with pytest.raises(CodecError):
+        board.settings.text
+    text = SETTINGS + "".join(AXIS.format(drive=drive, gear=4096 // (1 + drive % 2)) for drive in range(1, 13))
+    settings = Settings.of_text(text)
+    assert len(settings.data) > 256
+    board.write_settings(settings)
+    assert board.settings == settings
+    assert Settings.of_text(settings.text) == settings
+    values = settings.values
+    assert (values["name"], values["bus"]["bit_rate_kbit_per_s"], len(values["axes"])) == ("lathe", 1000, 12)
+    assert values["axes"][1]["drive"] == 2 and values["axes"][1]["speed_rpm"] == 600
+    assert settings.counts_per_turn[1] == 16384 and settings.counts_per_turn[0] != 16384
+    board.enable()
+    with pytest.raises(Refused) as caught:
+        board.write_settings(settings)
+    assert caught.value.reason == "Enabled"
+    for wrong, place in ((SETTINGS + "\nspeed = 1", "line 8, column 1:"), (SETTINGS.replace("1000", '"fast"'), "line 6, column")):
+        with pytest.raises(CodecError) as error:
+            Settings.of_text(wrong)
+        assert place in str(error.value)
 
 
 def test_fourteen_axes_at_the_limit_of_a_jerk() -> None:

@@ -47,6 +47,9 @@ def values_of(command: str, args: Dict[str, Any]) -> Dict[str, Any]:
 ORDERS = {"auto": "recognise", "big": "msb", "little": "lsb"}
 
 
+OPTIONS = {"group3_reply_order_12a": "group3_reply_order_1_2a", "group3_reply_order_16a": "group3_reply_order_1_6a"}
+
+
 def dialect_of(vector: Dict[str, Any]) -> Dialect:
     """The readings that a vector needs."""
     # The reference reads this reply as it is printed; by default we recognise its order.
@@ -55,8 +58,7 @@ def dialect_of(vector: Dict[str, Any]) -> Dialect:
         if name == "allow_broadcast":
             options["zero_address"] = "lone-fresh-drive" if value else None
         else:
-            renamed = {"group3_reply_order_12a": "group3_reply_order_1_2a", "group3_reply_order_16a": "group3_reply_order_1_6a"}
-            options[renamed.get(name, name)] = ORDERS.get(value, value)
+            options[OPTIONS.get(name, str(name))] = ORDERS.get(value, value)
     return Dialect(vector["revision"], **options)
 
 
@@ -77,7 +79,7 @@ def test_a_request_is_the_frame_of_the_reference_and_back(vector: Dict[str, Any]
     assert encode_request(message.function, message.drive, dialect, **message.values) == frame
 
 
-REPLY_NAMES = {"torque_raw": "torque", "full_scale": "torque_full_scale", "servo_disabled": "disabled", "alarm": "alarm_code", "disabled": "servo_free"}
+REPLY_NAMES: Dict[str, str] = {"torque_raw": "torque", "full_scale": "torque_full_scale", "servo_disabled": "disabled", "alarm": "alarm_code", "disabled": "servo_free"}
 
 
 def reply_values(vector: Dict[str, Any]) -> Dict[str, Any]:
@@ -93,7 +95,7 @@ def reply_values(vector: Dict[str, Any]) -> Dict[str, Any]:
     fields.pop("alarm_text", None)
     if "payload_hex" in fields:
         return {"bytes": tuple(bytes.fromhex(fields["payload_hex"]))}
-    return {REPLY_NAMES.get(name, name): value for name, value in fields.items()}
+    return {REPLY_NAMES.get(str(name), str(name)): value for name, value in fields.items()}
 
 
 @pytest.mark.parametrize("vector", vectors("dyn_can_replies"), ids=lambda vector: vector["name"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Optional
+from typing import Any, Dict, List, Optional
 
 import pytest
 from conftest import vectors
@@ -46,10 +46,11 @@ NAMES = {
 }
 
 
-def of_kind(kind: str) -> Any:
-    chosen = [one for one in VECTORS if one["kind"] == kind]
+def of_kind(kind: str) -> List[Any]:
+    """The vectors of a kind by their names."""
+    chosen = [pytest.param(one, id=one.get("name", one["id"])) for one in VECTORS if one["kind"] == kind]
     assert chosen
-    return pytest.mark.parametrize("vector", chosen, ids=lambda one: one.get("name", one["id"]))
+    return chosen
 
 
 def drive_of(vector: Dict[str, Any]) -> Optional[int]:
@@ -64,7 +65,7 @@ def values_of(vector: Dict[str, Any]) -> Dict[str, Any]:
     return {NAMES[function]: value} if function in NAMES else {}
 
 
-@of_kind("request")
+@pytest.mark.parametrize("vector", of_kind("request"))
 def test_a_request_is_the_packet_of_the_reference_and_back(vector: Dict[str, Any]) -> None:
     values = values_of(vector)
     dummy = 0 if values else vector["value"]
@@ -75,7 +76,7 @@ def test_a_request_is_the_packet_of_the_reference_and_back(vector: Dict[str, Any
     assert (message.function, message.drive, message.values) == (vector["function"], drive_of(vector), values)
 
 
-@of_kind("reply")
+@pytest.mark.parametrize("vector", of_kind("reply"))
 def test_a_reply_says_what_the_reference_says(vector: Dict[str, Any]) -> None:
     packet = bytes.fromhex(vector["packet"])
     message = decode_reply(packet)
@@ -90,19 +91,19 @@ def test_a_reply_says_what_the_reference_says(vector: Dict[str, Any]) -> None:
     assert encode_reply(message.function, vector["drive_id"], **message.values) == packet
 
 
-@of_kind("reject_packet")
+@pytest.mark.parametrize("vector", of_kind("reject_packet"))
 def test_a_packet_that_the_reference_refuses_is_refused(vector: Dict[str, Any]) -> None:
     with pytest.raises(CodecError):
         decode_reply(bytes.fromhex(vector["packet"]))
 
 
-@of_kind("reject_request")
+@pytest.mark.parametrize("vector", of_kind("reject_request"))
 def test_a_request_that_the_reference_refuses_is_refused(vector: Dict[str, Any]) -> None:
     with pytest.raises(CodecError):
         encode_request(vector["function"], drive_of(vector), **values_of(vector))
 
 
-@of_kind("stream")
+@pytest.mark.parametrize("vector", of_kind("stream"))
 def test_packets_are_found_in_a_stream(vector: Dict[str, Any]) -> None:
     events = StreamDecoder().push(bytes.fromhex(vector["stream"]))
     assert [(event.kind, event.data.hex()) for event in events] == [

@@ -182,6 +182,7 @@ fn answers_and_refusals() {
     );
     let entry = FaultEntry {
         number: 5,
+        boot: 8,
         uptime_ms: 6,
         firmware: "1".try_into().unwrap(),
         axis: Some(1),
@@ -191,7 +192,7 @@ fn answers_and_refusals() {
     };
     answers(
         Answer::Fault(entry),
-        &[4, 5, 6, 1, b'1', 1, 1, 7, 1, 1, b'x'],
+        &[4, 5, 8, 6, 1, b'1', 1, 1, 7, 1, 1, b'x'],
     );
     let counters = Counters {
         frames: 1,

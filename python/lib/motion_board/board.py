@@ -6,7 +6,7 @@ import time
 import warnings
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Callable, Dict, Generator, Iterator, List, Optional, Sequence, Tuple, Type, Union
 
 from . import _native
 from .errors import BoardError, ConnectionLost, InputError, Refused, StreamStopped
@@ -125,6 +125,8 @@ class Fault:
 
     number: int
     """Counts the faults of the board for ever."""
+    boot: int
+    """The number of the start in which it happened: :attr:`Info.boot`."""
     uptime_ms: int
     """Milliseconds since the start of the firmware."""
     firmware: str
@@ -167,10 +169,39 @@ class Counters:
 
 @dataclass(frozen=True)
 class Settings:
-    """The settings in force, from the board."""
+    """The settings of a board: the drives on its bus, and what they may do.
+
+    ``settings.counts_per_turn`` is the ``counts_per_unit`` of positions in turns of the motors.
+    """
 
     data: bytes
-    """As they are stored; ``motionctl board settings`` reads and writes them as text."""
+    """As the board stores them; empty for a board without settings, which moves nothing."""
+
+    @classmethod
+    def of_text(cls, text: str) -> "Settings":
+        """From the text of a file, as ``motionctl board settings`` reads and writes it.
+
+        Raises :class:`motion_board.CodecError` with line and column.
+        """
+        return cls(_native.settings_of_text(text))
+
+    @property
+    def text(self) -> str:
+        """As the text of a file (TOML).
+
+        Raises :class:`motion_board.CodecError` for no settings, and for those of another version.
+        """
+        return _native.read_settings(self.data)[0]
+
+    @property
+    def values(self) -> Dict[str, Any]:
+        """Every value: "name", "bus", "inputs" and "axes" with "drive", "gear", "speed_rpm", "acceleration_rpm_per_s", "travel" ..."""
+        return _native.read_settings(self.data)[1]
+
+    @property
+    def counts_per_turn(self) -> List[int]:
+        """Command counts of a turn of each motor."""
+        return _native.read_settings(self.data)[2]
 
 
 @dataclass(frozen=True)
@@ -285,6 +316,13 @@ class Board:
     def settings(self) -> Settings:
         """The settings in force, read from the board."""
         return Settings(self._link.settings())
+
+    def write_settings(self, settings: Settings) -> None:
+        """Lets the board check settings and store them, while no drive is enabled; they count from its next start on.
+
+        Raises :class:`motion_board.Refused` for settings that make no board that works: the old ones stay.
+        """
+        self._link.write_settings(settings.data)
 
     def snapshot(self) -> Snapshot:
         """How everything is, of a moment after this call."""
@@ -425,7 +463,7 @@ class Board:
         relative: bool = False,
         when_dry: str = "end",
         percent: int = 100,
-    ) -> Iterator[Progress]:
+    ) -> Generator[Progress, None, StreamResult]:
         """:meth:`stream` as an iterator: nothing moves before the first step is taken, and an iterator that is closed stops the axes.
 
         >>> for progress in board.play(times, positions):
@@ -454,7 +492,7 @@ class Board:
         relative: bool,
         waits: bool,
         percent: int,
-    ) -> Iterator[Progress]:
+    ) -> Generator[Progress, None, StreamResult]:
         cycle_us = self.info().cycle_us
         first = next(points, None)
         if first is None:

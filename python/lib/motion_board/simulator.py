@@ -58,14 +58,14 @@ class Simulation:
     """Faults."""
     mean_bus_load: float
     """From 0 to 1."""
-    set_points: "memoryview[int]"
+    set_points: "memoryview[Any]"
     """Set-points in counts, one row a cycle and one column an axis: ``.tolist()`` for lists, ``numpy.asarray(...)`` for an array."""
-    positions: "memoryview[int]"
+    positions: "memoryview[Any]"
     """Positions of the motors at the end of each cycle, of the same shape; a motor follows its set-points with a delay."""
 
     def times(self) -> List[float]:
-        """The end of each cycle, in seconds from the start."""
-        return [(cycle + 1) * self.cycle_us / 1e6 for cycle in range(self.cycles)]
+        """The begin of each cycle, in seconds from the first set-point."""
+        return [cycle * self.cycle_us / 1e6 for cycle in range(self.cycles)]
 
 
 def simulate(
@@ -86,7 +86,7 @@ def simulate(
     ``times``: seconds, ascending. ``positions``: one row a time, one column an axis: lists, or arrays of numpy. Or ``times`` alone:
     any iterable of ``(time, positions)``. The axes stand at the first set-point; between set-points they follow the curve that a board
     follows, too. ``drives``: drive id of each axis, 1, 2, 3 ... without. ``counts_per_unit``: counts of a unit of the positions, for all
-    axes or for each; the simulated drives have 16384 counts a turn. ``max_rpm``, ``max_acceleration`` (r/min per second), ``max_jerk``
+    axes or for each; at most 14 axes. The simulated drives have 16384 counts a turn. ``max_rpm``, ``max_acceleration`` (r/min per second), ``max_jerk``
     (r/min per s²; None: not limited): a motion that needs more is refused. ``seed``: of the response times.
 
     Raises :class:`motion_board.InputError` for a motion that cannot be played, with the index of the set-point.
@@ -123,6 +123,6 @@ def simulate(
     )
 
 
-def _table(numbers: bytes, columns: int) -> "memoryview[int]":
+def _table(numbers: bytes, columns: int) -> "memoryview[Any]":
     rows = len(numbers) // 8 // columns
     return memoryview(numbers).cast("q", (rows, columns))

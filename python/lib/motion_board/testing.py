@@ -53,7 +53,7 @@ class SimulatedBoard:
         ``axes``: 1 to 14. ``velocity``, ``acceleration``, ``jerk``: limits of every axis in counts per cycle, per cycle² and per cycle³
         (None: not limited); of these a stream may need all of the velocity, two thirds of the acceleration, half of the jerk.
         ``travel``: lowest and highest position in counts. ``silence_cycles``: a host that is silent for so long is a stop.
-        ``settings``: bytes that it gives as its settings. ``port``: of TCP, 0 for one that is free.
+        ``settings``: what it has as its settings, and does not obey. ``port``: of TCP, 0 for one that is free.
         """
         self._board = _native.SimulatedBoard(
             axes,

@@ -22,7 +22,11 @@ pub(super) fn dialect_of(given: &Bound<'_, PyDict>) -> PyResult<Dialect> {
         ("recognise", Group3ReplyOrder::Recognise),
     ];
     choice.set("number_order", &orders, &mut dialect.number_order)?;
-    choice.set("group3_request_order", &orders, &mut dialect.group3_request_order)?;
+    choice.set(
+        "group3_request_order",
+        &orders,
+        &mut dialect.group3_request_order,
+    )?;
     choice.set(
         "group3_reply_order_1_2a",
         &reply_orders,
@@ -99,7 +103,9 @@ impl Choice<'_, '_> {
                 Err(_) => {
                     return Err(codec_error(
                         self.given.py(),
-                        format_args!("dialect: set_origin: expected 0 to 255, or -1 for no byte, got {byte}"),
+                        format_args!(
+                            "dialect: set_origin: expected 0 to 255, or -1 for no byte, got {byte}"
+                        ),
                     ));
                 }
             };

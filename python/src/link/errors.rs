@@ -49,7 +49,10 @@ pub(super) fn refused(py: Python<'_>, why: &Refused, index: Option<u32>) -> PyEr
         Unit::Time => (TICKS, "cycles"),
     };
     let text = why.to_string();
-    let advice = text.rsplit_once("; ").map_or("", |parts| parts.1).to_owned();
+    let advice = text
+        .rsplit_once("; ")
+        .map_or("", |parts| parts.1)
+        .to_owned();
     let name = reason.map(|reason| format!("{reason:?}"));
     let (expected, actual) = (why.expected as f64 / scale, why.actual as f64 / scale);
     let arguments = (

@@ -31,7 +31,9 @@ impl Port {
 
     fn connect(address: &str, place: &str) -> Result<Self, String> {
         let place = place_of(place).ok_or_else(|| {
-            format!("expected tcp:PORT or tcp:127.0.0.1:PORT, an address of this machine, got {address}")
+            format!(
+                "expected tcp:PORT or tcp:127.0.0.1:PORT, an address of this machine, got {address}"
+            )
         })?;
         let connect = || {
             let stream = TcpStream::connect_timeout(&place, CONNECT)?;
@@ -49,10 +51,12 @@ impl Port {
     pub(super) fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let read = match self {
             Self::Serial(port) => port.read(buffer),
-            Self::Tcp(stream) => match stream.read(buffer) {
-                Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
-                other => other,
-            },
+            Self::Tcp(stream) => stream.read(buffer),
+        };
+        // Nothing in time is an error of its own: no byte is the end of it.
+        let read = match read {
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
+            other => other,
         };
         or_nothing(read)
     }

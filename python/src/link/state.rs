@@ -4,10 +4,10 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
-use board_link::host::{RequestError, StreamEnd};
-use board_link::message::{Answer, Event, Info, Request, Snapshot};
-use board_link::segment::{Begin, Segment};
 use board_link::Refused;
+use board_link::host::{RequestError, StreamEnd};
+use board_link::message::{Answer, Event, Request, Snapshot};
+use board_link::segment::{Begin, Segment};
 
 /// Segments that wait for the client.
 pub(super) const QUEUE: usize = 64;
@@ -30,13 +30,10 @@ pub(super) struct StreamState {
 #[derive(Default)]
 pub(super) struct State {
     pub(super) is_connected: bool,
-    /// How often a connection was made.
-    pub(super) connections: u32,
     pub(super) is_closing: bool,
     /// Why the thread has ended.
     pub(super) gone: Option<String>,
     pub(super) unavailable: Option<Refused>,
-    pub(super) info: Option<Info>,
     pub(super) requests: VecDeque<(u64, Request)>,
     pub(super) replies: HashMap<u64, Result<Answer, RequestError>>,
     pub(super) last_ticket: u64,
@@ -47,7 +44,6 @@ pub(super) struct State {
     pub(super) events: VecDeque<(u32, Event)>,
     /// Events that were lost: on the board, or because the program did not take them.
     pub(super) events_lost: u64,
-    pub(super) clock_error_us: Option<u64>,
 }
 
 impl State {
@@ -70,7 +66,9 @@ pub(super) struct Shared {
 impl Shared {
     pub(super) fn lock(&self) -> MutexGuard<'_, State> {
         // A caller that panicked left nothing half done: every change is one assignment.
-        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        self.state
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     pub(super) fn tell(&self) {

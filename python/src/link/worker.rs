@@ -87,7 +87,6 @@ impl Worker {
             self.take(&mut state, incoming);
             has_news = true;
         }
-        state.clock_error_us = self.client.clock().error_us();
         drop(state);
         if has_news || count > 0 {
             shared.tell();
@@ -178,9 +177,7 @@ impl Worker {
         match incoming {
             Incoming::Connected { .. } => {
                 state.is_connected = true;
-                state.connections += 1;
                 state.unavailable = None;
-                state.info = self.client.info().cloned();
                 self.wants_snapshots = true;
             }
             Incoming::Disconnected => {
@@ -206,12 +203,7 @@ impl Worker {
         }
     }
 
-    fn take_reply(
-        &mut self,
-        state: &mut State,
-        ticket: u16,
-        result: Result<Answer, RequestError>,
-    ) {
+    fn take_reply(&mut self, state: &mut State, ticket: u16, result: Result<Answer, RequestError>) {
         match self.tickets.remove(&ticket) {
             Some(Waiter::Caller(caller)) => {
                 let _ = state.replies.insert(caller, result);
@@ -243,7 +235,10 @@ impl Worker {
     fn say_goodbye(&mut self) {
         let since = *self.goodbye.get_or_insert_with(Instant::now);
         self.is_over |= !self.client.is_connected() || since.elapsed() > GOODBYE;
-        let is_asked = self.tickets.values().any(|one| matches!(one, Waiter::Goodbye));
+        let is_asked = self
+            .tickets
+            .values()
+            .any(|one| matches!(one, Waiter::Goodbye));
         if !is_asked && let Ok(ticket) = self.client.request(Request::Release) {
             self.tickets.insert(ticket, Waiter::Goodbye);
         }

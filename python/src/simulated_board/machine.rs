@@ -66,7 +66,11 @@ impl Axes {
             BoardState::StopOpen | BoardState::EnableInactive
         ) {
             let is_faulted = self.faults.iter().any(|fault| *fault != 0);
-            self.enter(if is_faulted { BoardState::Faulted } else { BoardState::Off });
+            self.enter(if is_faulted {
+                BoardState::Faulted
+            } else {
+                BoardState::Off
+            });
         }
         while let Some((ticket, command)) = self.commands.pop_front() {
             let result = self.carry_out(command, player);
@@ -146,6 +150,7 @@ impl Axes {
         let number = self.fault_log.first().map_or(0, |latest| latest.number) + 1;
         let entry = FaultEntry {
             number,
+            boot: self.boot,
             uptime_ms,
             firmware: firmware(),
             axis,

@@ -22,10 +22,18 @@ pub(super) fn run(listener: &TcpListener, made: &Made, wishes: &Mutex<Wishes>) {
     let mut boot = 0;
     let mut targets = vec![0; made.limits.len()];
     let mut log = Vec::new();
+    let mut host = None;
     while !lock(wishes).is_closing {
         boot += 1;
         let queue = SegmentQueue::<MOST_AXES, QUEUE>::new();
-        (targets, log) = live(listener, made, wishes, Start { boot, targets, log, queue });
+        let start = Start {
+            boot,
+            targets,
+            log,
+            host,
+            queue,
+        };
+        (targets, log, host) = live(listener, made, wishes, start);
     }
 }
 
@@ -33,6 +41,8 @@ struct Start {
     boot: u32,
     targets: Vec<i32>,
     log: Vec<FaultEntry>,
+    /// The cable stays in a board that is reset.
+    host: Option<TcpStream>,
     queue: SegmentQueue<MOST_AXES, QUEUE>,
 }
 
@@ -42,13 +52,13 @@ fn live(
     made: &Made,
     wishes: &Mutex<Wishes>,
     mut start: Start,
-) -> (Vec<i32>, Vec<FaultEntry>) {
+) -> (Vec<i32>, Vec<FaultEntry>, Option<TcpStream>) {
     let cycles_per_second = 1_000_000 / made.cycle_us;
     let config = SegmentConfig::with_cycles_per_second(cycles_per_second);
     let axes = Axes::new(made, start.boot, start.targets.clone(), start.log.clone());
     let Some((admission, player)) = start.queue.split(&made.limits, config) else {
         lock(wishes).is_closing = true;
-        return (start.targets, start.log);
+        return (start.targets, start.log, None);
     };
     let config = BoardConfig {
         silence: made.silence_cycles,
@@ -58,10 +68,14 @@ fn live(
         board: Board::new(axes, Some(admission), config),
         link: Link::new(),
         player,
-        host: None,
+        host: start.host,
         now: 0,
         cycle_us: made.cycle_us,
-        stand: start.targets.iter().map(|&at| Position::from_counts(at)).collect(),
+        stand: start
+            .targets
+            .iter()
+            .map(|&at| Position::from_counts(at))
+            .collect(),
     };
     let begin = Instant::now();
     let cycle = Duration::from_micros(made.cycle_us.into());
@@ -75,7 +89,7 @@ fn live(
         }
     }
     let axes = running.board.application();
-    (axes.targets.clone(), axes.fault_log.clone())
+    (axes.targets.clone(), axes.fault_log.clone(), running.host)
 }
 
 struct Running<'q> {
@@ -113,21 +127,30 @@ impl Running<'_> {
             let mut wishes = lock(wishes);
             if wishes.trace.len() < MOST_TRACE * (out.len() + 1) {
                 wishes.trace.push(self.now as i64);
-                wishes.trace.extend(out.iter().map(|position| position.units()));
+                wishes
+                    .trace
+                    .extend(out.iter().map(|position| position.units()));
             } else {
                 wishes.trace_lost += 1;
             }
             wishes.positions = out.iter().map(|position| position.counts()).collect();
-            self.board.application().targets.clone_from(&wishes.positions);
+            self.board
+                .application()
+                .targets
+                .clone_from(&wishes.positions);
             // The next stream begins at the whole count.
-            self.stand = wishes.positions.iter().map(|&at| Position::from_counts(at)).collect();
+            self.stand = wishes
+                .positions
+                .iter()
+                .map(|&at| Position::from_counts(at))
+                .collect();
         }
     }
 
-    /// Bytes of the host, one at a time, as a cable has one end.
+    /// Bytes of the host. There is one, as a cable has one end; the next one waits until it has gone.
     fn exchange(&mut self, listener: &TcpListener) {
-        if let Ok((stream, _)) = listener.accept()
-            && self.host.is_none()
+        if self.host.is_none()
+            && let Ok((stream, _)) = listener.accept()
             && stream.set_nonblocking(true).is_ok()
             && stream.set_nodelay(true).is_ok()
         {

@@ -1,10 +1,11 @@
 //! Master, bus and drives.
 
+use board_link::segment::MOST_AXES;
+use can_motion::plan::{BusSetup, ResponseWindow};
 use can_motion::{
     AxisConfig, AxisState, EventKind, GroupId, Instant, Limits, MasterConfig, ServoMaster,
     StepChange, Travel, service,
 };
-use can_motion::plan::{BusSetup, ResponseWindow};
 use drive_sim::{
     Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, LoadMark, LogMode, NodeId, Outcome,
     ResponseDelay, TxOrder,
@@ -12,7 +13,7 @@ use drive_sim::{
 use dyn_can::{DriveId, FunctionCode, StepLimit};
 use embedded_can::{Frame as _, Id};
 
-use super::{AxisSummary, MOST_AXES, Summary, gear};
+use super::{AxisSummary, Summary, gear};
 
 const GROUP: GroupId = GroupId(0);
 /// The drives are ready by then, or something is wrong.
@@ -111,7 +112,11 @@ impl Bench {
         while self.now().as_us() < START_UP_US && !self.has_failed() {
             let now = self.now();
             if self.master.all_are(GROUP, AxisState::Streaming) {
-                self.anchors = self.places.iter().map(|&place| self.target(place)).collect();
+                self.anchors = self
+                    .places
+                    .iter()
+                    .map(|&place| self.target(place))
+                    .collect();
                 self.motion_mark = Some(self.bench.bus().load_mark());
                 return Ok(());
             }
@@ -125,13 +130,21 @@ impl Bench {
             }
             self.one_cycle();
         }
-        let states = self.places.iter().filter_map(|&place| self.master.snapshot(place));
+        let states = self
+            .places
+            .iter()
+            .filter_map(|&place| self.master.snapshot(place));
         let states: Vec<String> = states.map(|axis| axis.state.to_string()).collect();
-        Err(format!("the drives were not ready in 10 s: {}", states.join(", ")))
+        Err(format!(
+            "the drives were not ready in 10 s: {}",
+            states.join(", ")
+        ))
     }
 
     fn target(&self, place: usize) -> i32 {
-        self.master.snapshot(place).map_or(0, |axis| axis.target_counts)
+        self.master
+            .snapshot(place)
+            .map_or(0, |axis| axis.target_counts)
     }
 
     /// A cycle with these targets, from where the axes stood; gives how far the motors are from there.
@@ -140,7 +153,10 @@ impl Bench {
             // A refusal is an axis that stopped by a fault, which is counted.
             let _ = self.master.set_target(place, anchor.wrapping_add(*offset));
         }
-        let owed = self.places.iter().filter_map(|&place| self.master.snapshot(place));
+        let owed = self
+            .places
+            .iter()
+            .filter_map(|&place| self.master.snapshot(place));
         let owed = owed.filter(|axis| axis.state.sends_set_points()).count();
         let ended = self.one_cycle();
         self.cycles += 1;

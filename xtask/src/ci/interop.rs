@@ -154,23 +154,27 @@ fn plain(place: &Place, script: &str) -> Result<Vec<String>, Error> {
 
 impl Script {
     fn run(&self, place: &Place) -> Result<Vec<String>, Error> {
-        let python = virtual_environment(place)?;
+        let python = virtual_environment(place, "interop-python", &PYTHON_PACKAGES)?;
         let program = place.tool(self.package, self.program)?;
         let mut command = place.command(python);
         place.script(command.arg(self.path).arg(program).args(self.arguments))
     }
 }
 
-/// The Python that has the packages. pip is run as a module: its script does not start from a path with a space.
-fn virtual_environment(place: &Place) -> Result<PathBuf, Error> {
-    let folder = place.target().join("interop-python");
+/// A Python in `target` that has packages. pip is run as a module: its script does not start from a path with a space.
+pub(super) fn virtual_environment(
+    place: &Place,
+    name: &str,
+    packages: &[&str],
+) -> Result<PathBuf, Error> {
+    let folder = place.target().join(name);
     place.run(place.command("python3").args(["-m", "venv"]).arg(&folder))?;
     let python = folder.join("bin/python");
     place.run(
         place
             .command(&python)
             .args(["-m", "pip", "-q", "--disable-pip-version-check", "install"])
-            .args(PYTHON_PACKAGES),
+            .args(packages),
     )?;
     Ok(python)
 }

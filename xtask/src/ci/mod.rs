@@ -6,6 +6,7 @@ mod oldest_rust;
 mod packages;
 mod place;
 mod published;
+mod python_package;
 mod recipes;
 mod report;
 mod report_page;

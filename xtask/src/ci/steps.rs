@@ -7,6 +7,7 @@ use super::need::{
 };
 use super::oldest_rust;
 use super::published;
+use super::python_package;
 use super::recipes;
 use super::report_page;
 use super::seeded_mistakes;
@@ -234,6 +235,12 @@ pub(super) const STEPS: &[Step] = &[
         "python-canopen",
         "python-canopen as the drive of our SDO client, and as the master of the simulated hub-motor drive",
         interop::python_canopen,
+    )
+    .needs(&[&PYTHON]),
+    Step::call(
+        "python",
+        "the wheel of the Python package, its types, its tests and examples: vectors, the tool, a simulated board",
+        python_package::run,
     )
     .needs(&[&PYTHON]),
     Step::call(

@@ -128,8 +128,8 @@ impl<'a> Rig<'a> {
         Ok(())
     }
 
-    fn is_reset(&self, running: Option<&Running<'_>>) -> bool {
-        let both = self.board.as_ref().zip(running);
+    fn is_reset(&mut self, running: Option<&Running<'_>>) -> bool {
+        let both = self.board.as_mut().zip(running);
         both.is_some_and(|(seat, running)| running.is_reset(seat))
     }
 
@@ -142,7 +142,7 @@ impl<'a> Rig<'a> {
                 faults.power_cycle(POWER_OFF_NS);
             }
             if let Some(seat) = &mut self.board {
-                seat.reset();
+                seat.power_off_until(self.bench.now_ns() + POWER_OFF_NS);
             }
         }
         let mut is_behind = self.serve_adapter()?;

@@ -34,10 +34,16 @@ pub(crate) struct Times {
 impl Times {
     /// Ascending times; a board takes pieces of up to 10 s.
     pub(crate) fn new(seconds: &[f64], cycle_us: u32) -> Self {
-        let in_cycles = |seconds: &f64| time(seconds * 1e6 / f64::from(cycle_us));
+        let mut cycles: Vec<Time> = Vec::with_capacity(seconds.len());
+        for seconds in seconds {
+            let time = time(seconds * 1e6 / f64::from(cycle_us));
+            // However close, one is behind the other.
+            let least = cycles.last().map_or(0, |before| before.ticks() + 1);
+            cycles.push(time.max(Time::from_ticks(least)));
+        }
         Self {
             seconds: seconds.to_vec(),
-            cycles: seconds.iter().map(in_cycles).collect(),
+            cycles,
             longest: Time::from_units(8_000_000, cycle_us),
         }
     }
@@ -307,6 +313,9 @@ mod tests {
             let times = Times::new(&[f64::from(ms) / 1_000.0], 1_000);
             assert_eq!(times.end(), Time::from_cycles(ms));
         }
+        // Closer than a cycle has parts, and still apart.
+        let times = Times::new(&[0.0, 1e-12, 2e-12], 1_000);
+        assert_eq!(times.cycles[2], Time::from_ticks(2));
         assert_eq!(time(10.25), Time::from_ticks((10 << 32) | (1 << 30)));
     }
 }

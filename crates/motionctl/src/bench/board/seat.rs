@@ -38,6 +38,7 @@ pub(in crate::bench) struct Seat {
     report: BoardReport,
     /// The number of the next start; it differs from those of the bench before.
     boot: u32,
+    off_until_ns: u64,
 }
 
 /// A board from a start to a reset.
@@ -76,6 +77,7 @@ impl Seat {
             faults: FaultLog::default(),
             report: BoardReport::default(),
             boot: first_boot(),
+            off_until_ns: 0,
         }))
     }
 
@@ -91,8 +93,9 @@ impl Seat {
         self.report
     }
 
-    /// Somebody presses its button, or it loses its power.
-    pub(in crate::bench) const fn reset(&mut self) {
+    /// It has no power until then.
+    pub(in crate::bench) const fn power_off_until(&mut self, until_ns: u64) {
+        self.off_until_ns = until_ns;
         self.inputs.reset();
     }
 
@@ -127,7 +130,7 @@ impl Seat {
             board: Board::new(app, admission, config),
             link: Link::new(),
             machine,
-            started_ns: bench.now_ns(),
+            started_ns: bench.now_ns().max(self.off_until_ns),
             cycle: 0,
             resets: self.inputs.resets(),
         }
@@ -177,7 +180,8 @@ fn first_boot() -> u32 {
 
 impl Running<'_> {
     /// Whether it was reset.
-    pub(in crate::bench) const fn is_reset(&self, seat: &Seat) -> bool {
+    pub(in crate::bench) fn is_reset(&self, seat: &mut Seat) -> bool {
+        seat.inputs.update();
         self.resets != seat.inputs.resets()
     }
 
@@ -188,13 +192,14 @@ impl Running<'_> {
 
     /// Since its start, as its clock says.
     fn now(&self, bench: &Bench<DynDrive>) -> Instant {
-        Instant::from_us((bench.now_ns() - self.started_ns) / 1_000)
+        Instant::from_us(bench.now_ns().saturating_sub(self.started_ns) / 1_000)
     }
 
     /// Hands frames both ways.
     pub(in crate::bench) fn serve(&mut self, seat: &Seat, bench: &mut Bench<DynDrive>) {
         let now = self.now(bench);
-        if let Some(machine) = &mut self.machine
+        if self.cycle > 0
+            && let Some(machine) = &mut self.machine
             && machine.kbit_per_s() == bench.bus().bit_rate().kbit_per_s()
         {
             machine.serve(now, bench, seat.node);
@@ -208,7 +213,6 @@ impl Running<'_> {
         bench: &Bench<DynDrive>,
     ) -> io::Result<()> {
         self.exchange(seat)?;
-        seat.inputs.update();
         let (now, number) = (self.now(bench), self.cycle);
         self.cycle += 1;
         let app = self.board.application();
@@ -224,6 +228,10 @@ impl Running<'_> {
     pub(in crate::bench) fn exchange(&mut self, seat: &mut Seat) -> io::Result<bool> {
         let mut buffer = [0; 4_096];
         let bytes = seat.port.read(&mut buffer)?;
+        if self.cycle == 0 {
+            // It has not started.
+            return Ok(false);
+        }
         // The cycle that was begun last.
         let now = self.cycle.saturating_sub(1);
         self.link.on_bytes(&mut self.board, now, bytes);

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use board_link::host::{Incoming, StreamEnd};
+use board_link::host::{Incoming, RequestError, StreamEnd};
 use board_link::message::{BoardState, Event, Request, Snapshot};
 use board_link::segment::StreamPhase;
 
@@ -28,6 +28,8 @@ const ENABLE_TIME: Duration = Duration::from_secs(10);
 const DISABLE_TIME: Duration = Duration::from_secs(5);
 /// Time for the drives to arrive behind the last set-point.
 const SETTLE_TIME: Duration = Duration::from_millis(500);
+/// Time for a snapshot.
+const LOOK_TIME: Duration = Duration::from_millis(500);
 const POLL: Duration = Duration::from_millis(2);
 /// The only stream of this session.
 const STREAM: u32 = 1;
@@ -117,8 +119,15 @@ impl<'a> Follow<'a> {
         let period = (cycles_per_second / snapshot_hz).max(1);
         self.session
             .ask("send snapshots", Request::Snapshots { period })?;
-        // Faults of which the cause is gone must not keep it from starting; others are said by the board.
-        self.session.ask("enable its drives", Request::Enable)?;
+        match self.session.ask("enable its drives", Request::Enable) {
+            // Its answer comes when they are enabled, and that may be later than one is waited for: snapshots say so.
+            Ok(_)
+            | Err(BoardError::Request {
+                source: RequestError::TimedOut { .. },
+                ..
+            }) => {}
+            Err(error) => return Err(error.into()),
+        }
         self.await_enabled()?;
         self.anchors = self.latest.axes.iter().map(|axis| axis.target).collect();
         self.recording.motion_begins();
@@ -199,6 +208,9 @@ impl<'a> Follow<'a> {
         if kind == Kind::Fault {
             tell(&text);
         }
+        if let Event::State(is) = event {
+            self.latest.state = *is;
+        }
         if let Event::Stream {
             stream: STREAM,
             phase,
@@ -256,8 +268,19 @@ impl<'a> Follow<'a> {
         bar.finish_and_clear();
         match ended {
             End::Completed => self.settle(),
+            End::Stopped(_) => {
+                self.look()?;
+                Err(End::Stopped(self.why()))
+            }
             other => Err(other),
         }
+    }
+
+    /// Waits for the next snapshot.
+    fn look(&mut self) -> Result<(), Stop> {
+        let until = Instant::now() + LOOK_TIME;
+        while !self.take(POLL)? && Instant::now() < until {}
+        Ok(())
     }
 
     fn feed(&mut self) {
@@ -343,11 +366,10 @@ impl<'a> Follow<'a> {
     fn end(&mut self) -> bool {
         self.recording
             .happened(None, Kind::Phase, "the motion ends".to_owned());
-        let disabled = self.session.ask("disable its drives", Request::Disable);
-        if let Err(error) = &disabled {
+        if let Err(error) = self.session.ask("disable its drives", Request::Disable) {
             tell(error);
         }
-        let is_off = disabled.is_ok() && self.await_off();
+        let is_off = self.await_off();
         if let Err(error) = self.session.leave() {
             tell(error);
         }
