@@ -48,14 +48,26 @@ pub(crate) enum Message {
     /// The supervisor is somewhere else.
     State(State),
     /// The motion starts.
+    #[cfg_attr(
+        feature = "link",
+        allow(dead_code, reason = "only the built-in motion has it")
+    )]
     MotionStarts,
     /// The motion has ended.
+    #[cfg_attr(
+        feature = "link",
+        allow(dead_code, reason = "only the built-in motion has it")
+    )]
     MotionEnds,
     /// A second has passed: a part of its figures.
     Second(Part),
 }
 
 /// Tells that the motion starts or has ended, at these command counts.
+#[cfg_attr(
+    feature = "link",
+    allow(dead_code, reason = "only the built-in motion has it")
+)]
 pub(crate) fn tell_motion(message: Message, counts: [i32; AXES]) {
     COUNTS.lock(|latest| latest.set(counts));
     tell(message);

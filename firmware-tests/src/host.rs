@@ -176,6 +176,8 @@ impl Host {
     /// # Panics
     /// When it does not come within a second.
     pub fn look_at_machine(&mut self, rig: &mut Rig) -> Snapshot {
+        // A session that was lost is made anew.
+        self.connect(rig);
         let asked = self.ask(rig, Request::Snapshots { period: 5 });
         assert_eq!(asked, Ok(Answer::Done));
         let cycle = self.snapshot.cycle + 40;

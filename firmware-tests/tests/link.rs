@@ -9,6 +9,7 @@ use board_link::{Reason, WhenDry};
 use firmware_tests::Contact;
 use firmware_tests::host::Host;
 use firmware_tests::orders::{set_up, settings};
+use firmware_tests::usart::Symbol;
 use orders::{counts_told, pick_and_place, targets};
 
 #[test]
@@ -135,4 +136,20 @@ fn settings_are_not_written_while_a_drive_is_enabled() {
         rig.board().resets().len() <= 1,
         "the watchdog waits for the flash"
     );
+}
+
+#[test]
+fn errors_of_the_line_are_counted_and_the_next_frames_get_through() {
+    let (mut rig, mut host) = orders::board();
+    host.connect(&mut rig);
+    for _ in 0..5 {
+        let now_ns = rig.board().soc().now_ns();
+        let damage = [Symbol::Break, Symbol::Noisy(b'x'), Symbol::Break];
+        rig.serial_mut().send(now_ns, damage);
+        host.run_ms(&mut rig, 20);
+        let answer = host.ask(&mut rig, Request::ReadCounters);
+        assert!(matches!(answer, Ok(Answer::Counters(_))), "{answer:?}");
+    }
+    host.run_ms(&mut rig, 1_100);
+    assert!(rig.has_logged("serial port:"), "{:#?}", rig.board().log());
 }

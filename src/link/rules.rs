@@ -202,6 +202,7 @@ pub(crate) fn board_state(state: State, situation: Situation) -> BoardState {
 mod tests {
     use super::*;
     use crate::config::CYCLE_US;
+    use crate::supervisor::Action;
 
     const CLOSED: Inputs = Inputs {
         stop_closed: true,
@@ -242,6 +243,8 @@ mod tests {
     struct Machine {
         rules: Rules,
         supervisor: Supervisor,
+        /// The supervisor forgot faults by itself.
+        has_cleared: bool,
     }
 
     impl Machine {
@@ -249,6 +252,7 @@ mod tests {
             let mut machine = Self {
                 rules: Rules::default(),
                 supervisor: Supervisor::new(false),
+                has_cleared: false,
             };
             machine.pass_ms(1_000, situation(CLOSED, READY));
             assert_eq!(machine.supervisor.state(), State::Off);
@@ -279,7 +283,8 @@ mod tests {
         fn pass_ms(&mut self, ms: u32, now: Situation) {
             for _ in 0..1_000 * ms / CYCLE_US {
                 let inputs = self.rules.contacts(&mut self.supervisor, now);
-                self.supervisor.update(inputs, now.axes);
+                let action = self.supervisor.update(inputs, now.axes);
+                self.has_cleared |= action == Action::Clear;
             }
         }
 
@@ -369,6 +374,7 @@ mod tests {
         // One that comes on the way ends the attempt.
         machine.pass_ms(1, faulted);
         machine.pass_ms(5, faulted);
+        assert!(!machine.has_cleared);
         let refused = machine.outcome(faulted).unwrap().unwrap_err();
         assert_eq!(refused.reason(), Some(Reason::Faulted));
     }
@@ -396,6 +402,7 @@ mod tests {
         let mut machine = Machine {
             rules: Rules::default(),
             supervisor: Supervisor::new(true),
+            has_cleared: false,
         };
         for command in [
             Command::Enable,

@@ -26,6 +26,9 @@ pub(crate) struct Thread {
     port: Option<Port>,
     /// The cycle in which it was looked at last.
     polled: u64,
+    /// Errors of the port that the log has told, and when it tells the next ones.
+    told_errors: u32,
+    tells_errors_at: u64,
 }
 
 impl Thread {
@@ -42,6 +45,8 @@ impl Thread {
             link: Link::new(),
             port: None,
             polled: 0,
+            told_errors: 0,
+            tells_errors_at: 0,
         }
     }
 
@@ -75,5 +80,14 @@ impl Thread {
         }
         let count = port.send(self.link.output());
         self.link.consume(count);
+        let errors = port.errors();
+        if errors != self.told_errors && now >= self.tells_errors_at {
+            defmt::warn!(
+                "serial port: {=u32} errors so far: check cable, ground and bit rate",
+                errors
+            );
+            self.told_errors = errors;
+            self.tells_errors_at = now + u64::from(CYCLES_PER_SECOND);
+        }
     }
 }
