@@ -15,7 +15,11 @@ const MEMORY_MAPS: [(&str, &str); 2] = [
     ("CARGO_FEATURE_STM32G474", "src/board/stm32g474.x"),
 ];
 /// What is put behind the map of a board for the image that keeps settings in its flash.
-const OF_LINK: (&str, &str, &str) = ("CARGO_FEATURE_LINK", MEMORY_MAPS[0].1, "src/store/sectors.x");
+const OF_LINK: (&str, &str, &str) = (
+    "CARGO_FEATURE_LINK",
+    MEMORY_MAPS[0].1,
+    "src/store/sectors.x",
+);
 
 fn main() -> Result<(), Box<dyn error::Error>> {
     println!("cargo::rerun-if-changed=build.rs");

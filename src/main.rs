@@ -143,7 +143,7 @@ fn main() -> ! {
 /// What can be done after this start, in the cycle and in the thread.
 #[cfg(target_os = "none")]
 fn duty_of(
-    start: board::Start,
+    mut start: board::Start,
     cause: start::Cause,
     history: &last_words::History,
 ) -> (duty::Duty, orders::Thread) {
@@ -156,7 +156,7 @@ fn duty_of(
         })
     };
     #[cfg_attr(not(feature = "link"), allow(unused_mut))]
-    let (orders, mut thread) = orders::prepare(cause, history);
+    let (orders, mut thread) = orders::prepare(cause, history, &mut start.watchdog);
     let Some(board) = start.board else {
         defmt::error!("the crystal does not run: nothing is enabled, and the bus is left alone");
         let duty = standstill(start.status_led, start.watchdog, led::NO_CRYSTAL);

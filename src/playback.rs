@@ -3,6 +3,7 @@
 use can_motion::Instant;
 use trajectory::curve::Playhead;
 
+use crate::board::Watchdog;
 use crate::config::{self, AXES, Drives, GROUP, MOTION};
 use crate::drives::{Board as _, BoardMaster};
 use crate::home::Homing as _;
@@ -154,6 +155,6 @@ impl Thread {
 
 /// The half of the cycle, and that of the thread.
 #[inline(always)]
-pub(crate) const fn prepare(_: Cause, _: &History) -> (Option<Orders>, Thread) {
+pub(crate) const fn prepare(_: Cause, _: &History, _: &mut Watchdog) -> (Option<Orders>, Thread) {
     (Some(Orders::new()), Thread)
 }

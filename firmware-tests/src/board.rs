@@ -240,6 +240,11 @@ impl Board {
         }
     }
 
+    /// A reset from outside, as by the pin.
+    pub fn restart(&mut self, cause: ResetCause) {
+        self.reset(cause);
+    }
+
     fn instructions(&self) -> u64 {
         self.engine.get_data().instructions
     }

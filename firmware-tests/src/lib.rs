@@ -58,6 +58,7 @@ pub mod names;
 pub mod nvic;
 pub mod orders;
 pub mod profile;
+pub mod records;
 pub mod rig;
 pub mod scenario;
 pub mod serial_bridge;

@@ -1,5 +1,11 @@
 //! Runs an image on the emulated board, with the contacts closed one after the other as an operator would, and prints its log.
 
+#[cfg(unix)]
+mod link_terminal;
+#[cfg(unix)]
+#[path = "../../crates/motionctl/src/system/unix/pseudo_terminal.rs"]
+mod pseudo_terminal;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -23,7 +29,8 @@ const OPERATOR: [(u64, Contact); 3] = [
     name = "emulate",
     after_help = "The stop circuit is closed after 0.1 s, enable after 0.5 s, run after 1.5 s.\n\n\
     Examples:\n  cargo xtask emulate --config my-machine.rs -- --drives 5,6:8192,9 --ms 4000\n  \
-    cargo xtask emulate --config firmware-tests/configs/hub_motors.rs -- --hub-motors 1,2"
+    cargo xtask emulate --config firmware-tests/configs/hub_motors.rs -- --hub-motors 1,2\n  \
+    cargo xtask emulate --link /tmp/board -- --drives 1,2,3,4 --settings machine.toml"
 )]
 struct Arguments {
     /// The image
@@ -34,10 +41,21 @@ struct Arguments {
     /// Nodes of ZLAC8030L hub motors on a bus of 500 kbit/s, in place of the servo drives
     #[arg(long, value_delimiter = ',', conflicts_with = "drives", value_parser = parse_hub_motor)]
     hub_motors: Vec<ZlacDriveConfig>,
-    /// Milliseconds to run
-    #[arg(long, default_value_t = 4_000)]
-    ms: u64,
+    /// Milliseconds to run; with --link for ever when it is not said
+    #[arg(long)]
+    ms: Option<u64>,
+    /// Run in real time, with the serial port of the board on a pseudo-terminal under this name; the image must be one that takes orders
+    #[cfg(unix)]
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// With --link: settings that are written to the board before, a TOML file as `motionctl board settings` has it
+    #[cfg(unix)]
+    #[arg(long, value_name = "FILE", requires = "link")]
+    settings: Option<PathBuf>,
 }
+
+/// How long it runs without --link.
+const USUAL_MS: u64 = 4_000;
 
 /// `5` or `5:8192`.
 fn parse_drive(text: &str) -> Result<DynDriveConfig, String> {
@@ -72,8 +90,22 @@ fn main() -> ExitCode {
     } else {
         Rig::with_hub_motors(image, arguments.hub_motors)
     };
-    let mut printed = 0;
-    for ms in 0..arguments.ms {
+    #[cfg(unix)]
+    if let Some(link) = &arguments.link {
+        let written = arguments.settings.as_deref().map_or(Ok(()), |settings| {
+            link_terminal::write_settings(&mut rig, settings)
+        });
+        let ran = written.and_then(|()| link_terminal::run(&mut rig, link, arguments.ms));
+        return match ran {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("error: {error}");
+                ExitCode::FAILURE
+            }
+        };
+    }
+    let (mut printed, end_ms) = (0, arguments.ms.unwrap_or(USUAL_MS));
+    for ms in 0..end_ms {
         for (_, contact) in OPERATOR.iter().filter(|(at_ms, _)| *at_ms == ms) {
             println!("--- {contact:?} is closed");
             rig.close(*contact);
@@ -88,7 +120,7 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     }
-    print_end(&rig, arguments.ms);
+    print_end(&rig, end_ms);
     ExitCode::SUCCESS
 }
 

@@ -92,7 +92,10 @@ pub(crate) fn init() -> Start {
     watchdog.feed();
     accelerate_flash();
     #[cfg(feature = "link")]
-    machine::load();
+    {
+        machine::load();
+        watchdog.feed();
+    }
     let board = has_crystal.then(|| Board {
         bus: Bus::new(controller(
             Flex::new(peripherals.PA11),

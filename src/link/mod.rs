@@ -28,6 +28,7 @@ use board_link::segment::{SegmentConfig, SegmentQueue};
 use heapless::spsc::Queue;
 use static_cell::ConstStaticCell;
 
+use crate::board::Watchdog;
 use crate::config::{AXES, CYCLE_US};
 use crate::last_words::History;
 use crate::machine;
@@ -45,7 +46,12 @@ const CYCLES_PER_SECOND: u32 = 1_000_000 / CYCLE_US;
 
 /// The half of the cycle, and that of the thread. Without settings there is nothing for the cycle to do. To be called once: a second call
 /// panics.
-pub(crate) fn prepare(cause: Cause, history: &History) -> (Option<Orders>, Thread) {
+pub(crate) fn prepare(
+    cause: Cause,
+    history: &History,
+    watchdog: &mut Watchdog,
+) -> (Option<Orders>, Thread) {
+    watchdog.feed();
     static PLAYED: ConstStaticCell<SegmentQueue<AXES, SEGMENTS>> =
         ConstStaticCell::new(SegmentQueue::new());
     static COMMANDED: ConstStaticCell<Queue<orders::Ordered, COMMANDS>> =
@@ -63,5 +69,6 @@ pub(crate) fn prepare(cause: Cause, history: &History) -> (Option<Orders>, Threa
     let orders = player.map(|player| Orders::new(player, commanded, done));
     let before = faults::of_history(cause, history);
     let storage = Storage::new(cause == Cause::PowerOn, before);
+    watchdog.feed();
     (orders, Thread::new(admission, commands, results, storage))
 }

@@ -197,3 +197,244 @@ pub(crate) fn board_state(state: State, situation: Situation) -> BoardState {
         State::Off | State::Released => BoardState::Off,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::CYCLE_US;
+
+    const CLOSED: Inputs = Inputs {
+        stop_closed: true,
+        enable: true,
+        run: false,
+    };
+    const READY: Axes = Axes {
+        ready: true,
+        adoptable: false,
+        found_on: false,
+        faulted: false,
+        clearable: true,
+        streaming: false,
+        unconfirmed: false,
+    };
+    const STREAMING: Axes = Axes {
+        ready: false,
+        streaming: true,
+        ..READY
+    };
+    const FAULTED: Axes = Axes {
+        ready: false,
+        faulted: true,
+        ..READY
+    };
+    const SAVE: Command = Command::SaveSettings { length: 1 };
+
+    fn situation(inputs: Inputs, axes: Axes) -> Situation {
+        Situation {
+            inputs,
+            axes,
+            is_powered: axes.streaming,
+            is_storing: false,
+        }
+    }
+
+    /// The rules and the supervisor behind them.
+    struct Machine {
+        rules: Rules,
+        supervisor: Supervisor,
+    }
+
+    impl Machine {
+        fn started() -> Self {
+            let mut machine = Self {
+                rules: Rules::default(),
+                supervisor: Supervisor::new(false),
+            };
+            machine.pass_ms(1_000, situation(CLOSED, READY));
+            assert_eq!(machine.supervisor.state(), State::Off);
+            machine
+        }
+
+        fn enabled() -> Self {
+            let mut machine = Self::started();
+            assert_eq!(
+                machine.take(Command::Enable, situation(CLOSED, READY)),
+                None
+            );
+            machine.pass_ms(2, situation(CLOSED, READY));
+            assert_eq!(machine.supervisor.state(), State::On);
+            machine.pass_ms(2, situation(CLOSED, STREAMING));
+            machine
+        }
+
+        fn take(&mut self, command: Command, now: Situation) -> Option<Result<Order, Refused>> {
+            self.rules.take(7, command, &mut self.supervisor, now)
+        }
+
+        fn reason(&mut self, command: Command, now: Situation) -> Option<Reason> {
+            let refused = self.take(command, now)?.err()?;
+            refused.reason()
+        }
+
+        fn pass_ms(&mut self, ms: u32, now: Situation) {
+            for _ in 0..1_000 * ms / CYCLE_US {
+                let inputs = self.rules.contacts(&mut self.supervisor, now);
+                self.supervisor.update(inputs, now.axes);
+            }
+        }
+
+        fn outcome(&mut self, now: Situation) -> Option<Result<(), Refused>> {
+            let outcome = self.rules.outcome(self.supervisor.state(), now);
+            outcome.map(|(_, result)| result)
+        }
+    }
+
+    #[test]
+    fn enable_is_answered_when_every_axis_follows() {
+        let mut machine = Machine::started();
+        let ready = situation(CLOSED, READY);
+        assert_eq!(machine.take(Command::Enable, ready), None);
+        machine.pass_ms(2, ready);
+        assert_eq!(machine.outcome(ready), None);
+        assert_eq!(machine.outcome(situation(CLOSED, STREAMING)), Some(Ok(())));
+        assert_eq!(machine.outcome(situation(CLOSED, STREAMING)), None);
+    }
+
+    #[test]
+    fn inputs_forbid_enable_and_end_it() {
+        let open = Inputs {
+            stop_closed: false,
+            ..CLOSED
+        };
+        let inactive = Inputs {
+            enable: false,
+            ..CLOSED
+        };
+        for (inputs, reason, state) in [
+            (open, Reason::StopInput, State::Stopped),
+            (inactive, Reason::EnableInput, State::Off),
+        ] {
+            let mut machine = Machine::started();
+            let forbidden = situation(inputs, READY);
+            assert_eq!(machine.reason(Command::Enable, forbidden), Some(reason));
+            let mut machine = Machine::enabled();
+            machine.pass_ms(1, situation(inputs, STREAMING));
+            assert_eq!(machine.supervisor.state(), state);
+            machine.pass_ms(2_000, situation(CLOSED, READY));
+            assert_eq!(
+                machine.supervisor.state(),
+                State::Off,
+                "not by the input alone"
+            );
+        }
+    }
+
+    #[test]
+    fn an_input_that_is_opened_on_the_way_is_the_reason() {
+        let mut machine = Machine::started();
+        assert_eq!(
+            machine.take(Command::Enable, situation(CLOSED, READY)),
+            None
+        );
+        let inactive = Inputs {
+            enable: false,
+            ..CLOSED
+        };
+        machine.pass_ms(1, situation(inactive, READY));
+        let refused = machine
+            .outcome(situation(inactive, READY))
+            .unwrap()
+            .unwrap_err();
+        assert_eq!(refused.reason(), Some(Reason::EnableInput));
+    }
+
+    #[test]
+    fn faults_are_cleared_by_name_and_never_on_the_way() {
+        let mut machine = Machine::enabled();
+        let faulted = situation(CLOSED, FAULTED);
+        machine.pass_ms(10, faulted);
+        assert_eq!(machine.supervisor.state(), State::Released);
+        assert_eq!(
+            machine.reason(Command::Enable, faulted),
+            Some(Reason::Faulted)
+        );
+        assert_eq!(
+            machine.take(Command::Clear, faulted),
+            Some(Ok(Order::Clear))
+        );
+        assert_eq!(
+            machine.take(Command::Enable, situation(CLOSED, READY)),
+            None
+        );
+        // One that comes on the way ends the attempt.
+        machine.pass_ms(1, faulted);
+        machine.pass_ms(5, faulted);
+        let refused = machine.outcome(faulted).unwrap().unwrap_err();
+        assert_eq!(refused.reason(), Some(Reason::Faulted));
+    }
+
+    #[test]
+    fn after_halt_enable_must_be_commanded() {
+        let mut machine = Machine::enabled();
+        let streaming = situation(CLOSED, STREAMING);
+        assert_eq!(
+            machine.take(Command::Halt, streaming),
+            Some(Ok(Order::Halt))
+        );
+        machine.pass_ms(1_000, situation(CLOSED, READY));
+        assert_eq!(machine.supervisor.state(), State::Released);
+        assert_eq!(
+            machine.take(Command::Enable, situation(CLOSED, READY)),
+            None
+        );
+        machine.pass_ms(2, situation(CLOSED, READY));
+        assert_eq!(machine.supervisor.state(), State::On);
+    }
+
+    #[test]
+    fn a_locked_machine_refuses_everything() {
+        let mut machine = Machine {
+            rules: Rules::default(),
+            supervisor: Supervisor::new(true),
+        };
+        for command in [
+            Command::Enable,
+            Command::Disable,
+            Command::Stop,
+            Command::Halt,
+            Command::Clear,
+            Command::Home,
+            SAVE,
+        ] {
+            let reason = machine.reason(command, situation(CLOSED, READY));
+            assert_eq!(reason, Some(Reason::Locked), "{command:?}");
+        }
+    }
+
+    #[test]
+    fn settings_are_stored_only_while_nothing_is_enabled_and_nothing_is_enabled_meanwhile() {
+        let mut machine = Machine::started();
+        let ready = situation(CLOSED, READY);
+        assert_eq!(machine.take(SAVE, ready), Some(Ok(Order::Store)));
+        let storing = Situation {
+            is_storing: true,
+            ..ready
+        };
+        assert_eq!(
+            machine.reason(Command::Enable, storing),
+            Some(Reason::NotReady)
+        );
+        let mut machine = Machine::enabled();
+        let streaming = situation(CLOSED, STREAMING);
+        assert_eq!(machine.reason(SAVE, streaming), Some(Reason::Enabled));
+        let found_on = Axes {
+            found_on: true,
+            ..READY
+        };
+        let mut machine = Machine::started();
+        assert_eq!(
+            machine.reason(SAVE, situation(CLOSED, found_on)),
+            Some(Reason::Enabled)
+        );
+    }
+}

@@ -78,16 +78,27 @@ impl FaultLog {
     pub(crate) fn clear(&mut self) {
         (self.mark, self.boot, self.uptime_ms) = (MARK, 0, 0);
         (self.next, self.unstored) = (1, 1);
+        for entry in &mut self.entries {
+            entry.checksum = !checksum(&entry.bytes);
+        }
     }
 
-    /// Takes a fault out of flash; from the oldest to the latest.
+    /// Takes a fault out of flash, in any order.
     pub(crate) fn load(&mut self, bytes: [u8; FAULT_BYTES]) {
         let number = number_of(&bytes);
-        if number >= self.next && number < u32::MAX {
-            self.put(number, bytes);
-            (self.next, self.unstored) = (number + 1, number + 1);
-            self.boot = self.boot.max(word(&bytes, 4));
+        if number == u32::MAX {
+            return;
         }
+        let place = self.entries.get(number as usize % KEPT);
+        let is_older = place.is_some_and(|entry| {
+            checksum(&entry.bytes) == entry.checksum && number_of(&entry.bytes) > number
+        });
+        if !is_older {
+            self.put(number, bytes);
+        }
+        self.next = self.next.max(number + 1);
+        self.unstored = self.next;
+        self.boot = self.boot.max(word(&bytes, 4));
     }
 
     /// A start after all that was noted before; its number.
@@ -285,7 +296,8 @@ mod tests {
         }
         assert_eq!(flash.len(), 40);
         let mut other = self::log();
-        for bytes in &flash[8..] {
+        // As they lie in two areas.
+        for bytes in flash[20..].iter().chain(&flash[..20]) {
             other.load(*bytes);
         }
         assert_eq!(other.unstored(), None);

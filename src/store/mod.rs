@@ -20,7 +20,7 @@ use board_settings::{Board, Configs, LONGEST, Settings};
 use record_store::{Store, StoreError};
 
 use self::areas::{ChipError, FAULTS, Place, SETTINGS};
-use self::fault_log::{FAULT_BYTES, FaultLog, KEPT};
+use self::fault_log::{FAULT_BYTES, FaultLog};
 use crate::config::{CYCLE_US, GROUP};
 
 #[cfg(feature = "stm32g474")]
@@ -115,13 +115,14 @@ impl Storage {
 
     fn load_faults(&mut self) {
         self.log.clear();
-        for index in (0..KEPT).rev() {
-            let mut bytes = [0; FAULT_BYTES];
-            if let Ok(Some(read)) = self.faults.read(index, &mut bytes)
-                && read.len() == FAULT_BYTES
-            {
-                self.log.load(bytes);
+        let log = &mut *self.log;
+        let read = self.faults.for_each(|_, bytes| {
+            if let Ok(bytes) = <[u8; FAULT_BYTES]>::try_from(bytes) {
+                log.load(bytes);
             }
+        });
+        if read.is_err() {
+            defmt::error!("the faults in the flash cannot be read");
         }
     }
 

@@ -60,6 +60,7 @@ impl Arguments {
     cargo xtask emulate                                           src/config.rs, drives 1 and 2, four seconds\n  \
     cargo xtask emulate -- --drives 5,6:8192,9 --ms 8000          other drives, one with gear number 8192, longer\n  \
     cargo xtask emulate --config my-machine.rs -- --drives 5,6,9  another configuration\n  \
+    cargo xtask emulate --link /tmp/board -- --drives 1,2,3,4     the image that takes orders, for host programs\n  \
     cargo xtask emulate -- --help                                 what the emulator can do")]
 pub(crate) struct EmulateArguments {
     /// Where the target's core library comes from
@@ -74,6 +75,10 @@ pub(crate) struct EmulateArguments {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
+    /// The image that takes orders, in real time, with its serial port on a pseudo-terminal under this name
+    #[arg(long, value_name = "PATH", conflicts_with = "config")]
+    link: Option<PathBuf>,
+
     /// Arguments for the emulator
     #[arg(last = true, value_name = "EMULATOR ARGUMENTS")]
     emulator: Vec<String>,
@@ -86,7 +91,10 @@ pub(crate) struct EmulateArguments {
 pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     let emulator = Emulator::prepare()?;
-    let image = Image::with_config(arguments.board, arguments.config.as_deref());
+    let image = match arguments.link {
+        Some(_) => Image::with_link(arguments.board),
+        None => Image::with_config(arguments.board, arguments.config.as_deref()),
+    };
     let image = image.build(&builder, &emulator.images)?;
     emulator.build("emulate")?;
     let mut command = emulator.command(&["run", "--quiet", "--bin", "emulate", "--"])?;
@@ -94,6 +102,11 @@ pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
         .arg(image)
         .args(&arguments.emulator)
         .env(BOARD, arguments.board.feature());
+    if let Some(link) = &arguments.link {
+        // The emulator runs in its own folder.
+        let link = std::path::absolute(link).unwrap_or_else(|_| link.clone());
+        command.arg("--link").arg(link);
+    }
     succeed("the emulator's program `emulate`", &mut command)
 }
 
@@ -200,6 +213,25 @@ impl Emulator {
                 .arg(image)
                 .args(["--axes", &axes.to_string()])
                 .args(["--response-us", &times.join(",")])
+                .env(BOARD, board.feature())
+        })
+    }
+
+    /// Measures an image that takes orders, with a busy link, and one with as many axes and the built-in motion.
+    ///
+    /// # Errors
+    /// When the emulator does not build, fails, or answers something else than JSON.
+    pub(crate) fn measure_link(
+        &self,
+        (with, without): (&Path, &Path),
+        board: Board,
+        axes: usize,
+    ) -> Result<Value, Error> {
+        self.answer("measure_link", |command| {
+            command
+                .arg(with)
+                .arg(without)
+                .args(["--axes", &axes.to_string()])
                 .env(BOARD, board.feature())
         })
     }

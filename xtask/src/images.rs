@@ -156,6 +156,20 @@ impl Image {
         }
     }
 
+    /// The one that takes orders.
+    pub(crate) fn with_link(board: Board) -> Self {
+        let mut arguments = board.arguments().to_vec();
+        arguments.extend(["--features", LINK].map(String::from));
+        Self {
+            name: format!("{}-{LINK}", board.feature()),
+            binary: PACKAGE,
+            variant: Variant {
+                arguments,
+                environment: vec![("DEFMT_LOG".into(), "info".into())],
+            },
+        }
+    }
+
     /// One with so many axes.
     pub(crate) fn with_axes(board: Board, axes: usize) -> Self {
         let configuration = vec![

@@ -57,6 +57,9 @@ struct Message {
     status: i32,
 }
 
+/// One axis whose gear number no drive has.
+const BOARD: &str = "format = 1\n\n[bus]\nbit_rate_kbit_per_s = 1000\n\n[[axis]]\ndrive = 1\ngear_number = 4\nspeed_rpm = 150\nacceleration_rpm_per_s = 1000\ntravel_min_millidegrees = -90000\ntravel_max_millidegrees = 90000\n";
+
 const MESSAGES: &[Message] = &[
     Message {
         title: "A value is missing",
@@ -280,6 +283,27 @@ const MESSAGES: &[Message] = &[
             "--yes",
         ],
         status: 1,
+    },
+    Message {
+        title: "Settings that make no board that works",
+        files: &[("board.toml", BOARD)],
+        device: Device::Nothing,
+        command: &[
+            "board",
+            "settings",
+            "check",
+            "board.toml",
+            "--board",
+            "stm32f405",
+        ],
+        status: 2,
+    },
+    Message {
+        title: "Nothing on the port is a motion board",
+        files: &[],
+        device: Device::Says("\x07"),
+        command: &["board", "info", "--port", "port"],
+        status: 3,
     },
 ];
 

@@ -103,6 +103,30 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
         Ok(Some(bytes))
     }
 
+    /// Hands over every whole record with its number, in the order of their places: one look at the flash for all.
+    ///
+    /// # Errors
+    /// Of the driver.
+    pub fn for_each(&mut self, mut each: impl FnMut(u32, &[u8])) -> Result<(), F> {
+        let mut room = [0; MOST];
+        for slot in Self::slots() {
+            let Some(head) = self.head(slot)? else {
+                continue;
+            };
+            let Some(bytes) = room.get_mut(..head.length as usize) else {
+                continue;
+            };
+            if self.is_whole(slot, head)? {
+                let offset = Self::offset(slot) + Head::BYTES;
+                self.flash
+                    .read(slot.area, offset, bytes)
+                    .map_err(StoreError::Flash)?;
+                each(head.sequence, bytes);
+            }
+        }
+        Ok(())
+    }
+
     /// The number of the latest record; 0 where there is none.
     ///
     /// # Errors

@@ -148,6 +148,17 @@ fn older_records_are_there_in_order() {
             assert_eq!(read, Some(&[number - age; 5][..]), "{number} {age}");
         }
         assert_eq!(store.read(6, &mut [0; 5]), Ok(None));
+        let mut all = Vec::new();
+        store
+            .for_each(|sequence, bytes| all.push((sequence, bytes[0])))
+            .unwrap();
+        all.sort_unstable();
+        let kept = u8::try_from(all.len()).unwrap();
+        let expected = (number + 1 - kept..=number).map(|number| (u32::from(number) + 1, number));
+        assert!(
+            kept > number.min(2) && all.iter().copied().eq(expected),
+            "{all:?}"
+        );
     }
 }
 

@@ -2,14 +2,13 @@
 #![allow(dead_code, reason = "each test uses a part")]
 
 use std::path::Path;
-use std::sync::OnceLock;
 
 use board_link::segment::{AxisSegment, Segment, Shape};
+use board_settings::Settings;
 use dyn_can::{DataFrame, Dialect, Request};
-use firmware_tests::flash::FlashContent;
 use firmware_tests::host::Host;
 use firmware_tests::motion_file::MotionFile;
-use firmware_tests::orders::{set_up, settings};
+use firmware_tests::records::{bytes_of, settings_of};
 use firmware_tests::{Rig, rig};
 use trajectory::Time;
 
@@ -20,15 +19,22 @@ const ACCELERATION: f64 = 2.184;
 
 /// A board with settings for [`AXES`], just started.
 pub(crate) fn board() -> (Rig, Host) {
-    static WITH_SETTINGS: OnceLock<FlashContent> = OnceLock::new();
-    let content = WITH_SETTINGS.get_or_init(|| {
-        let mut rig = new();
-        let mut host = Host::new(&mut rig, 1);
-        set_up(&mut rig, &mut host, &settings(AXES as u8));
-        rig.board().soc().flash.content().clone()
-    });
-    let mut rig = new();
-    rig.board_mut().set_flash_content(content.clone());
+    with_settings()
+}
+
+/// Four axes with the limits above, and no ends.
+pub(crate) fn settings() -> Settings {
+    firmware_tests::orders::settings(AXES as u8)
+}
+
+/// A board with these settings in its flash.
+pub(crate) fn with_settings() -> (Rig, Host) {
+    let mut rig = Rig::with_numbered_drives(rig::image("link"), AXES as i32);
+    let content = rig.board().soc().flash.content().clone();
+    let mut records = settings_of(content, rig::chip());
+    records.append(&bytes_of(&settings())).unwrap();
+    let content = records.flash().content();
+    rig.board_mut().set_flash_content(content);
     let host = Host::new(&mut rig, 1);
     (rig, host)
 }

@@ -37,7 +37,12 @@ pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
     let mut install = place.command(&python);
     install
         .args(["-m", "pip", "-q", "--disable-pip-version-check", "install"])
-        .args(["--no-index", "--no-deps", "--force-reinstall", "--find-links"])
+        .args([
+            "--no-index",
+            "--no-deps",
+            "--force-reinstall",
+            "--find-links",
+        ])
         .arg(&wheels)
         .arg("motion-board");
     place.run(&mut install)?;

@@ -100,7 +100,10 @@ pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
             continue;
         }
         if recipe.for_boards && !has_target {
-            unchecked.push(format!("{}: {} is not installed", recipe.name, TARGET.triple));
+            unchecked.push(format!(
+                "{}: {} is not installed",
+                recipe.name, TARGET.triple
+            ));
             continue;
         }
         println!("{PATCHES}/{}.patch", recipe.name);

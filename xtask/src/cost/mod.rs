@@ -4,6 +4,7 @@ mod baseline;
 mod figure;
 mod flash;
 mod hot_path;
+mod link;
 mod motion;
 mod path;
 mod trajectory;
@@ -16,6 +17,7 @@ use self::figure::Figure;
 use self::flash::Flash;
 use self::hot_path::HotPath;
 pub(crate) use self::hot_path::{EIGHT_AXES, FEWER_AXES, ONE_AXIS, PACKAGE as HOT_PATH};
+use self::link::LinkCost;
 use self::motion::Motion;
 use self::path::PathCost;
 use self::trajectory::TrajectoryCost;
@@ -70,6 +72,8 @@ enum Part {
     Path,
     /// Flash of images and libraries.
     Flash,
+    /// The cycle with a busy link.
+    Link,
 }
 
 /// Runs the task.
@@ -120,6 +124,7 @@ impl Tools {
             Part::Trajectory => TrajectoryCost::measure(builder, emulator)?.figures(),
             Part::Path => PathCost::measure(builder, emulator)?.figures(),
             Part::Flash => Flash::measure(builder, emulator.images())?.figures(),
+            Part::Link => LinkCost::measure(builder, emulator)?.targets(),
         })
     }
 
@@ -131,6 +136,7 @@ impl Tools {
             hot_path: HotPath::measure(builder, emulator)?,
             trajectory: TrajectoryCost::measure(builder, emulator)?,
             path: PathCost::measure(builder, emulator)?,
+            link: LinkCost::measure(builder, emulator)?,
         })
     }
 
@@ -142,6 +148,7 @@ impl Tools {
             hot_path: HotPath::measure(builder, emulator)?,
             trajectory: TrajectoryCost::measure(builder, emulator)?,
             path: PathCost::measure(builder, emulator)?,
+            link: LinkCost::default(),
         })
     }
 
@@ -191,6 +198,7 @@ struct Cost {
     hot_path: HotPath,
     trajectory: TrajectoryCost,
     path: PathCost,
+    link: LinkCost,
 }
 
 impl Cost {
@@ -202,6 +210,7 @@ impl Cost {
             self.trajectory.figures(),
             self.path.figures(),
             self.flash.figures(),
+            self.link.figures(),
         ]
         .concat()
     }
@@ -213,6 +222,7 @@ impl Cost {
         self.trajectory.write(&mut text);
         self.path.write(&mut text);
         self.flash.write(&mut text);
+        self.link.write(&mut text);
         text
     }
 
@@ -224,6 +234,7 @@ impl Cost {
             self.trajectory.targets(),
             self.path.targets(),
             self.flash.targets(),
+            self.link.targets(),
         ];
         for figure in targets.concat() {
             let Figure {

@@ -194,6 +194,7 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
                 if is_alone {
                     self.busy = Some(ticket);
                 }
+                self.is_storing |= matches!(command, Command::SaveSettings { .. });
                 Outcome::Posted(ticket)
             }
             Err(refused) => Outcome::Answered(Err(refused)),

@@ -60,6 +60,8 @@ pub struct Board<'q, A, const AXES: usize> {
     last_ticket: u16,
     /// A silent host was a stop, and the application has had no room for it yet.
     owes_stop: bool,
+    /// Settings are stored: the board may stand still meanwhile, and does not hold it against the host.
+    pub(super) is_storing: bool,
     reported: (u32, StreamPhase),
 }
 
@@ -79,6 +81,7 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             results: Vec::new(),
             last_ticket: NOBODY,
             owes_stop: false,
+            is_storing: false,
             reported: (0, StreamPhase::Idle),
         }
     }
@@ -115,6 +118,13 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
 
     /// Takes what the application has to say, and watches the host. [`Link::poll`](super::Link::poll) does it too.
     pub fn poll(&mut self, now: u64) {
+        if self.is_storing {
+            // The first look after it is the last one with another time.
+            self.is_storing = self.busy.is_some();
+            if let Some(session) = &mut self.session {
+                session.latest = session.latest.max(now);
+            }
+        }
         while let Some((ticket, result)) = self.app.result() {
             self.keep_result(ticket, result);
         }

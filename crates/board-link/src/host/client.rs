@@ -152,14 +152,29 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let _ = self.incoming.push_back(incoming);
     }
 
+    /// How long and how often a request is tried. A board that stores settings may stand still for half a second, with everything that it
+    /// would answer.
+    pub(super) fn limits(&self) -> (u32, u8) {
+        const PATIENCE: u32 = 10;
+        let is_storing = self.command.as_ref().is_some_and(|exchange| {
+            matches!(exchange.message.request, Request::CommitSettings { .. })
+        });
+        let timeout_us = self.config.timeout_us;
+        let longest_us = timeout_us.saturating_mul(PATIENCE);
+        (
+            if is_storing { longest_us } else { timeout_us },
+            self.config.tries,
+        )
+    }
+
     /// Sends what is due.
     pub fn poll(&mut self, now_us: u64) {
-        let limits = (self.config.timeout_us, self.config.tries);
+        let (patient, usual) = (self.limits(), (self.config.timeout_us, self.config.tries));
         for is_urgent in [true, false] {
-            let slot = if is_urgent {
-                &mut self.urgent
+            let (slot, limits) = if is_urgent {
+                (&mut self.urgent, usual)
             } else {
-                &mut self.command
+                (&mut self.command, patient)
             };
             let Some(exchange) = slot else { continue };
             if let Next::GiveUp { tries } = exchange.drive(&mut self.outbox, now_us, limits) {

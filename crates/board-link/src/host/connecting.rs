@@ -26,7 +26,7 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
             let exchange = Exchange::new(number, self.connection.session, request);
             self.connection.exchange = Some(exchange);
         }
-        let limits = (self.config.timeout_us, self.config.tries);
+        let limits = self.limits();
         if let Some(exchange) = &mut self.connection.exchange
             && let Next::GiveUp { .. } = exchange.drive(&mut self.outbox, now_us, limits)
         {

@@ -12,6 +12,7 @@ use super::checks::{check_axis, inside, override_rate};
 use super::halves::Sender;
 use super::phase::{PlayerState, StreamPhase};
 use super::queue::{Admitted, Order, Shared, Start, Tail};
+use super::quick::Scale;
 use crate::config::AxisLimits;
 use crate::rate::ONE;
 use crate::reason::Reason;
@@ -279,6 +280,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             generation: self.stream.generation,
             start,
             end,
+            scale: Scale::of(segment.time()),
             pieces,
         };
         if !self.segments.send(admitted) {

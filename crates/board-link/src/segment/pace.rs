@@ -28,9 +28,7 @@ impl<const AXES: usize> Player<'_, AXES> {
         let floor = tail.floor();
         let way = self.way_down_to(floor);
         // Whole cycles first: they are at most one more than there are, and nearly always enough.
-        let whole = tail
-            .cycles
-            .saturating_sub((self.time.ticks() >> 32) as u32);
+        let whole = tail.cycles.saturating_sub((self.time.ticks() >> 32) as u32);
         if way + 1.0 >= whole as f32 && way >= self.left(tail) {
             self.short_of = Some(tail);
         }

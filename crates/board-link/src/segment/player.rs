@@ -308,7 +308,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
         };
         let pieces = head.pieces.get(..self.axes).unwrap_or_default();
         self.quick
-            .take((head.generation, head.start), head.end, pieces);
+            .take((head.generation, head.start), head.scale, pieces);
         let elapsed = self.time.since(head.start);
         let quick = self.quick.counts(elapsed);
         for ((out, piece), counts) in out.iter_mut().zip(pieces).zip(quick) {

@@ -7,6 +7,7 @@ use trajectory::curve::Piece;
 use trajectory::{Position, Time};
 
 use super::phase::StreamPhase;
+use super::quick::Scale;
 use crate::config::WhenDry;
 use crate::rate::ONE;
 
@@ -20,6 +21,7 @@ pub(super) struct Admitted<const AXES: usize> {
     /// Since the start of the stream.
     pub(super) start: Time,
     pub(super) end: Time,
+    pub(super) scale: Scale,
     pub(super) pieces: [Piece; AXES],
 }
 

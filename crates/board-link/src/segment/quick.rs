@@ -9,12 +9,11 @@ use trajectory::{Position, Time};
 /// The sum of all powers stays below 2^30, so that no sum overflows.
 const SUM_BITS: u32 = 30;
 const POSITION_BITS: u32 = Position::UNITS.trailing_zeros();
-/// What is left out, in units of the last place: 6 of the powers, 5 of the products, 4 of the share that count up to 5 times a half, 15 of
+/// What is left out, in units of the last place: 6 of the powers, 10 of the products, 4 of the share that count up to 5 times a half, 15 of
 /// the exact curve itself; and a little more.
 const LEFT_OUT: i32 = 48;
 /// With fewer places nearly every position would be in doubt.
 const FEWEST_PLACES: u32 = 7;
-const SHARE_BITS: u32 = 31;
 
 /// A curve of fifth degree.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +62,8 @@ impl Curve {
         if places == 0 {
             return None;
         }
-        let part = |value: i32| ((i64::from(value) * i64::from(share)) >> SHARE_BITS) as i32;
+        // The upper half of a product is one instruction, and twice of it is added in another.
+        let part = |value: i32| (((i64::from(value) * i64::from(share)) >> 32) as i32) << 1;
         let [one, two, three, four, five] = self.powers;
         let way = if five | four == 0 {
             part(three)
@@ -85,9 +85,30 @@ pub(super) struct Quick<const AXES: usize> {
     /// The segment that they were made of: its stream and its start.
     of: Option<(u16, Time)>,
     curves: [Curve; AXES],
-    /// The duration is shifted by so much, and 2^63 divided by it.
+    scale: Scale,
+}
+
+/// The duration of a segment, for the share of it that has passed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scale {
+    /// It is shifted by so much, and 2^63 divided by it. The share has 31 bits.
     down: u32,
     inverse: u32,
+}
+
+impl Scale {
+    const UNKNOWN: Self = Self {
+        down: 0,
+        inverse: 0,
+    };
+
+    pub(super) fn of(duration: Time) -> Self {
+        let ticks = duration.ticks();
+        let down = u32::BITS.saturating_sub(ticks.leading_zeros());
+        let divisor = (ticks >> down).max(1);
+        let inverse = u32::try_from((1_u64 << 63) / divisor).unwrap_or(u32::MAX);
+        Self { down, inverse }
+    }
 }
 
 impl<const AXES: usize> Quick<AXES> {
@@ -95,26 +116,22 @@ impl<const AXES: usize> Quick<AXES> {
         Self {
             of: None,
             curves: [Curve::UNKNOWN; AXES],
-            down: 0,
-            inverse: 0,
+            scale: Scale::UNKNOWN,
         }
     }
 
     /// Takes a segment on, unless it has it.
     #[inline(always)]
-    pub(super) fn take(&mut self, of: (u16, Time), end: Time, pieces: &[Piece]) {
+    pub(super) fn take(&mut self, of: (u16, Time), scale: Scale, pieces: &[Piece]) {
         if self.of != Some(of) {
-            self.make(of, end.since(of.1), pieces);
+            self.of = Some(of);
+            self.scale = scale;
+            self.make(pieces);
         }
     }
 
     #[inline(never)]
-    fn make(&mut self, of: (u16, Time), duration: Time, pieces: &[Piece]) {
-        self.of = Some(of);
-        let ticks = duration.ticks();
-        self.down = u32::BITS.saturating_sub(ticks.leading_zeros());
-        let divisor = (ticks >> self.down).max(1);
-        self.inverse = u32::try_from((1_u64 << 63) / divisor).unwrap_or(u32::MAX);
+    fn make(&mut self, pieces: &[Piece]) {
         for (curve, piece) in self.curves.iter_mut().zip(pieces) {
             *curve = Curve::new(piece);
         }
@@ -123,8 +140,8 @@ impl<const AXES: usize> Quick<AXES> {
     /// The counts of each axis so long after the start, within the duration; `None` for one that must be asked from the exact curve.
     #[inline(always)]
     pub(super) fn counts(&self, elapsed: Time) -> impl Iterator<Item = Option<i32>> + '_ {
-        let elapsed = (elapsed.ticks() >> self.down) as u32;
-        let share = (u64::from(elapsed) * u64::from(self.inverse)) >> 32;
+        let elapsed = (elapsed.ticks() >> self.scale.down) as u32;
+        let share = (u64::from(elapsed) * u64::from(self.scale.inverse)) >> 32;
         let share = i32::try_from(share).unwrap_or(i32::MAX);
         self.curves.iter().map(move |curve| curve.at(share))
     }
@@ -168,7 +185,7 @@ mod tests {
             };
             let mut quick = Quick::<1>::new();
             let start = Time::from_cycles(77);
-            quick.take((1, start), start.after(Time::from_ticks(duration)), &[piece]);
+            quick.take((1, start), Scale::of(Time::from_ticks(duration)), &[piece]);
             for place in places {
                 let elapsed = ((duration as f64 * place) as u64).min(duration - 1);
                 let exact = piece.at(Share::of(elapsed, duration)).counts();
@@ -184,7 +201,7 @@ mod tests {
         let piece = Piece::minimum_jerk(Position::ZERO, to);
         let mut quick = Quick::<1>::new();
         let duration = Time::from_cycles(10_000);
-        quick.take((1, Time::ZERO), duration, &[piece]);
+        quick.take((1, Time::ZERO), Scale::of(duration), &[piece]);
         let doubts = (0..10_000).filter(|cycle| {
             let counts = quick.counts(Time::from_cycles(*cycle)).next().unwrap();
             counts.is_none()

@@ -20,8 +20,8 @@ Examples:
   slcand -o -s8 /tmp/can-adapter can0                              as a network interface, on Linux
   motionctl bench --drives 1,2 --slcan tcp:7000                    on any system, for programs of this machine
   motionctl run --slcan tcp:7000 --drives 1,2 --axes 2             in another terminal; python-can opens socket://127.0.0.1:7000
-  motionctl bench --drives 1,2 --board /tmp/motion-board --settings board.toml    drives behind a motion board
-  motionctl board info --port /tmp/motion-board                    in another terminal
+  motionctl bench --drives 1,2 --board /tmp/board --settings board.toml    drives behind a motion board
+  motionctl board info --port /tmp/board                    in another terminal
 
 The adapter speaks the Lawicel protocol (S0..S8, O, L, C, t, T, r, R, F, V, N, Z) and drives a virtual
 bus with exact bit timing, in real time. The serial port is that of the same drives: 38400 baud, DYN232M.

@@ -17,14 +17,15 @@ mod words;
 
 use std::process::ExitCode;
 
+use crate::schema::NamedSchema;
 use clap::Subcommand;
-use schemars::Schema;
 
+use crate::schema::NamedSchema;
 use error::BoardError;
 
 const HELP: &str = "\
 Examples:
-  motionctl bench --drives 1,2 --board /tmp/motion-board --settings board.toml   a simulated board, in another terminal
+  motionctl bench --drives 1,2 --board /tmp/board --settings board.toml   a simulated board, in another terminal
   motionctl board find                              boards at USB ports
   motionctl board info --port /dev/ttyACM0
   motionctl board settings set board.toml --port /dev/ttyACM0
@@ -70,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
 }
 
 /// What the words print with `--json`, by the name of its file.
-pub(crate) const SCHEMAS: &[(&str, fn() -> Schema)] = &[
+pub(crate) const SCHEMAS: &[NamedSchema] = &[
     ("board-faults", faults::schema),
     ("board-find", find::schema),
     ("board-info", info::schema),

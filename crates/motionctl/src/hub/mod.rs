@@ -44,6 +44,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::exit::Failure;
+use crate::schema::NamedSchema;
 pub(crate) use family::is_meant;
 use family::refusal;
 
@@ -131,7 +132,7 @@ pub(crate) fn run(words: Vec<OsString>) -> Result<ExitCode, Failure> {
 }
 
 /// What each word prints with `--json`, by the name of its file of schemas.
-pub(crate) const SCHEMAS: &[(&str, fn() -> schemars::Schema)] = &[
+pub(crate) const SCHEMAS: &[NamedSchema] = &[
     ("zlac-assign-id", assign_id::schema),
     ("zlac-backup", backup::schema),
     ("zlac-bench", bench::schema),

@@ -29,8 +29,11 @@ With --dry-run a command prints what `dry-run` says. A line of `decode --json` a
 
 Exit status: 0 printed or written, 2 there is no such schema, or a file cannot be written.";
 
+/// The name of a file, and what it says.
+pub(crate) type NamedSchema = (&'static str, fn() -> Schema);
+
 /// What each command prints with `--json`, by the name of its file.
-const SCHEMAS: &[(&str, fn() -> Schema)] = &[
+const SCHEMAS: &[NamedSchema] = &[
     ("assign-id", assign_id::schema),
     ("backup", backup::schema),
     ("bench", bench::schema),

@@ -69,7 +69,7 @@ REST_S = 3
 
 BENCH = re.compile(r"<!-- bench: (.*?) -->")
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-LINK = re.compile(r"(/dev/tty\w+|COM\d+|(?<=--slcan )tcp:\d+|(?<=--serial )tcp:\d+|/tmp/can-adapter|/tmp/drive-port|/tmp/motion-board|--can can0|--can pcan:\w+)(?=\s|$)")
+LINK = re.compile(r"(/dev/tty\w+|COM\d+|(?<=--slcan )tcp:\d+|(?<=--serial )tcp:\d+|/tmp/can-adapter|/tmp/drive-port|/tmp/board|--can can0|--can pcan:\w+)(?=\s|$)")
 # Languages of blocks with commands; those for Windows are run with links of this system.
 SHELLS = ("sh", "console", "bat")
 PLACES = ["/var/log/can", "/tmp/motion"]
@@ -83,7 +83,7 @@ class Bench:
 
     def __init__(self, folder, options):
         self.adapter, self.serial, self.board = (os.path.join(folder, name) for name in ("adapter", "port", "board"))
-        words = shlex.split(options.replace("/tmp/motion-board", self.board))
+        words = shlex.split(options.replace("/tmp/board", self.board))
         links = ["--slcan", self.adapter]
         if not any("zlac" in word for word in words):
             links += ["--serial", self.serial]

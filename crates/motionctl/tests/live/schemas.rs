@@ -7,6 +7,7 @@ use std::process::Output;
 use serde_json::Value;
 
 use crate::bench::{BenchProcess, Scratch, interrupt, motionctl, start_and_wait_for};
+use crate::board_line::{BoardBench, SETTINGS};
 use crate::tool::{Folder, text};
 use crate::undisturbed::undisturbed;
 
@@ -23,21 +24,26 @@ impl Seen {
     fn compare(&mut self, name: &str, output: &Output) {
         let status = output.status.code();
         assert!(matches!(status, Some(0 | 1)), "{name}: {output:?}");
-        let schema = motionctl(&["schema", name]).output().expect("it runs");
-        let schema: Value = serde_json::from_slice(&schema.stdout).expect("a schema");
-        let validator = jsonschema::validator_for(&schema).expect("a schema that is one");
         let documents = serde_json::Deserializer::from_slice(&output.stdout).into_iter::<Value>();
         let mut count = 0;
         for document in documents {
             let document = document.unwrap_or_else(|error| panic!("{name}: {error}: {output:?}"));
-            let wrong: Vec<String> = validator
-                .iter_errors(&document)
-                .map(|error| format!("{}: {error}", error.instance_path()))
-                .collect();
-            assert!(wrong.is_empty(), "{name}: {wrong:#?}\n{document:#}");
+            self.check(name, &document);
             count += 1;
         }
         assert!(count > 0, "{name}: nothing was printed: {output:?}");
+    }
+
+    /// This document is what the schema says.
+    fn check(&mut self, name: &str, document: &Value) {
+        let schema = motionctl(&["schema", name]).output().expect("it runs");
+        let schema: Value = serde_json::from_slice(&schema.stdout).expect("a schema");
+        let validator = jsonschema::validator_for(&schema).expect("a schema that is one");
+        let wrong: Vec<String> = validator
+            .iter_errors(document)
+            .map(|error| format!("{}: {error}", error.instance_path()))
+            .collect();
+        assert!(wrong.is_empty(), "{name}: {wrong:#?}\n{document:#}");
         self.0.insert(name.to_owned());
     }
 
@@ -103,6 +109,8 @@ fn what_the_commands_for_servo_drives_print_is_what_their_schemas_say() {
         seen.on(&bench, "probe", &[], &with("probe", &[]));
         seen.on(&bench, "jog", &[], &with("jog", &["--turns", "0.1"]));
         let moves = ["move", "--drives", "1,2", "--by", "0.1,0.1", "--yes"];
+        // The drives come with a high speed of their own.
+        let moves = [&moves[..], &["--max-rpm", "600"]].concat();
         seen.on(&bench, "move", &[], &moves);
         let speed = [
             "speed", "--drives", "1", "--rpm", "10", "--for", "0.2", "--yes",
@@ -142,8 +150,29 @@ fn what_the_commands_for_servo_drives_print_is_what_their_schemas_say() {
             &["assign-id", "--from", "2", "--to", "5", "--yes"],
         );
         seen.compare("bench", &bench.end());
+        on_board(&mut seen);
         seen.have_all(false);
     });
+}
+
+/// What the words of a board print.
+fn on_board(seen: &mut Seen) {
+    let bench = BoardBench::start("schemas-board", SETTINGS);
+    let motion = Scratch::new("schemas-board.csv", MOTION);
+    let port = ["--port", bench.port()];
+    let mut on = |name: &str, words: &[&str]| seen.run(name, &[&["board"], words, &port].concat());
+    on("board-find", &["find"]);
+    on("board-info", &["info"]);
+    on("board-monitor", &["monitor", "--count", "2"]);
+    on("board-faults", &["faults"]);
+    on("board-settings", &["settings", "get"]);
+    on(
+        "board-settings",
+        &["settings", "check", bench.settings_path()],
+    );
+    on("board-run", &["run", motion.path(), "--yes"]);
+    let (report, _) = bench.end();
+    seen.check("bench", &report);
 }
 
 /// What needs no drive.

@@ -208,7 +208,7 @@ impl<'q> Machine<'q> {
             let Some((code, detail)) = of_event(&event.kind) else {
                 continue;
             };
-            let axis = event.axis.map(|axis| axis as u8);
+            let axis = event.axis;
             app.events.push_back(Event::Fault { axis, code, detail });
             if event.kind != EventKind::Fault(Fault::Group) {
                 let uptime_us = number * u64::from(self.configs.master.cycle_us);

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use board_link::host::{Incoming, StreamEnd};
+use board_link::host::{Incoming, RequestError, StreamEnd};
 use board_link::message::{BoardState, Event, Request, Snapshot};
 use board_link::segment::StreamPhase;
 
@@ -119,8 +119,15 @@ impl<'a> Follow<'a> {
         let period = (cycles_per_second / snapshot_hz).max(1);
         self.session
             .ask("send snapshots", Request::Snapshots { period })?;
-        // Faults of which the cause is gone must not keep it from starting; others are said by the board.
-        self.session.ask("enable its drives", Request::Enable)?;
+        match self.session.ask("enable its drives", Request::Enable) {
+            // Its answer comes when they are enabled, and that may be later than one is waited for: snapshots say so.
+            Ok(_)
+            | Err(BoardError::Request {
+                source: RequestError::TimedOut { .. },
+                ..
+            }) => {}
+            Err(error) => return Err(error.into()),
+        }
         self.await_enabled()?;
         self.anchors = self.latest.axes.iter().map(|axis| axis.target).collect();
         self.recording.motion_begins();
@@ -359,11 +366,10 @@ impl<'a> Follow<'a> {
     fn end(&mut self) -> bool {
         self.recording
             .happened(None, Kind::Phase, "the motion ends".to_owned());
-        let disabled = self.session.ask("disable its drives", Request::Disable);
-        if let Err(error) = &disabled {
+        if let Err(error) = self.session.ask("disable its drives", Request::Disable) {
             tell(error);
         }
-        let is_off = disabled.is_ok() && self.await_off();
+        let is_off = self.await_off();
         if let Err(error) = self.session.leave() {
             tell(error);
         }
