@@ -244,6 +244,12 @@ pub(super) const STEPS: &[Step] = &[
     )
     .needs(&[&PYTHON]),
     Step::call(
+        "python-emulator",
+        "an example of the Python package commands the real image on the emulated board, through its serial port",
+        python_package::on_emulator,
+    )
+    .needs(&[&TARGET, &PYTHON]),
+    Step::call(
         "windows",
         "motionctl builds for Windows without a warning",
         |place| interop::windows_program(place).map(|_| Vec::new()),
