@@ -17,7 +17,6 @@ mod words;
 
 use std::process::ExitCode;
 
-use crate::schema::NamedSchema;
 use clap::Subcommand;
 
 use crate::schema::NamedSchema;
