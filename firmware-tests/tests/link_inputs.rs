@@ -101,12 +101,7 @@ fn an_open_input_ends_everything_and_only_a_command_brings_it_back() {
             let is_left_alone = situation == Situation::Off && contact == Contact::Enable;
             assert_eq!(rig.are_enabled(), is_left_alone, "{case}");
             assert_eq!(rig.set_points_since(rests_ns).count(), 0, "{case}");
-            assert!(
-                !host
-                    .phases(1)
-                    .iter()
-                    .any(|phase| *phase == StreamPhase::Complete)
-            );
+            assert!(!host.phases(1).contains(&StreamPhase::Complete));
             assert_eq!(host.state(&mut rig), state, "{case}");
             refuses_everything(&mut rig, &mut host, reason, &case);
             // Closing it brings nothing back.
