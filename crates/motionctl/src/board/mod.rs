@@ -20,6 +20,7 @@ use std::process::ExitCode;
 use crate::schema::NamedSchema;
 use clap::Subcommand;
 
+use crate::schema::NamedSchema;
 use error::BoardError;
 
 const HELP: &str = "\

@@ -29,10 +29,13 @@ fn play(text: &str, options: &[&str], cycle_us: u32) -> (Played, Plan) {
     let file = folder.path().join("motion.csv");
     std::fs::write(&file, text).unwrap();
     let file = file.to_str().unwrap();
-    let words = [&["test", "--trajectory", file][..], options].concat();
-    let motion = Cli::parse_from(words).motion;
+    play_words(&[&["--trajectory", file][..], options].concat(), cycle_us)
+}
+
+fn play_words(options: &[&str], cycle_us: u32) -> (Played, Plan) {
+    let motion = Cli::parse_from([&["test"], options].concat()).motion;
     let plan = motion.read().unwrap().plan(cycle_us, StepLimit::MAX);
-    let plan = plan.unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let plan = plan.unwrap_or_else(|error| panic!("{error}\n{options:?}"));
     let segments = segments(&plan).unwrap();
     let (places, from) = ([2, 0], [1_000, -77, -123_456]);
     let played = preview(
@@ -43,7 +46,7 @@ fn play(text: &str, options: &[&str], cycle_us: u32) -> (Played, Plan) {
         |cycle| plan.row(cycle),
     );
     (
-        played.unwrap_or_else(|error| panic!("{error:?}\n{text}")),
+        played.unwrap_or_else(|error| panic!("{error:?}\n{options:?}")),
         plan,
     )
 }
@@ -92,6 +95,50 @@ fn points_closer_than_cycles_are_the_same_set_points() {
     let mut text = String::from("time_ms,a,b\n");
     text.extend((0..4_000).map(|place| point(f64::from(place) * 0.25)));
     check(&text, &[], 1_000);
+}
+
+#[test]
+fn a_program_is_played_within_a_count() {
+    let program = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/programs/slot.ngc"
+    );
+    let words = ["--program", program, "--axes", "2", "--mm-per-turn", "5"];
+    let check = move || {
+        let (played, plan) = play_words(&words, 1_000);
+        assert_eq!(played.cycles, plan.cycles() as u64);
+        assert!(played.worst_counts <= 1, "{played:?}");
+    };
+    // What plays a program takes the stack of a main thread.
+    let thread = std::thread::Builder::new().stack_size(8 << 20);
+    thread.spawn(check).unwrap().join().unwrap();
+}
+
+#[test]
+fn what_the_board_would_refuse_is_named_with_its_segment_and_time() {
+    let (_, plan) = play(TURN, &[], 1_000);
+    let segments = segments(&plan).unwrap();
+    let narrow = AxisLimits {
+        highest: Position::from_counts(10_000),
+        ..wide()
+    };
+    // The first column is the second axis here, which may not go so far as the second segment takes it.
+    let limits = [wide(), narrow];
+    let refusal = preview(&segments, &limits, (&[1, 0], &[0, 0]), 1_000, |cycle| {
+        plan.row(cycle)
+    });
+    let refusal = refusal.unwrap_err();
+    assert_eq!(refusal.refused.reason(), Some(board_link::Reason::Travel));
+    assert_eq!(
+        (refusal.refused.axis, refusal.segment, refusal.at_cycles),
+        (Some(1), 1, 250.0)
+    );
+    // The same from elsewhere stays within it.
+    let elsewhere = (&[1, 0][..], &[0, -10_000][..]);
+    let played = preview(&segments, &limits, elsewhere, 1_000, |cycle| {
+        plan.row(cycle)
+    });
+    assert_eq!(played.map(|played| played.worst_counts), Ok(0));
 }
 
 proptest! {
