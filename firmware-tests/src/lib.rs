@@ -29,6 +29,7 @@
 //! | [`motion`] | standing and moving axes whose instructions are counted |
 //! | [`profile`], [`names`] | which instructions ran how often, and the functions that they belong to |
 //! | [`log`] | the firmware's log |
+//! | [`host`], [`orders`], [`motion_file`] | a host at the serial port, the board that takes its orders, and what it sends |
 //! | [`rig`], [`scenario`] | a board with drives, the wiring of the default board, and how to bring it up |
 
 #![forbid(unsafe_code)]

@@ -1,4 +1,6 @@
 //! Runs an image on the emulated board, with the contacts closed one after the other as an operator would, and prints its log.
+// Nothing of it is a test, and the tests of the pseudo-terminal belong to `motionctl`.
+#![cfg(not(test))]
 
 #[cfg(unix)]
 mod link_terminal;
