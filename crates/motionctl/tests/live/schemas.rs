@@ -114,7 +114,7 @@ fn what_the_commands_for_servo_drives_print_is_what_their_schemas_say() {
         let moves = [&moves[..], &limits].concat();
         seen.on(&bench, "move", &[], &moves);
         let speed = [
-            "speed", "--drives", "1", "--rpm", "10", "--for", "0.2", "--yes",
+            "speed", "--drives", "1", "--rpm", "10", "--for", "1", "--yes",
         ];
         seen.on(&bench, "speed", &[], &speed);
         let tune = with("tune", &["--periods", "1"]);
