@@ -109,11 +109,12 @@ fn what_the_commands_for_servo_drives_print_is_what_their_schemas_say() {
         seen.on(&bench, "probe", &[], &with("probe", &[]));
         seen.on(&bench, "jog", &[], &with("jog", &["--turns", "0.1"]));
         let moves = ["move", "--drives", "1,2", "--by", "0.1,0.1", "--yes"];
-        // The drives come with a high speed of their own.
-        let moves = [&moves[..], &["--max-rpm", "600"]].concat();
+        // The drives come with a high speed and acceleration of their own.
+        let limits = ["--max-rpm", "600", "--max-acceleration", "100000"];
+        let moves = [&moves[..], &limits].concat();
         seen.on(&bench, "move", &[], &moves);
         let speed = [
-            "speed", "--drives", "1", "--rpm", "10", "--for", "0.2", "--yes",
+            "speed", "--drives", "1", "--rpm", "10", "--for", "1", "--yes",
         ];
         seen.on(&bench, "speed", &[], &speed);
         let tune = with("tune", &["--periods", "1"]);
