@@ -116,12 +116,14 @@ pub(super) const STEPS: &[Step] = &[
     ),
     Step::for_boards(
         "firmware",
-        "the images of each board build: firmware and commissioning",
+        "the images of each board build: firmware, with and without the link, and commissioning",
         &[
             "fw --board stm32f405",
             "fw --board stm32g474",
             "fw --board stm32f405 --commission",
             "fw --board stm32g474 --commission",
+            "fw --board stm32f405 --link",
+            "fw --board stm32g474 --link",
         ],
     )
     .needs(&[&TARGET]),
@@ -142,6 +144,8 @@ pub(super) const STEPS: &[Step] = &[
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474 -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,misbehave,commission -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --features misbehave,commission -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --features link -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,link -- -D warnings",
         ],
     )
     .needs(&[&TARGET_INSTALLED]),
