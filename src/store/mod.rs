@@ -151,7 +151,7 @@ impl Storage {
     }
 
     /// Stores them for the next start. To be called when the cycle has confirmed that nothing is enabled, and sees to it that nothing
-    /// will be: the chip may stand still for half a second, or 1.1 s where the log of faults needs an erase (STM32F405).
+    /// will be: the chip may stand still for half a second.
     pub(crate) fn save(&mut self, length: u32) -> Result<(), Refused> {
         self.check(length)?;
         let bytes = self.staging.get(..length as usize).unwrap_or_default();
