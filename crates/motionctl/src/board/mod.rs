@@ -31,7 +31,9 @@ Examples:
   motionctl board run plan.csv --port /dev/ttyACM0
 
 Without drives and without a board: docs/board.md. New firmware is written with probe-rs, as the first one: the boards have no boot loader that
-takes it over the link, so there is no `update`.";
+takes it over the link, so there is no `update`.
+
+Exit status: that of each word; in general 0 done, 1 a promise was broken or a board did not answer, 2 refused, 3 the link failed.";
 
 /// Options of `motionctl board`.
 #[derive(Debug, clap::Args)]
