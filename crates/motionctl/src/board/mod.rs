@@ -1,6 +1,6 @@
 //! `motionctl board`: a motion board that takes orders, over its serial port.
 //!
-//! [`session`] carries the bytes of the protocol, which `board_link` speaks; [`run`] plays a motion, [`settings`] reads and writes what the board
+//! [`session`] carries the bytes of the protocol, which `board_link` speaks; [`mod@run`] plays a motion, [`mod@settings`] reads and writes what the board
 //! is told, [`words`] puts what it says into words.
 
 mod arguments;

@@ -1,6 +1,6 @@
 //! `motionctl board run`: a motion on the drives of a board.
 //!
-//! [`axes`] says which axis is which, [`segments`] makes of the motion what the board plays, [`fit`] where it is no curve, [`follow`] enables,
+//! [`axes`] says which axis is which, [`mod@segments`] makes of the motion what the board plays, [`fit`] where it is no curve, [`follow`] enables,
 //! sends, watches and disables, [`recording`] keeps what the snapshots say, [`summary`] is what came of it.
 
 mod arguments;
