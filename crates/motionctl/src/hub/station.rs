@@ -85,7 +85,19 @@ impl<'link> WheelStation<'link> {
         Self::with_feedback(link, wheels, cycle_us, FEEDBACK_TICKS)
     }
 
-    /// The same with feedback in so many ticks of the drives' timers.
+    /// Whether [`Self::new`] would make one.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn check(
+        link: &Link,
+        wheels: &[WheelConfig],
+        cycle_us: u32,
+    ) -> Result<(), HubError> {
+        master(link, wheels, cycle_us, FEEDBACK_TICKS).map(|_| ())
+    }
+
+    /// As [`Self::new`], with feedback in so many ticks of the drives' timers.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -95,15 +107,8 @@ impl<'link> WheelStation<'link> {
         cycle_us: u32,
         ticks: u16,
     ) -> Result<Self, HubError> {
-        let config = WheelMasterConfig {
-            cycle_us,
-            bit_rate: link.bit_rate(),
-            feedback: FeedbackTiming::Timer { ticks },
-            timeouts: TIMEOUTS,
-            ..WheelMasterConfig::DEFAULT
-        };
         Ok(Self {
-            master: WheelMaster::new(config, wheels).map_err(HubError::Config)?,
+            master: master(link, wheels, cycle_us, ticks)?,
             link,
             clock: Clock::start(),
             pace: Pace::new(cycle_us),
@@ -362,6 +367,22 @@ impl<'link> WheelStation<'link> {
             after: moved.err().map(Box::new),
         })
     }
+}
+
+fn master(
+    link: &Link,
+    wheels: &[WheelConfig],
+    cycle_us: u32,
+    ticks: u16,
+) -> Result<WheelMaster<MOST_WHEELS>, HubError> {
+    let config = WheelMasterConfig {
+        cycle_us,
+        bit_rate: link.bit_rate(),
+        feedback: FeedbackTiming::Timer { ticks },
+        timeouts: TIMEOUTS,
+        ..WheelMasterConfig::DEFAULT
+    };
+    WheelMaster::new(config, wheels).map_err(HubError::Config)
 }
 
 impl Drop for WheelStation<'_> {

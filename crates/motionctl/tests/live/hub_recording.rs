@@ -193,3 +193,36 @@ fn the_live_view_shows_wheels_on_a_bus_and_stops_them() {
         assert_eq!(status.code(), Some(130), "{shown}");
     });
 }
+
+#[test]
+fn the_frames_of_wheels_that_the_bus_cannot_carry_are_in_the_log() {
+    undisturbed(|| {
+        let folder = Folder::new("hub-too-many");
+        std::fs::create_dir_all(&folder.0).expect("a folder");
+        let nodes: Vec<String> = (1..=12).map(|node: u8| node.to_string()).collect();
+        let drives = format!("zlac:{}", nodes.join(","));
+        let rate = ["--bit-rate", "100"];
+        let bench = BenchProcess::start_with("hub-too-many-bench", &drives, &rate);
+        let row = |time: &str, rpm: &str| format!("{time}{}\n", format!(",{rpm}").repeat(12));
+        let names: String = nodes.iter().map(|node| format!(",w{node}_rpm")).collect();
+        let text = format!("time_s{names}\n{}{}", row("0", "0"), row("1", "0"));
+        let motion = Scratch::new("hub-too-many.csv", &text);
+        let log = folder.file("run.log");
+        let words = ["run", "--drives", &drives, "--slcan", bench.path()];
+        let motion = ["--trajectory", motion.path(), "--yes", "--candump", &log];
+        let all = [&words[..], &rate, &motion].concat();
+        let output = motionctl(&all).output().expect("motionctl runs");
+        let (status, errors) = status_and_errors(&output);
+        assert_eq!(status, Some(2), "{errors}");
+        assert!(
+            errors.contains("the bus carries more than it can"),
+            "{errors}"
+        );
+        let text = std::fs::read_to_string(&log).expect("a log");
+        // Each was asked what it is.
+        for node in 1..=12 {
+            assert!(text.contains(&format!(" {:03X}#", 0x600 + node)), "{node}");
+        }
+        drop(bench);
+    });
+}

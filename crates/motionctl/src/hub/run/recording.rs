@@ -82,19 +82,21 @@ impl<'a> WheelRecording<'a> {
     ) -> Result<(Self, T), HubError> {
         match prepared {
             Ok(prepared) => Ok((self, prepared)),
-            Err(error) => {
-                let recorder = BusRecorder::new(self.recorder, self.start, self.about.bit_ns);
-                // What is not complete was told.
-                drop(recorder.finish(link));
-                Err(error)
-            }
+            Err(error) => Err(self.refuse(error, link)),
         }
+    }
+
+    fn refuse(self, error: HubError, link: &mut Link) -> HubError {
+        let recorder = BusRecorder::new(self.recorder, self.start, self.about.bit_ns);
+        // What is not complete was told.
+        drop(recorder.finish(link));
+        error
     }
 
     /// Brings the wheels up, lets them follow, switches them off. The page of wheels that could not end as they should says why.
     ///
     /// # Errors
-    /// As [`follow`] and [`WheelStation::end`].
+    /// As [`WheelStation::new`], [`follow`] and [`WheelStation::end`].
     pub(super) fn follow(
         mut self,
         bus: &mut Bus,
@@ -102,20 +104,17 @@ impl<'a> WheelRecording<'a> {
         wheels: &Wheels,
         motion: &mut dyn Motion,
     ) -> Result<Ended<'a>, HubError> {
-        let view = if self.arguments.live {
-            let (view, viewer) = BusView::open(&self.about, None).map_err(HubError::Terminal)?;
-            self.recorder.watch(viewer);
-            Some(view)
-        } else {
-            None
-        };
+        let view = self.open_view();
+        let (this, view) = self.with(view, bus.link())?;
+        let checked = WheelStation::check(bus.link(), configs, CYCLE_US);
+        let (this, ()) = this.with(checked, bus.link())?;
         let mut station = WheelStation::new(bus.link(), configs, CYCLE_US)?;
         let places = wheels.places().iter().zip(&wheels.looks);
         let recorded = places.map(|(&place, look)| RecordedWheel {
             place,
             speed_resolution: look.speed_resolution,
         });
-        let recorder = BusRecorder::new(self.recorder, self.start, self.about.bit_ns);
+        let recorder = BusRecorder::new(this.recorder, this.start, this.about.bit_ns);
         station.record(WheelRecorder::new(recorder, recorded));
         let followed = follow(&mut station, wheels, motion);
         let snapshots: Vec<WheelSnapshot> = station.snapshots().collect();
@@ -130,7 +129,7 @@ impl<'a> WheelRecording<'a> {
                 recorded,
                 view,
                 axes,
-                arguments: self.arguments,
+                arguments: this.arguments,
             }),
             Err(error) => {
                 let verdict = format!("NOT complete: {error}");
@@ -143,11 +142,20 @@ impl<'a> WheelRecording<'a> {
                     facts: Vec::new(),
                     axes,
                 };
-                let folder = self.arguments.recording.report.as_deref();
+                let folder = this.arguments.recording.report.as_deref();
                 report::write_and_tell(folder, &recorded, &outcome);
                 Err(error)
             }
         }
+    }
+
+    fn open_view(&mut self) -> Result<Option<BusView>, HubError> {
+        if !self.arguments.live {
+            return Ok(None);
+        }
+        let (view, viewer) = BusView::open(&self.about, None).map_err(HubError::Terminal)?;
+        self.recorder.watch(viewer);
+        Ok(Some(view))
     }
 }
 
