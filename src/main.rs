@@ -103,6 +103,11 @@ mod fault_log;
 #[cfg(all(target_os = "none", not(feature = "link")))]
 #[path = "playback.rs"]
 mod orders;
+/// Without the chip: the tests of the packets of USB.
+#[cfg(all(test, not(target_os = "none")))]
+#[allow(dead_code, reason = "USB is not built for the host")]
+#[path = "link/usb/packets.rs"]
+mod packets;
 #[cfg(any(test, all(target_os = "none", feature = "link")))]
 #[cfg_attr(
     not(target_os = "none"),
@@ -128,16 +133,32 @@ use defmt_rtt as _;
 fn main() -> ! {
     let cause = board::take_cause();
     let history = last_words::take(cause);
-    let start = board::init();
+    #[cfg_attr(not(feature = "link-usb"), allow(unused_mut))]
+    let mut start = board::init();
     telemetry::write_start(cause, &history);
     if !brown_out::is_set() {
         defmt::warn!(
             "the chip may run on a supply that is too low for its clock: set its brown-out level once with `cargo fw --commission`"
         );
     }
+    #[cfg(feature = "link-usb")]
+    let device = start
+        .board
+        .as_mut()
+        .and_then(|board| board.port.take_device());
     let (duty, thread) = duty_of(start, cause, &history);
     duty::start(duty);
-    telemetry::run(thread)
+    #[cfg(feature = "link-usb")]
+    {
+        use core::task::{Context, Waker};
+        // Every interrupt ends the sleep of the thread, so nothing needs to be woken.
+        let mut usb = core::pin::pin!(link::usb::run(device));
+        telemetry::run(thread, || {
+            let _ = usb.as_mut().poll(&mut Context::from_waker(Waker::noop()));
+        })
+    }
+    #[cfg(not(feature = "link-usb"))]
+    telemetry::run(thread, || {})
 }
 
 /// What can be done after this start, in the cycle and in the thread.

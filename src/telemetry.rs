@@ -90,8 +90,8 @@ pub(crate) fn has_room() -> bool {
     !CHANNEL.is_full()
 }
 
-/// Writes the log and looks after the orders, for ever.
-pub(crate) fn run(mut thread: Thread) -> ! {
+/// Writes the log and looks after the orders, for ever. `serve` is for a device that needs the thread before it looks and after it has spoken.
+pub(crate) fn run(mut thread: Thread, mut serve: impl FnMut()) -> ! {
     loop {
         // Nothing is lost in between: it is taken back before the look.
         if IS_NEWS.load(Ordering::Relaxed) {
@@ -101,7 +101,9 @@ pub(crate) fn run(mut thread: Thread) -> ! {
                 thread.note(&message);
             }
         }
+        serve();
         thread.poll();
+        serve();
         // What an interrupt tells in between waits for the next one, a cycle at most.
         cortex_m::asm::wfi();
     }

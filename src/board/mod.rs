@@ -20,6 +20,8 @@ use stm32f405 as chosen;
 #[cfg(feature = "stm32g474")]
 use stm32g474 as chosen;
 
+#[cfg(feature = "link-usb")]
+pub(crate) use chosen::CYCLE_PRIORITY;
 #[cfg(feature = "link")]
 pub(crate) use chosen::prescaler;
 pub(crate) use chosen::{CORE_HZ, enable_interrupts, has_lost_clock, init, take_cause};
@@ -37,7 +39,7 @@ pub(crate) struct Board {
     pub(crate) inputs: InputPins,
     /// The serial port to the host.
     #[cfg(feature = "link")]
-    pub(crate) port: crate::link::uart::Port,
+    pub(crate) port: crate::link::Port,
 }
 
 /// What a start leads to.

@@ -5,6 +5,7 @@
 //! | PB8, PB9 | CAN1 receive, transmit; PA11 and PA12, its other pins, are those of the USB socket |
 //! | PC12 | status LED of the board, a low level lights it |
 //! | PA2, PA3 | serial port to the host, with `link`: transmit, receive |
+//! | PA11, PA12 | USB to the host, with `link-usb` in the place of the serial port: D-, D+ |
 //! | PC0, PC1, PC2 | stop circuit, enable, run: 3.3 V is closed, active |
 
 use can_motion::plan::BitRate;
@@ -60,8 +61,14 @@ const LED_PIN: usize = 12;
 /// Revision A of the chip, in which the prefetch must stay off (ES0182).
 const REVISION_A: u16 = 0x1000;
 
+/// 336 MHz / 7: the 48 MHz of USB, which must be exact to 0.25 % (USB 2.0, section 7.1.11) and follow the crystal.
+#[cfg(feature = "link-usb")]
+const USB_DIVIDER: Option<rcc::PllQDiv> = Some(rcc::PllQDiv::DIV7);
+#[cfg(not(feature = "link-usb"))]
+const USB_DIVIDER: Option<rcc::PllQDiv> = None;
+
 /// Priority of the cycle and of the bus: below the marks of errors (priority 0).
-const CYCLE_PRIORITY: Priority = Priority::P6;
+pub(crate) const CYCLE_PRIORITY: Priority = Priority::P6;
 
 #[embassy_stm32::interrupt]
 fn CAN1_TX() {
@@ -125,11 +132,14 @@ pub(crate) fn init() -> Start {
             enable: Input::new(peripherals.PC1, Pull::Down),
             run: Input::new(peripherals.PC2, Pull::Down),
         },
-        #[cfg(feature = "link")]
-        port: crate::link::uart::Port::start(
-            Flex::new(peripherals.PA2),
-            Flex::new(peripherals.PA3),
-        ),
+        #[cfg(all(feature = "link", not(feature = "link-usb")))]
+        port: crate::link::Port::start(Flex::new(peripherals.PA2), Flex::new(peripherals.PA3)),
+        #[cfg(feature = "link-usb")]
+        port: crate::link::Port::new(crate::link::usb::Pins {
+            controller: peripherals.USB_OTG_FS,
+            plus: peripherals.PA12,
+            minus: peripherals.PA11,
+        }),
     });
     Start {
         status_led: StatusLed {
@@ -237,7 +247,7 @@ fn clocks() -> Config {
         prediv: rcc::PllPreDiv::DIV4,
         mul: rcc::PllMul::MUL168,
         divp: Some(rcc::PllPDiv::DIV2),
-        divq: None,
+        divq: USB_DIVIDER,
         divr: None,
     });
     config.rcc.sys = rcc::Sysclk::PLL1_P;

@@ -5,12 +5,16 @@
 //! | PA11, PA12 | FDCAN1 receive, transmit. PB8, the other pin to receive, is also BOOT0: an idle bus would start the boot loader |
 //! | PA5 | status LED of the board, a high level lights it |
 //! | PA2, PA3 | serial port to the host, with `link`: transmit, receive |
+//! | PA11, PA12 | with `link-usb` in the place of both: D-, D+ of USB, which this chip has at no other pins and this board at no socket |
+//! | PB12, PB13 | with `link-usb`: FDCAN2 receive, transmit |
 //! | PC0, PC1, PC2 | stop circuit, enable, run: 3.3 V is closed, active |
 
 use can_motion::plan::BitRate;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::can::Fdcan;
 use embassy_stm32::pac::can::regs::Psr;
+use embassy_stm32::pac::fdcanram::Fdcanram;
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, pac, rcc};
@@ -51,14 +55,33 @@ pub(crate) const fn prescaler(bit_rate: BitRate) -> Option<u16> {
     }
 }
 
-/// Alternate function of FDCAN1 on its pins (STM32G474 data sheet, table 13).
+/// Alternate function of FDCAN1 and FDCAN2 on their pins (STM32G474 data sheet, table 13).
 const CAN_FUNCTION: u8 = 9;
 /// The pin of the status LED, on port A.
 const LED_PIN: usize = 5;
 
 /// Priority of the cycle and of the bus: below the marks of errors (priority 0).
-const CYCLE_PRIORITY: Priority = Priority::P6;
+pub(crate) const CYCLE_PRIORITY: Priority = Priority::P6;
 
+/// The controller of the bus and its message memory.
+#[cfg(not(feature = "link-usb"))]
+const CAN: (Fdcan, Fdcanram) = (pac::FDCAN1, pac::FDCANRAM1);
+#[cfg(not(feature = "link-usb"))]
+const CAN_INTERRUPT: interrupt::Interrupt = interrupt::FDCAN1_IT0;
+/// USB has the pins of the first one.
+#[cfg(feature = "link-usb")]
+const CAN: (Fdcan, Fdcanram) = (pac::FDCAN2, pac::FDCANRAM2);
+#[cfg(feature = "link-usb")]
+const CAN_INTERRUPT: interrupt::Interrupt = interrupt::FDCAN2_IT0;
+
+#[cfg(feature = "link-usb")]
+#[embassy_stm32::interrupt]
+fn FDCAN2_IT0() {
+    // SAFETY: this interrupt has the priority of the cycle.
+    unsafe { duty::on_traffic() };
+}
+
+#[cfg(not(feature = "link-usb"))]
 #[embassy_stm32::interrupt]
 fn FDCAN1_IT0() {
     // SAFETY: this interrupt has the priority of the cycle.
@@ -97,20 +120,29 @@ pub(crate) fn init() -> Start {
         watchdog.feed();
     }
     let board = has_crystal.then(|| Board {
+        #[cfg(not(feature = "link-usb"))]
         bus: Bus::new(controller(
             Flex::new(peripherals.PA11),
             Flex::new(peripherals.PA12),
+        )),
+        #[cfg(feature = "link-usb")]
+        bus: Bus::new(controller(
+            Flex::new(peripherals.PB12),
+            Flex::new(peripherals.PB13),
         )),
         inputs: InputPins {
             stop: Input::new(peripherals.PC0, Pull::Down),
             enable: Input::new(peripherals.PC1, Pull::Down),
             run: Input::new(peripherals.PC2, Pull::Down),
         },
-        #[cfg(feature = "link")]
-        port: crate::link::uart::Port::start(
-            Flex::new(peripherals.PA2),
-            Flex::new(peripherals.PA3),
-        ),
+        #[cfg(all(feature = "link", not(feature = "link-usb")))]
+        port: crate::link::Port::start(Flex::new(peripherals.PA2), Flex::new(peripherals.PA3)),
+        #[cfg(feature = "link-usb")]
+        port: crate::link::Port::new(crate::link::usb::Pins {
+            controller: peripherals.USB,
+            plus: peripherals.PA12,
+            minus: peripherals.PA11,
+        }),
     });
     Start {
         status_led: StatusLed {
@@ -124,7 +156,7 @@ pub(crate) fn init() -> Start {
 
 /// Lets the cycle and the bus begin.
 pub(crate) fn enable_interrupts() {
-    for interrupt in [interrupt::TIM2, interrupt::FDCAN1_IT0] {
+    for interrupt in [interrupt::TIM2, CAN_INTERRUPT] {
         interrupt.set_priority(CYCLE_PRIORITY);
         // SAFETY: no critical section relies on it being off, and what the handlers of this priority share is in its place.
         unsafe { interrupt.enable() };
@@ -161,8 +193,8 @@ fn controller(mut receive: Flex<'static>, mut transmit: Flex<'static>) -> Contro
         .apb1enr1()
         .modify(|clocks| clocks.set_fdcanen(true));
     Controller {
-        registers: pac::FDCAN1,
-        memory: pac::FDCANRAM1,
+        registers: CAN.0,
+        memory: CAN.1,
         reset: || {
             // All three controllers of the chip; this board uses one.
             let resets = pac::RCC.apb1rstr1();
@@ -221,5 +253,13 @@ fn clocks() -> Config {
     // Above 150 MHz the core's supply must be raised (RM0440, section 6.1.5).
     config.rcc.boost = true;
     config.rcc.mux.fdcansel = rcc::mux::Fdcansel::PCLK1;
+    #[cfg(feature = "link-usb")]
+    {
+        // No divider makes 48 MHz of 320 MHz. The oscillator for USB is exact enough once the frames of the host, one a millisecond, trim it
+        // (RM0440, section 7.2.14 and chapter 8); nothing else is clocked by it.
+        let sync_from_usb = true;
+        config.rcc.hsi48 = Some(rcc::Hsi48Config { sync_from_usb });
+        config.rcc.mux.clk48sel = rcc::mux::Clk48sel::HSI48;
+    }
     config
 }

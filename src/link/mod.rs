@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `config`, `machine` | what is compiled in, and what the settings say |
 //! | `uart` | bytes by DMA, without an interrupt |
+//! | `usb` | with `link-usb`, in its place: bytes by USB |
 //! | `thread` | the protocol, in the thread that writes the log |
 //! | `application` | what the protocol asks of the firmware |
 //! | `orders` | the half of the cycle: commands, and the player of the segments |
@@ -19,10 +20,17 @@ pub(crate) mod orders;
 pub(crate) mod shared;
 pub(crate) mod stored;
 pub(crate) mod thread;
+#[cfg(not(feature = "link-usb"))]
 pub(crate) mod uart;
+#[cfg(feature = "link-usb")]
+pub(crate) mod usb;
 
 pub(crate) use orders::Orders;
 pub(crate) use thread::Thread;
+#[cfg(not(feature = "link-usb"))]
+pub(crate) use uart::Port;
+#[cfg(feature = "link-usb")]
+pub(crate) use usb::Port;
 
 use board_link::segment::{SegmentConfig, SegmentQueue};
 use heapless::spsc::Queue;

@@ -4,10 +4,9 @@ use board_link::board::{Board, BoardConfig, Link};
 use board_link::segment::Admission;
 use heapless::spsc::{Consumer, Producer};
 
-use super::CYCLES_PER_SECOND;
 use super::application::Firmware;
 use super::orders::{Ordered, Result};
-use super::uart::Port;
+use super::{CYCLES_PER_SECOND, Port};
 use crate::config::AXES;
 use crate::cycle_clock;
 use crate::store::Storage;
@@ -82,10 +81,13 @@ impl Thread {
         self.link.consume(count);
         let errors = port.errors();
         if errors != self.told_errors && now >= self.tells_errors_at {
+            #[cfg(not(feature = "link-usb"))]
             defmt::warn!(
                 "serial port: {=u32} errors so far: check cable, ground and bit rate",
                 errors
             );
+            #[cfg(feature = "link-usb")]
+            defmt::warn!("USB: no program read, {=u32} times so far", errors);
             self.told_errors = errors;
             self.tells_errors_at = now + u64::from(CYCLES_PER_SECOND);
         }

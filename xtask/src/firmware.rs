@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
-use crate::images::{Board, COMMISSION, CONFIG, LINK, PACKAGE, keep_for_board};
+use crate::images::{Board, COMMISSION, CONFIG, LINK, LINK_USB, PACKAGE, keep_for_board};
 use crate::output::print;
 use crate::size::Size;
 use crate::size_profile::SizeProfile;
@@ -18,6 +18,7 @@ use crate::toolchain::Preference;
     cargo fw --toolchain source   build core from source, as on a machine without rustup's server\n  \
     cargo fw --commission         the image that sets the option bytes of a new chip, in the place of the firmware\n  \
     cargo fw --link               the image that takes orders over a serial port\n  \
+    cargo fw --link-usb           the same over USB; other pins on the stm32g474, see docs/board.md\n  \
     cargo fw --config press.rs    compile this file in the place of src/config.rs\n  \
     cargo fw --symbols            also where the flash goes, by crate and by symbol\n  \
     cargo fw -- --locked          hand further arguments to cargo build\n\n\
@@ -38,6 +39,10 @@ pub(crate) struct Arguments {
     /// The image that takes orders over a serial port; its drives and limits are settings, not src/config.rs
     #[arg(long, conflicts_with_all = ["config", "commission"])]
     link: bool,
+
+    /// The same over USB, as a serial port of the class CDC-ACM; built and linted, never executed
+    #[arg(long, conflicts_with_all = ["config", "commission", "link"])]
+    link_usb: bool,
 
     /// Configuration to compile in the place of src/config.rs; it starts with `//` comments, not with `//!`
     #[arg(long, value_name = "FILE")]
@@ -65,10 +70,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             .environment
             .push((CONFIG.into(), config.display().to_string()));
     }
-    if arguments.link {
-        variant
-            .arguments
-            .extend(["--features", LINK].map(String::from));
+    for (is_chosen, feature) in [(arguments.link, LINK), (arguments.link_usb, LINK_USB)] {
+        if is_chosen {
+            let chosen = ["--features", feature].map(String::from);
+            variant.arguments.extend(chosen);
+        }
     }
     let name = if arguments.commission {
         let arguments = ["--features", COMMISSION, "--bin", COMMISSION];

@@ -12,6 +12,8 @@ pub(crate) const PACKAGE: &str = "motion-board";
 pub(crate) const COMMISSION: &str = "commission";
 /// The feature of the image that takes orders.
 pub(crate) const LINK: &str = "link";
+/// The feature of the same over USB.
+pub(crate) const LINK_USB: &str = "link-usb";
 /// Configuration whose number of axes is in [`AXES`].
 const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";

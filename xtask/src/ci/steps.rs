@@ -116,7 +116,7 @@ pub(super) const STEPS: &[Step] = &[
     ),
     Step::for_boards(
         "firmware",
-        "the images of each board build: firmware, with and without the link, and commissioning",
+        "the images of each board build: firmware, without the link and with it over a UART and over USB, and commissioning",
         &[
             "fw --board stm32f405",
             "fw --board stm32g474",
@@ -124,6 +124,8 @@ pub(super) const STEPS: &[Step] = &[
             "fw --board stm32g474 --commission",
             "fw --board stm32f405 --link",
             "fw --board stm32g474 --link",
+            "fw --board stm32f405 --link-usb",
+            "fw --board stm32g474 --link-usb",
         ],
     )
     .needs(&[&TARGET]),
@@ -146,6 +148,8 @@ pub(super) const STEPS: &[Step] = &[
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --features misbehave,commission -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --features link -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,link -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --features link-usb -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,link-usb -- -D warnings",
         ],
     )
     .needs(&[&TARGET_INSTALLED]),
