@@ -103,16 +103,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
 
 fn ports(arguments: &Arguments) -> Vec<String> {
     let there = serialport::available_ports().unwrap_or_default();
-    let is_meant =
-        |kind: &SerialPortType| arguments.all || matches!(kind, SerialPortType::UsbPort(_));
     let there = there
         .into_iter()
-        .filter(|port| is_meant(&port.port_type))
+        .filter(|port| is_meant(&port.port_type, arguments.all))
         .map(|port| port.port_name);
     let mut ports: Vec<String> = arguments.ports.iter().cloned().chain(there).collect();
     let mut seen = std::collections::BTreeSet::new();
     ports.retain(|port| seen.insert(port.clone()));
     ports
+}
+
+/// A board on USB may have any vendor and product, and so may the probe or cable of one with a UART.
+const fn is_meant(kind: &SerialPortType, all: bool) -> bool {
+    all || matches!(kind, SerialPortType::UsbPort(_))
 }
 
 fn show(report: &Report) -> Result<(), BoardError> {
@@ -224,7 +227,30 @@ pub(super) fn schema() -> schemars::Schema {
 
 #[cfg(test)]
 mod tests {
+    use serialport::UsbPortInfo;
+
     use super::*;
+
+    #[test]
+    fn a_port_on_usb_is_asked_whatever_its_vendor_and_product() {
+        let on_usb = |vid, pid| {
+            SerialPortType::UsbPort(UsbPortInfo {
+                vid,
+                pid,
+                serial_number: None,
+                manufacturer: None,
+                product: None,
+            })
+        };
+        // The board itself, the probe of a Nucleo, a cable.
+        for (vid, pid) in [(0x1209, 0x0001), (0x0483, 0x374E), (0x0403, 0x6001)] {
+            assert!(is_meant(&on_usb(vid, pid), false));
+        }
+        for kind in [SerialPortType::PciPort, SerialPortType::Unknown] {
+            assert!(!is_meant(&kind, false));
+            assert!(is_meant(&kind, true));
+        }
+    }
 
     /// A packet of a drive is a byte below 80h and at least three from 80h on (DYN serial protocol, section 4).
     #[test]
