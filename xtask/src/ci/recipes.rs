@@ -70,6 +70,9 @@ const RECIPES: &[Recipe] = &[
             &[
                 "clippy -q --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32f446 -- -D warnings",
                 "clippy -q --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32f446,commission -- -D warnings",
+                "clippy -q --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32f446,link -- -D warnings",
+                "clippy -q --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32f446,link-usb -- -D warnings",
+                "test -q -p board-settings",
                 "test -q -p xtask images",
             ],
         )
