@@ -86,14 +86,14 @@ impl Patience {
 mod tests {
     use super::*;
 
-    /// The sizes of the packets of so many bytes that wait at once.
+    /// The sizes of the packets of so many bytes that wait at once, nine at most.
     fn cut(packets: &mut Packets, mut waiting: usize) -> Vec<usize> {
-        let mut sizes = Vec::new();
-        while let Some(size) = packets.next(waiting) {
+        let sizes = std::iter::from_fn(|| {
+            let size = packets.next(waiting)?;
             waiting -= size;
-            sizes.push(size);
-        }
-        sizes
+            Some(size)
+        });
+        sizes.take(9).collect()
     }
 
     #[test]
