@@ -86,7 +86,7 @@ pub(crate) struct Image {
 impl Image {
     /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
     /// command, one with eight axes, one that homes its axes, three with hub motors, of which one homes them and one fails on command, the
-    /// one that sets the option bytes, and the one that takes orders; of the default board one that plays a program, which is the same code on the other one.
+    /// one that sets the option bytes, and the two that take orders; of the default board one that plays a program, which is the same code on the other one.
     pub(crate) fn for_tests(board: Board) -> Vec<Self> {
         let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
         let homing = vec![(CONFIG.into(), HOMING.into())];
@@ -103,6 +103,7 @@ impl Image {
             Self::for_test(board, "hub-homing", PACKAGE, &[], hub_homing),
             Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
             Self::for_test(board, LINK, PACKAGE, &[LINK], Vec::new()),
+            Self::for_test(board, LINK_USB, PACKAGE, &[LINK_USB], Vec::new()),
         ];
         if board == Board::Stm32f405 {
             let program = vec![(CONFIG.into(), PROGRAM.into())];

@@ -11,6 +11,9 @@ const RAM: u32 = 0x2000_0000;
 const RAM_SIZE: u64 = 0x2_0000;
 const CORE_COUPLED_RAM: u64 = 0x1000_0000;
 const CORE_COUPLED_RAM_SIZE: u64 = 0x1_0000;
+/// The memory of the maker, which cannot be written; the number of the chip is there.
+const SYSTEM_MEMORY: u64 = 0x1FFF_0000;
+const SYSTEM_MEMORY_SIZE: u64 = 0x1_0000;
 /// Peripherals of the chip and of the processor: first address and size.
 const REGISTERS: [(u32, u64); 4] = [
     (0x4000_0000, 0x8_0000),
@@ -42,6 +45,7 @@ pub(super) fn paint(engine: &mut Engine<'_>) -> Result<(), uc_error> {
 pub(super) fn map_memory(engine: &mut Engine<'_>, flash_bytes: u64) -> Result<(), uc_error> {
     engine.mem_map(u64::from(FLASH), flash_bytes, Prot::READ | Prot::EXEC)?;
     engine.mem_map(CORE_COUPLED_RAM, CORE_COUPLED_RAM_SIZE, Prot::ALL)?;
+    engine.mem_map(SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE, Prot::READ)?;
     engine.mem_map(u64::from(RAM), RAM_SIZE, Prot::ALL)?;
     paint(engine)?;
     for (base, size) in REGISTERS {
