@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with_all = ["config", "commission"])]
     link: bool,
 
-    /// The same over USB, as a serial port of the class CDC-ACM; built and linted, never executed
+    /// The same over USB, as a serial port of the class CDC-ACM; built and linted, its USB never executed
     #[arg(long, conflicts_with_all = ["config", "commission", "link"])]
     link_usb: bool,
 

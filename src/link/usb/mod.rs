@@ -1,4 +1,4 @@
-//! The serial port over USB, in the place of the UART: cargo feature `link-usb`. Built and linted, never executed: the emulator has no USB.
+//! The serial port over USB, in the place of the UART: cargo feature `link-usb`. Built and linted; no byte has ever gone through it: the emulator has no USB.
 //!
 //! The device is a serial port of the class CDC-ACM, which every system has a driver for. There is no executor: the thread polls the one future
 //! of the device between two sleeps, and whatever the device waits for is told by its interrupt, which ends the sleep. That interrupt
