@@ -93,38 +93,18 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
     }
 
     fn check_start(&self, positions: &[Position]) -> Result<(), Refusal> {
-        for (axis, (&actual, &expected)) in positions.iter().zip(&self.stand).enumerate() {
-            // Both are within the travel.
-            if actual.distance_from(expected).units().abs() > START_TOLERANCE {
-                return Err(Refusal::Start {
-                    axis,
-                    expected,
-                    actual,
-                });
-            }
-        }
-        Ok(())
+        let axes = positions.iter().zip(&self.stand).enumerate();
+        axes.into_iter()
+            .try_for_each(|(axis, (&actual, &expected))| check_start(axis, expected, actual))
     }
 
     fn check_time(&self, actual: Time) -> Result<(), Refusal> {
-        let last = self.last_time().unwrap_or(self.time);
         if actual <= self.time {
             let expected = self.time;
             return Err(Refusal::Past { expected, actual });
         }
-        if actual <= last {
-            let expected = last;
-            return Err(Refusal::Order { expected, actual });
-        }
-        let expected = last.after(LEAST_GAP);
-        if actual < expected {
-            return Err(Refusal::Close { expected, actual });
-        }
-        let expected = last.after(self.config.longest_gap);
-        if actual > expected {
-            return Err(Refusal::Ahead { expected, actual });
-        }
-        Ok(())
+        let last = self.last_time().unwrap_or(self.time);
+        check_gap(last, actual, self.config.longest_gap)
     }
 
     /// The two stretches that a new set-point changes, of every axis.
@@ -248,7 +228,41 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
     }
 }
 
-fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Result<(), Refusal> {
+/// The time from the set-point before.
+pub(crate) fn check_gap(last: Time, actual: Time, longest: Time) -> Result<(), Refusal> {
+    if actual <= last {
+        let expected = last;
+        return Err(Refusal::Order { expected, actual });
+    }
+    let expected = last.after(LEAST_GAP);
+    if actual < expected {
+        return Err(Refusal::Close { expected, actual });
+    }
+    let expected = last.after(longest);
+    if actual > expected {
+        return Err(Refusal::Ahead { expected, actual });
+    }
+    Ok(())
+}
+
+/// Where an axis stands, and where the first set-point is.
+pub(crate) fn check_start(
+    axis: usize,
+    expected: Position,
+    actual: Position,
+) -> Result<(), Refusal> {
+    // Both are within the travel.
+    if actual.distance_from(expected).units().abs() > START_TOLERANCE {
+        return Err(Refusal::Start {
+            axis,
+            expected,
+            actual,
+        });
+    }
+    Ok(())
+}
+
+pub(crate) fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Result<(), Refusal> {
     let (lowest, highest) = (limits.lowest, limits.highest);
     if actual < lowest || actual > highest {
         return Err(Refusal::Travel {
@@ -268,7 +282,12 @@ fn check_extent(axis: usize, stretch: &Stretch, limits: &AxisLimits) -> Result<(
 }
 
 /// The mean velocity to a set-point, before anything is known of the curve.
-fn check_chord(axis: usize, from: Point, to: Point, limits: &AxisLimits) -> Result<(), Refusal> {
+pub(crate) fn check_chord(
+    axis: usize,
+    from: Point,
+    to: Point,
+    limits: &AxisLimits,
+) -> Result<(), Refusal> {
     let cycles = to.time.since(from.time).cycles().max(1.0);
     let expected = limits.velocity() + 1.0 / cycles;
     let actual = crate::stretch::chord(from, to).abs();

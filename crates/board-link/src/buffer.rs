@@ -41,7 +41,7 @@ pub enum Phase {
 }
 
 /// What came in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Set-points that were taken.
     pub taken: u32,
@@ -132,11 +132,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
             is_short: false,
             highest_rate: ONE,
             last_rate: ONE,
-            counters: Counters {
-                taken: 0,
-                refused: [0; Refusal::KINDS + 1],
-                dry: 0,
-            },
+            counters: Counters::default(),
         })
     }
 

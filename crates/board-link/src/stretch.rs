@@ -76,20 +76,20 @@ pub(crate) struct Stretch {
 impl Stretch {
     /// The curve, exact at both ends.
     pub(crate) fn piece(&self) -> Piece {
+        let [leaving, arriving] = self.borders();
+        Piece::quintic(self.from.position, self.to.position, leaving, arriving)
+    }
+
+    /// How it leaves and arrives, in units of its duration.
+    pub(crate) fn borders(&self) -> [Border; 2] {
         let duration = self.to.time.since(self.from.time);
-        let border = |slope: Slope| Border {
+        [self.leaving, self.arriving].map(|slope| Border {
             velocity: Position::at_velocity(slope.velocity, duration),
             acceleration: Position::at_velocity(
                 slope.acceleration * duration.cycles() / 2.0,
                 duration,
             ),
-        };
-        Piece::quintic(
-            self.from.position,
-            self.to.position,
-            border(self.leaving),
-            border(self.arriving),
-        )
+        })
     }
 
     fn cycles(&self) -> f32 {

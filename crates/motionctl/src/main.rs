@@ -19,6 +19,7 @@ mod drive_ids;
 mod drives;
 mod dry_run;
 mod enable;
+mod ending;
 mod endpoint;
 mod exit;
 mod home;

@@ -12,6 +12,7 @@ mod orders;
 mod pace;
 mod phase;
 mod player;
+mod preview;
 mod queue;
 mod quick;
 mod split;
@@ -24,6 +25,7 @@ pub use admission::Admission;
 pub use begin::{Begin, SegmentConfig};
 pub use phase::{PlayerState, StreamPhase};
 pub use player::Player;
+pub use preview::SegmentPreview;
 pub use queue::SegmentQueue;
 
 /// The largest number of axes of a segment and of a board.

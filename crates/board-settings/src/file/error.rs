@@ -14,8 +14,9 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a byte.
-    pub(super) fn of(text: &str, byte: usize) -> Self {
+    /// The place of a byte; one inside a character is the place of the character.
+    #[must_use]
+    pub fn of(text: &str, byte: usize) -> Self {
         let mut place = Self { line: 1, column: 1 };
         for (_, character) in text.char_indices().take_while(|(at, _)| *at < byte) {
             if character == '\n' {

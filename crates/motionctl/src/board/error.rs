@@ -8,6 +8,7 @@ use board_link::frame::VERSION;
 use board_link::host::RequestError;
 use board_link::message::{BoardState, Refused};
 use dyn_can::{DriveId, GearNumber, units};
+use trajectory::RangeError;
 
 use super::words::{refusal, state};
 use crate::backup::FileFault;
@@ -86,6 +87,10 @@ pub(crate) enum BoardError {
     },
     /// There are no frames to record.
     NoFrames,
+    /// A file where set-points come from another program.
+    FileOfStream,
+    /// Limits that a trajectory cannot have.
+    Range(RangeError),
     /// The board does not get ready.
     NotReady { state: BoardState },
     /// Nobody can be listened to.
@@ -211,6 +216,13 @@ impl fmt::Display for BoardError {
             }
             Self::NoFrames => f.write_str(
                 "--candump: the frames are on the bus of the board, where this computer does not see them; record them with an adapter and `motionctl record`",
+            ),
+            Self::FileOfStream => f.write_str(
+                "set-points come from another program: expected no --trajectory and no --program; `motionctl board run` plays files",
+            ),
+            Self::Range(source) => write!(
+                f,
+                "the limits of the options and of the board: {source}; choose other ones with --max-rpm, --max-acceleration and --max-jerk"
             ),
             Self::NotReady { state: is } => write!(
                 f,

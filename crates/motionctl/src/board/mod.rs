@@ -1,6 +1,7 @@
 //! `motionctl board`: a motion board that takes orders, over its serial port.
 //!
-//! [`session`] carries the bytes of the protocol, which `board_link` speaks; [`mod@run`] plays a motion, [`mod@settings`] reads and writes what the board
+//! [`session`] carries the bytes of the protocol, which `board_link` speaks; [`mod@run`] plays a motion, [`mod@stream`] what another program sends,
+//! [`motion`] is what both have in common, [`mod@settings`] reads and writes what the board
 //! is told, [`words`] puts what it says into words.
 
 mod arguments;
@@ -10,9 +11,11 @@ mod faults;
 mod find;
 mod info;
 mod monitor;
+mod motion;
 mod run;
 mod session;
 mod settings;
+mod stream;
 mod words;
 
 use std::process::ExitCode;
@@ -29,6 +32,7 @@ Examples:
   motionctl board info --port /dev/ttyACM0
   motionctl board settings set board.toml --port /dev/ttyACM0
   motionctl board run plan.csv --port /dev/ttyACM0
+  producer | motionctl board stream --port /dev/ttyACM0 --yes
 
 Without drives and without a board: docs/board.md. New firmware is written with probe-rs, as the first one: the boards have no boot loader that
 takes it over the link, so there is no `update`.
@@ -53,6 +57,8 @@ enum Word {
     Settings(settings::Arguments),
     /// Run a motion on a board, with the same files as `motionctl run`.
     Run(Box<run::Arguments>),
+    /// Take set-points of another program while the motion runs, with the lines of `motionctl run --stream`.
+    Stream(Box<stream::Arguments>),
     /// Show the state of a board again and again.
     Monitor(monitor::Arguments),
     /// Show the faults that a board remembers.
@@ -66,6 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
         Word::Info(arguments) => info::run(arguments),
         Word::Settings(arguments) => settings::run(arguments),
         Word::Run(arguments) => run::run(arguments),
+        Word::Stream(arguments) => stream::run(arguments),
         Word::Monitor(arguments) => monitor::run(arguments),
         Word::Faults(arguments) => faults::run(arguments),
     }
@@ -79,4 +86,5 @@ pub(crate) const SCHEMAS: &[NamedSchema] = &[
     ("board-monitor", monitor::schema),
     ("board-run", run::schema),
     ("board-settings", settings::schema),
+    ("board-stream", stream::schema),
 ];

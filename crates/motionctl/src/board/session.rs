@@ -21,7 +21,7 @@ const POLL: Duration = Duration::from_millis(2);
 const WRITE_TIME: Duration = Duration::from_millis(10);
 
 /// Segments that are kept until the board has them, and bytes on their way to it.
-type BoardClient = Client<64, 4_096>;
+pub(super) type BoardClient = Client<64, 4_096>;
 
 /// A connection to a board.
 pub(super) struct Session {

@@ -4,12 +4,12 @@ use core::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use board_settings::file::Place;
 use dyn_can::DriveId;
 use homing::OutsideTravel;
 
 use super::wheel::SpoiltWheel;
 use crate::backup::FileFault;
-use crate::settings_file::Place;
 
 /// Why an origin does not hold any more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,6 +10,7 @@ mod wheel;
 
 use std::path::{Path, PathBuf};
 
+use board_settings::file::Place;
 use dyn_can::{DriveId, GearNumber, units};
 use homing::Frame;
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,6 @@ use toml::value::Datetime;
 
 use crate::backup::{create_file, this_tool};
 use crate::drives::Life;
-use crate::settings_file::Place;
 pub(crate) use error::{OriginsError, Spoilt};
 pub(crate) use wheel::{HomedWheel, WheelLife};
 

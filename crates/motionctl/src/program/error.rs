@@ -3,10 +3,9 @@
 use core::fmt;
 use std::path::PathBuf;
 
+use board_settings::file::FileError;
 use path::PathError;
 use program::ProgramError;
-
-use crate::settings_file::FileError;
 
 /// A program that is refused, or that cannot be read any further.
 #[derive(Debug)]

@@ -4,6 +4,7 @@
 use core::ops::Range;
 use std::path::Path;
 
+use board_settings::file::{FileError, Place};
 use dyn_can::{DriveId, GearNumber};
 use serde::Deserialize;
 use toml::Spanned;
@@ -11,7 +12,6 @@ use toml::Spanned;
 use super::error::ProgramFileError;
 use super::machine::{Kind, LETTERS, MachineSetup, MotorSetup};
 use super::options::{ACCELERATION_RPM_PER_S, JERK_RPM_PER_S2, RPM};
-use crate::settings_file::{FileError, Place};
 
 /// With the gear number that the drives come with.
 const COUNTS_PER_TURN: f64 = 16_384.0;

@@ -4,11 +4,12 @@ use core::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use board_settings::file::FileError;
 use dyn_can::{Revision, StoredDriveId};
 
 use crate::drives::DrivesError;
 use crate::exit::{self, Coded};
-use crate::settings_file::{FileError, FileRevision};
+use crate::settings_file::FileRevision;
 
 /// A restore that did not succeed.
 #[derive(Debug)]

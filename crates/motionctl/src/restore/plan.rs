@@ -3,12 +3,13 @@
 use std::fs::File;
 use std::io::{self, Read as _};
 
+use board_settings::file::{FileError, Place};
 use dyn_can::StoredDriveId;
 
 use super::arguments::Arguments;
 use super::error::RestoreError;
 use crate::drives::Step;
-use crate::settings_file::{self, DriveSettings, FileError, FileRevision, Place};
+use crate::settings_file::{self, DriveSettings, FileRevision};
 
 /// A file with the settings of all 64 ids has less.
 const MOST_BYTES: u64 = 1 << 20;

@@ -191,8 +191,10 @@ pub(super) fn show(
             print(stream).map_err(RunError::Print)?;
         }
     }
-    let worst = summaries.iter().max_by_key(|summary| summary.severity());
-    Ok(worst.map_or(ExitCode::SUCCESS, Summary::exit_code))
+    let worst = summaries
+        .iter()
+        .max_by_key(|summary| summary.ending.severity());
+    Ok(worst.map_or(ExitCode::SUCCESS, |summary| summary.ending.exit_code()))
 }
 
 /// The shape of what `--json` prints.

@@ -129,7 +129,7 @@ pub(super) fn close(
     let close = |((mut summary, recorded), options): ((Summary, Recorded), RecordingOptions)| {
         let folder = options.report.as_deref();
         let has_page = report::write_and_tell(folder, &recorded, &summary.for_page());
-        summary.note_recording(recorded.report, has_page);
+        summary.ending.note_recording(recorded.report, has_page);
         summary
     };
     results.into_iter().zip(options).map(close).collect()

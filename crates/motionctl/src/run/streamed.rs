@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, endpoint: &Endpoint) -> Result<ExitCode
     let results = buses::follow_all(follows, &mut source, &wishes, shows_progress);
     drop(listening);
     let summaries = results.iter().map(|(summary, _)| summary);
-    let how = summaries.max_by_key(|summary| summary.severity());
+    let how = summaries.max_by_key(|summary| summary.ending.severity());
     session.close(how.map_or("", Summary::outcome));
     recording::end_view(view, &results);
     let summaries = recording::close(arguments, &buses, results);

@@ -1,19 +1,17 @@
 //! The result of a motion on a real bus.
 
-use core::fmt;
-use std::process::ExitCode;
-
 use can_motion::{AxisSnapshot, Instant, ReadBackScale};
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
+use core::fmt;
 use dyn_can::DriveId;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::counted::counted;
-use crate::exit;
+use crate::ending::{Cause, Ending};
 use crate::link::LinkFault;
-use crate::recording::{AxisOutcome, Outcome as PageOutcome, RecordingReport};
+use crate::recording::{AxisOutcome, Outcome as PageOutcome};
 use crate::station::{End, PaceCounts, left_on};
 use crate::table::align_numbers;
 
@@ -149,9 +147,8 @@ pub(super) struct Summary {
     /// The drives that were left on, for those who have read the other warnings already.
     #[serde(skip)]
     left_on: Option<String>,
-    recording: RecordingReport,
-    #[serde(skip)]
-    exit_code: u8,
+    #[serde(flatten)]
+    pub(super) ending: Ending,
 }
 
 impl Summary {
@@ -169,11 +166,10 @@ impl Summary {
             .all(|axis| axis.sent_counts == axis.target_counts);
         let is_off = end.unconfirmed.is_empty();
         let completed = outcome == Outcome::Completed && sums_are_equal && is_off;
-        let exit_code = match outcome {
-            Outcome::LinkFailed(_) | Outcome::StoodStill(_) => exit::LINK_FAILED,
-            Outcome::Interrupted | Outcome::Ordered if is_off => exit::INTERRUPTED,
-            _ if completed => 0,
-            _ => exit::BROKEN_PROMISE,
+        let cause = match outcome {
+            Outcome::LinkFailed(_) | Outcome::StoodStill(_) => Cause::Unknown,
+            Outcome::Interrupted | Outcome::Ordered => Cause::Asked,
+            _ => Cause::Itself,
         };
         let left_on = left_on(&end.left_on);
         let warnings = [left_on.clone(), told_warning];
@@ -191,8 +187,7 @@ impl Summary {
             left_enabled: ids(&end.left_on),
             warnings: warnings.into_iter().flatten().collect(),
             left_on,
-            recording: RecordingReport::default(),
-            exit_code,
+            ending: Ending::new(cause, completed, is_off),
         }
     }
 
@@ -239,28 +234,6 @@ impl Summary {
     /// How the motion ended, in words.
     pub(super) fn outcome(&self) -> &str {
         &self.outcome
-    }
-
-    /// The larger, the worse: nobody knows, then not as promised, then ended before.
-    pub(super) fn severity(&self) -> u8 {
-        match self.exit_code {
-            exit::LINK_FAILED => 3,
-            0 => 0,
-            exit::INTERRUPTED => 1,
-            _ => 2,
-        }
-    }
-
-    /// Notes what became of the recording, and whether the page that was wanted is there.
-    pub(super) fn note_recording(&mut self, report: RecordingReport, has_page: bool) {
-        if self.exit_code == 0 && !(report.is_complete() && has_page) {
-            self.exit_code = exit::BROKEN_PROMISE;
-        }
-        self.recording = report;
-    }
-
-    pub(super) fn exit_code(&self) -> ExitCode {
-        self.exit_code.into()
     }
 
     fn table(&self) -> Table {

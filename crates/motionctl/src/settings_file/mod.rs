@@ -1,6 +1,5 @@
 //! The settings of drives in a file: what `backup` writes and `restore` reads.
 
-mod error;
 mod reader;
 #[cfg(test)]
 mod tests;
@@ -12,7 +11,6 @@ use dyn_can::{GearNumber, Revision, StoredDriveId};
 
 use crate::drives::{Parameter, Setting};
 
-pub(crate) use error::{FileError, Place};
 pub(crate) use reader::parse;
 pub(crate) use writer::{Origin, write};
 

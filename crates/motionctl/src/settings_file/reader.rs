@@ -2,12 +2,12 @@
 
 use core::ops::Range;
 
+use board_settings::file::{FileError, Place};
 use clap::ValueEnum;
 use dyn_can::StoredDriveId;
 use toml::Spanned;
 use toml::de::{DeInteger, DeString, DeTable, DeValue};
 
-use super::error::{FileError, Place};
 use super::{DriveSettings, FORMAT, FileRevision};
 use crate::drives::{Parameter, Setting};
 

@@ -9,14 +9,13 @@ use board_link::Refusal;
 use serde_json::json;
 use trajectory::{Position, Time};
 
+use super::conversation::REFUSALS;
 use super::parser::LineError;
 use crate::output::tell;
 use crate::trajectory::Layout;
 
 /// Errors of standard input that are shown; the others are counted.
 const MOST_SHOWN: usize = 50;
-/// Numbers of refusals begin here.
-const REFUSALS: u16 = 200;
 
 /// Something that a sender is told.
 #[derive(Debug, Clone)]
@@ -205,7 +204,7 @@ impl Words {
                 sender.later("the time is out of order", "later than", expected)
             }
             Refusal::Close { expected, .. } => sender.later(
-                "the time is less than half a cycle after the one before",
+                "the time is too close to the set-points before",
                 "at least",
                 expected,
             ),

@@ -28,8 +28,9 @@ pub(crate) struct StreamOptions {
     when_dry: WhenDryOption,
 }
 
+/// What happens when the set-points run out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum WhenDryOption {
+pub(crate) enum WhenDryOption {
     /// The motion ends.
     #[default]
     End,
@@ -38,7 +39,7 @@ enum WhenDryOption {
 }
 
 /// Longest time from one set-point to the next, in seconds: more is a mistake in the unit.
-const LONGEST_GAP_S: u32 = 10;
+pub(crate) const LONGEST_GAP_S: u32 = 10;
 /// Accelerations are means over so much.
 const WINDOW_MS: u32 = 20;
 
@@ -52,15 +53,21 @@ impl StreamOptions {
             ahead: ms(self.ahead_ms.max(self.lead_ms)),
             longest_gap: ms(LONGEST_GAP_S * 1_000),
             window: ms(WINDOW_MS).max(Time::from_cycles(1)),
-            when_dry: match self.when_dry {
-                WhenDryOption::End => WhenDry::End,
-                WhenDryOption::Wait => WhenDry::Wait,
-            },
+            when_dry: self.when_dry.into(),
         }
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+impl From<WhenDryOption> for WhenDry {
+    fn from(option: WhenDryOption) -> Self {
+        match option {
+            WhenDryOption::End => Self::End,
+            WhenDryOption::Wait => Self::Wait,
+        }
+    }
+}
+
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
         _ => Err(format!("must be a number above 0, got {text}")),

@@ -11,8 +11,9 @@ use board_link::{AxisLimits, Config};
 use trajectory::Position;
 
 use super::answer::{Answer, LAST_WORDS, Out, write_answers};
+use super::conversation::{Conversation, Incoming};
 use super::parser::{Parsed, Parser};
-use super::source::{Buffer, Incoming, StreamSource};
+use super::source::{Buffer, StreamSource};
 use crate::endpoint::{Endpoint, EndpointError, LineReader, Listener, Peer};
 use crate::trajectory::MotionOptions;
 
@@ -65,7 +66,7 @@ impl Open {
         }
     }
 
-    /// Lets a sender in.
+    /// Lets a sender in whose set-points are buffered here.
     ///
     /// # Errors
     /// When the system has no threads or handles left, or there are more axes than a stream can have.
@@ -79,11 +80,25 @@ impl Open {
         let stand = vec![Position::ZERO; limits.len()];
         let buffer = Buffer::new(limits, &stand, config).map(Box::new);
         let buffer = buffer.ok_or_else(|| io::Error::other("too many axes for a stream"))?;
+        let (session, conversation) = self.admit(options, limits.len(), cycle_us)?;
+        Ok((session, StreamSource::new(buffer, conversation)))
+    }
+
+    /// Lets a sender in whose set-points are taken elsewhere.
+    ///
+    /// # Errors
+    /// When the system has no threads or handles left.
+    pub(crate) fn admit(
+        self,
+        options: &MotionOptions,
+        axes: usize,
+        cycle_us: u32,
+    ) -> io::Result<(Session, Conversation)> {
         let (lines, incoming) = sync_channel(WAITING_LINES);
         let (answers, written) = sync_channel(WAITING_ANSWERS);
         let reader = Reader {
             options: options.clone(),
-            axes: limits.len(),
+            axes,
             lines,
             answers: answers.clone(),
         };
@@ -100,13 +115,13 @@ impl Open {
                 spawn().spawn(move || write_to(&first, &written))?
             }
         };
-        let source = StreamSource::new(buffer, cycle_us, incoming, answers.clone());
+        let conversation = Conversation::new(cycle_us, incoming, answers.clone());
         let session = Session {
             answers,
             writer,
             _listener: self.listener,
         };
-        Ok((session, source))
+        Ok((session, conversation))
     }
 }
 

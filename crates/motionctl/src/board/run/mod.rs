@@ -1,23 +1,20 @@
 //! `motionctl board run`: a motion on the drives of a board.
 //!
-//! [`axes`] says which axis is which, [`mod@segments`] makes of the motion what the board plays, [`fit`] where it is no curve, [`follow`] enables,
-//! sends, watches and disables, [`recording`] keeps what the snapshots say, [`summary`] is what came of it.
+//! [`mod@segments`] makes of the motion what the board plays, [`fit`] where it is no curve, [`whole`] hands it over.
 
 mod arguments;
-mod axes;
 mod fit;
-mod follow;
-mod recording;
-mod remote;
 mod segments;
-mod summary;
+mod whole;
 
 use std::process::ExitCode;
 
-use board_link::segment::Segment;
 use dyn_can::{DriveId, StepLimit};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::error::BoardError;
+use super::motion::{Axis, BoardRecording, Follow, OfBoard, Outcome};
 use super::session::Session;
 use crate::confirm::confirm;
 use crate::control::{Listening, Wishes};
@@ -27,30 +24,17 @@ use crate::output::{print, print_json, tell};
 use crate::report;
 use crate::trajectory::{MotionReport, Plan};
 pub(super) use arguments::Arguments;
-use axes::{Axis, OfBoard};
-use follow::Follow;
-use recording::BoardRecording;
 use segments::{Played, preview, segments};
-use summary::Outcome;
+use whole::WholeMotion;
 
-/// A motion that the board would play.
-struct Prepared {
-    axes: Vec<Axis>,
-    segments: Vec<Segment>,
+/// Everything that came of a motion.
+#[derive(Serialize, JsonSchema)]
+struct RunResult<'a> {
+    motion: &'a MotionReport,
+    #[serde(flatten)]
     played: Played,
-    /// Relative to the start.
-    last: Vec<i32>,
-    cycle_us: u32,
-}
-
-impl Prepared {
-    fn places(&self) -> Vec<usize> {
-        self.axes.iter().map(|axis| axis.place).collect()
-    }
-
-    fn drives(&self) -> Vec<DriveId> {
-        self.axes.iter().map(|axis| axis.drive).collect()
-    }
+    #[serde(flatten)]
+    outcome: &'a Outcome,
 }
 
 /// Checks everything, asks, runs the motion, prints the summary.
@@ -82,11 +66,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
         let within = arguments.limits.check(axis.drive, &axis.needs);
         within.map_err(BoardError::Limit)?;
     }
-    let prepared = prepare(&mut session, &of_board, &plan, (axes, info.cycle_us))?;
-    let recording = BoardRecording::open(arguments, &options, &prepared)?;
-    ask(arguments, &prepared)?;
-    let outcome = play(arguments, session, &of_board, &prepared, recording)?;
-    show(arguments, &told, &outcome)
+    let mut motion = prepare(&mut session, &of_board, &plan, (axes, info.cycle_us))?;
+    let recording = BoardRecording::open(
+        &arguments.recording,
+        &arguments.port.port,
+        options.file(),
+        (&motion.axes, info.cycle_us),
+    )?;
+    ask(arguments, &motion)?;
+    let outcome = play(arguments, session, &of_board, &mut motion, recording)?;
+    let result = RunResult {
+        motion: &told,
+        played: motion.played,
+        outcome: &outcome,
+    };
+    show(arguments, &result)
 }
 
 /// Plays the motion on this computer as the board will, from where the axes stand now.
@@ -95,7 +89,7 @@ fn prepare(
     of_board: &OfBoard,
     plan: &Plan,
     (axes, cycle_us): (Vec<Axis>, u32),
-) -> Result<Prepared, BoardError> {
+) -> Result<WholeMotion, BoardError> {
     let segments = segments(plan)?;
     let stand = session.snapshot()?;
     let from: Vec<i32> = stand.axes.iter().map(|axis| axis.position).collect();
@@ -116,22 +110,22 @@ fn prepare(
             drive: axis.and_then(|axis| of_board.drives.get(axis).copied()),
         }
     })?;
-    Ok(Prepared {
+    Ok(WholeMotion::new(
         axes,
         segments,
         played,
-        last: plan.last(),
+        plan.last(),
         cycle_us,
-    })
+    ))
 }
 
 /// Asks whether the motors may move, and listens to signals from then on.
-fn ask(arguments: &Arguments, prepared: &Prepared) -> Result<(), BoardError> {
-    let seconds = prepared.played.cycles as f64 * f64::from(prepared.cycle_us) * 1e-6;
+fn ask(arguments: &Arguments, motion: &WholeMotion) -> Result<(), BoardError> {
+    let seconds = motion.played.cycles as f64 * f64::from(motion.cycle_us) * 1e-6;
     let question = format!(
         "{} for {seconds:.1} s, {}. Is everybody clear of the machine?",
         about(
-            &prepared.drives(),
+            &motion.drives(),
             "will be enabled and its motor will MOVE",
             "will be enabled and their motors will MOVE"
         ),
@@ -139,10 +133,10 @@ fn ask(arguments: &Arguments, prepared: &Prepared) -> Result<(), BoardError> {
     );
     confirm(&question, arguments.yes).map_err(BoardError::NotConfirmed)?;
     interrupt::listen_in_motion().map_err(BoardError::Interrupt)?;
-    if prepared.played.worst_counts > 0 {
+    if motion.played.worst_counts > 0 {
         tell(format_args!(
             "note: set-points differ from those of `motionctl run` by up to {} counts",
-            prepared.played.worst_counts
+            motion.played.worst_counts
         ));
     }
     Ok(())
@@ -153,7 +147,7 @@ fn play(
     arguments: &Arguments,
     mut session: Session,
     of_board: &OfBoard,
-    prepared: &Prepared,
+    motion: &mut WholeMotion,
     mut recording: BoardRecording,
 ) -> Result<Outcome, BoardError> {
     let wishes = Wishes::new();
@@ -168,34 +162,28 @@ fn play(
     {
         tell(help);
     }
-    let follow = Follow::new(&mut session, of_board, prepared, &mut recording);
-    let mut outcome = follow.run(&wishes, arguments.snapshot_hz, !arguments.json);
+    let follow = Follow::new(&mut session, of_board, motion, &mut recording);
+    let followed = follow.run(&wishes, arguments.snapshot_hz, !arguments.json);
     drop(listening);
+    let segments = motion.segments.len() as u32;
+    let mut outcome = Outcome::new(&motion.axes, &motion.last, segments, &followed);
     let recorded = recording.finish();
     let folder = arguments.recording.report.as_deref();
     let has_page = report::write_and_tell(folder, &recorded, &outcome.for_page());
-    outcome.note_recording(recorded.report, has_page);
+    outcome.ending.note_recording(recorded.report, has_page);
     Ok(outcome)
 }
 
-fn show(
-    arguments: &Arguments,
-    told: &MotionReport,
-    outcome: &Outcome,
-) -> Result<ExitCode, BoardError> {
+fn show(arguments: &Arguments, result: &RunResult<'_>) -> Result<ExitCode, BoardError> {
     if arguments.json {
-        let result = summary::Result {
-            motion: told,
-            outcome,
-        };
-        print_json(&result).map_err(BoardError::Print)?;
+        print_json(result).map_err(BoardError::Print)?;
     } else {
-        print(outcome).map_err(BoardError::Print)?;
+        print(result.outcome).map_err(BoardError::Print)?;
     }
-    Ok(outcome.exit_code())
+    Ok(result.outcome.ending.exit_code())
 }
 
 /// The shape of what `--json` prints.
 pub(super) fn schema() -> schemars::Schema {
-    crate::schema::of::<summary::Result<'_>>()
+    crate::schema::of::<RunResult<'_>>()
 }

@@ -1,14 +1,15 @@
 //! A motion as the segments that a board plays: with the same set-points as the table of the motion.
 
 use board_link::message::Refused;
-use board_link::segment::{
-    AxisSegment, Begin, OfAxes, Segment, SegmentConfig, SegmentQueue, Shape,
-};
+use board_link::segment::{Begin, Segment, SegmentConfig, SegmentQueue};
 use board_link::{AxisLimits, WhenDry};
+use schemars::JsonSchema;
+use serde::Serialize;
 use trajectory::Position;
 
 use super::fit::{Tolerance, fit};
 use crate::board::error::BoardError;
+use crate::board::motion::{place, units};
 use crate::trajectory::Plan;
 
 /// Segments that a board keeps, and one place more.
@@ -42,45 +43,24 @@ fn suffices(segments: &[Segment]) -> bool {
     is_long && all_ahead.is_none_or(|least| least >= AHEAD_CYCLES * CYCLE)
 }
 
-/// Puts the axes that move among those of the board, where they stand; the others stand still.
-pub(super) fn place(segment: &Segment, places: &[usize], from: &[i32]) -> Segment {
-    let stand = |counts: &i32| AxisSegment {
-        end: Position::from_counts(*counts).units(),
-        shape: Shape::Line,
-    };
-    let mut axes: OfAxes<AxisSegment> = from.iter().map(stand).collect();
-    for (way, &place) in segment.axes.iter().zip(places) {
-        if let Some(axis) = axes.get_mut(place) {
-            *axis = AxisSegment {
-                end: axis.end + way.end,
-                shape: way.shape,
-            };
-        }
-    }
-    Segment {
-        duration: segment.duration,
-        axes,
-    }
-}
-
 /// The begin of a stream from where the axes stand.
 pub(super) fn begin(stream: u32, from: &[i32]) -> Begin {
-    let units = |counts: &i32| Position::from_counts(*counts).units();
     Begin {
         stream,
         start: None,
         when_dry: WhenDry::Wait,
         percent: 100,
-        from: from.iter().map(units).collect(),
+        from: units(from),
     }
 }
 
 /// What a motion would be on the board.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub(super) struct Played {
     /// Cycles with set-points.
     pub(super) cycles: u64,
-    /// Largest difference of a set-point from the table of the motion, in counts.
+    /// Largest difference of a set-point from the table of the motion.
+    #[serde(rename = "differs_by_counts")]
     pub(super) worst_counts: u32,
 }
 

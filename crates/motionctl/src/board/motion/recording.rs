@@ -4,14 +4,14 @@ use std::path::Path;
 
 use board_link::message::Snapshot;
 
-use super::arguments::Arguments;
-use super::{Axis, Prepared};
+use super::axes::Axis;
 use crate::board::error::BoardError;
-use crate::recording::{About, AxisSample, Kind, Origin, Recorded, Recorder, Sample};
-use crate::trajectory::MotionOptions;
+use crate::recording::{
+    About, AxisNaming, AxisSample, Kind, Origin, Recorded, Recorder, RecordingOptions, Sample,
+};
 
 /// A recording in the making.
-pub(super) struct BoardRecording {
+pub(in crate::board) struct BoardRecording {
     recorder: Recorder,
     axes: Vec<Axis>,
     cycle_us: u32,
@@ -21,30 +21,27 @@ pub(super) struct BoardRecording {
 }
 
 impl BoardRecording {
-    /// Opens every file.
+    /// Opens every file, for axes of the board at a port; none of them is one of those that are `taken`.
     ///
     /// # Errors
     /// When one cannot be made.
-    pub(super) fn open(
-        arguments: &Arguments,
-        motion: &MotionOptions,
-        prepared: &Prepared,
+    pub(in crate::board) fn open(
+        options: &RecordingOptions,
+        port: &str,
+        taken: Option<&Path>,
+        (axes, cycle_us): (&[Axis], u32),
     ) -> Result<Self, BoardError> {
-        let axes = prepared
-            .axes
-            .iter()
-            .map(|axis| axis.about.clone())
-            .collect();
+        let abouts = axes.iter().map(|axis| axis.about.clone()).collect();
         let about = About {
-            interface: arguments.port.port.clone(),
-            ..About::now(Origin::Bus, axes, prepared.cycle_us, 1_000)
+            interface: port.to_owned(),
+            ..About::now(Origin::Bus, abouts, cycle_us, 1_000)
         };
-        let taken: Vec<&Path> = motion.file().into_iter().collect();
-        let recorder = arguments.recording.open(&about, &taken);
+        let taken: Vec<&Path> = taken.into_iter().collect();
+        let recorder = options.open(&about, &taken);
         Ok(Self {
             recorder: recorder.map_err(BoardError::Recording)?,
-            axes: prepared.axes.clone(),
-            cycle_us: prepared.cycle_us,
+            axes: axes.to_vec(),
+            cycle_us,
             first_cycle: None,
             latest_us: 0,
         })
@@ -90,8 +87,13 @@ impl BoardRecording {
         self.recorder.happened(self.latest_us, axis, kind, text);
     }
 
+    /// What the axes are called from now on.
+    pub(super) fn name_axes(&mut self, naming: Vec<AxisNaming>) {
+        self.recorder.name_axes(naming);
+    }
+
     /// Closes every file.
-    pub(super) fn finish(self) -> Recorded {
+    pub(in crate::board) fn finish(self) -> Recorded {
         self.recorder.finish()
     }
 }

@@ -9,7 +9,7 @@ use crate::set_points::{Order, SetPointSource, Speed, Step};
 /// What is known of the stream, and what is to be ordered.
 #[derive(Debug)]
 pub(super) struct Remote {
-    cycles: u64,
+    cycles: Option<u64>,
     passed: u64,
     asked_percent: u16,
     actual_percent: u16,
@@ -20,8 +20,8 @@ pub(super) struct Remote {
 }
 
 impl Remote {
-    /// A stream of so many cycles that was not begun yet.
-    pub(super) fn new(cycles: u64) -> Self {
+    /// A stream of so many cycles, where that is known, that was not begun yet.
+    pub(super) fn new(cycles: Option<u64>) -> Self {
         Self {
             cycles,
             passed: 0,
@@ -36,6 +36,12 @@ impl Remote {
     pub(super) fn note(&mut self, snapshot: &Snapshot) {
         self.passed = snapshot.player.time_cycles.into();
         self.actual_percent = snapshot.player.percent;
+    }
+
+    /// The stream begins, at the speed that was ordered before.
+    pub(super) fn percent_at_begin(&mut self) -> u16 {
+        self.orders.clear();
+        self.asked_percent
     }
 
     /// The next order; it comes back when it could not be given.
@@ -89,7 +95,8 @@ impl SetPointSource for Remote {
     }
 
     fn progress(&self) -> (u64, Option<u64>) {
-        (self.passed.min(self.cycles), Some(self.cycles))
+        let passed = self.cycles.map_or(self.passed, |all| self.passed.min(all));
+        (passed, self.cycles)
     }
 
     fn next_notice(&mut self) -> Option<String> {

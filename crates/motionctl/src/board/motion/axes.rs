@@ -2,7 +2,7 @@
 
 use board_link::AxisLimits;
 use board_settings::{Board, Configs, Settings};
-use dyn_can::DriveId;
+use dyn_can::{DriveId, GearNumber};
 
 use crate::board::error::BoardError;
 use crate::recording::AxisAbout;
@@ -11,24 +11,25 @@ use crate::trajectory::{MotionFile, Plan};
 
 /// A column of the motion.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
-    pub(super) drive: DriveId,
+pub(in crate::board) struct Axis {
+    pub(in crate::board) drive: DriveId,
     /// Its place among the axes of the board.
-    pub(super) place: usize,
-    pub(super) needs: Needs,
-    pub(super) about: AxisAbout,
+    pub(in crate::board) place: usize,
+    pub(in crate::board) gear: GearNumber,
+    pub(in crate::board) needs: Needs,
+    pub(in crate::board) about: AxisAbout,
 }
 
 /// What the settings of the board say.
-pub(super) struct OfBoard {
-    pub(super) drives: Vec<DriveId>,
-    pub(super) limits: Vec<AxisLimits>,
+pub(in crate::board) struct OfBoard {
+    pub(in crate::board) drives: Vec<DriveId>,
+    pub(in crate::board) limits: Vec<AxisLimits>,
     configs: Configs,
 }
 
 impl OfBoard {
     /// The same that the board made of its settings.
-    pub(super) fn new(board: &str, settings: &Settings) -> Result<Self, BoardError> {
+    pub(in crate::board) fn new(board: &str, settings: &Settings) -> Result<Self, BoardError> {
         let built = Board::named(board).ok_or_else(|| BoardError::UnknownBoard {
             board: board.to_owned(),
         })?;
@@ -43,7 +44,7 @@ impl OfBoard {
     }
 
     /// The columns of a motion with their axes.
-    pub(super) fn axes(
+    pub(in crate::board) fn axes(
         &self,
         motion: &MotionFile<'_>,
         plan: &Plan,
@@ -55,24 +56,48 @@ impl OfBoard {
         let mut axes = Vec::new();
         for (axis, ((drive, gear), about)) in drives.into_iter().zip(gears).zip(abouts).enumerate()
         {
-            let place = self.place(drive)?;
-            let actual = self.configs.axes[place].gear;
-            if actual != gear {
-                return Err(BoardError::Gear {
-                    drive,
-                    expected: gear,
-                    actual,
-                });
-            }
             let positions: Vec<i32> = plan.rows().map(|row| row[axis]).collect();
-            axes.push(Axis {
-                drive,
-                place,
-                needs: Needs::of(&positions, gear, cycle_us),
-                about,
-            });
+            let needs = Needs::of(&positions, gear, cycle_us);
+            axes.push(self.axis(drive, gear, needs, about)?);
         }
         Ok(axes)
+    }
+
+    /// The axes of these drives, whose gear numbers are expected to be these. What they will need nobody knows, so it is what they may.
+    pub(in crate::board) fn axes_of_stream(
+        &self,
+        drives: &[DriveId],
+        gears: &[GearNumber],
+        needs: impl Fn(GearNumber) -> Needs,
+    ) -> Result<Vec<Axis>, BoardError> {
+        let axes = drives.iter().zip(gears);
+        axes.map(|(&drive, &gear)| self.axis(drive, gear, needs(gear), AxisAbout::of_drive(drive)))
+            .collect()
+    }
+
+    fn axis(
+        &self,
+        drive: DriveId,
+        gear: GearNumber,
+        needs: Needs,
+        about: AxisAbout,
+    ) -> Result<Axis, BoardError> {
+        let place = self.place(drive)?;
+        let actual = self.configs.axes[place].gear;
+        if actual != gear {
+            return Err(BoardError::Gear {
+                drive,
+                expected: gear,
+                actual,
+            });
+        }
+        Ok(Axis {
+            drive,
+            place,
+            gear,
+            needs,
+            about,
+        })
     }
 
     /// Those that are named, or all of the board where there is a column for each.

@@ -1,21 +1,19 @@
 //! The result of a motion on a board.
 
 use core::fmt;
-use std::process::ExitCode;
 
-use board_link::message::Snapshot;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Prepared;
+use super::axes::Axis;
+use super::follow::Followed;
 use crate::board::words::fault_name;
 use crate::counted::counted;
-use crate::exit;
-use crate::recording::{AxisOutcome, Outcome as PageOutcome, RecordingReport};
+use crate::ending::{Cause, Ending};
+use crate::recording::{AxisOutcome, Outcome as PageOutcome};
 use crate::table::align_numbers;
-use crate::trajectory::MotionReport;
 
 /// How a motion ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,6 +24,8 @@ pub(super) enum End {
     Interrupted,
     /// Somebody gave the order.
     Ordered,
+    /// There were no more set-points, which was told already.
+    RanOut,
     /// Why nobody knows what the board does.
     LinkFailed(String),
 }
@@ -37,6 +37,7 @@ impl fmt::Display for End {
             Self::Stopped(_) => f.write_str("stopped by the board"),
             Self::Interrupted => f.write_str("stopped by the user"),
             Self::Ordered => f.write_str("stopped by an order"),
+            Self::RanOut => f.write_str("the set-points ran out"),
             Self::LinkFailed(_) => f.write_str("the link failed"),
         }
     }
@@ -57,7 +58,7 @@ struct AxisSummary {
 
 /// What was sent, and what came back.
 #[derive(Debug, Clone, Copy, Default, Serialize, JsonSchema)]
-pub(super) struct Traffic {
+pub(in crate::board) struct Traffic {
     /// Segments that the board has taken, of those of the motion.
     pub(super) segments_sent: u32,
     pub(super) segments: u32,
@@ -71,45 +72,35 @@ pub(super) struct Traffic {
 
 /// A whole motion.
 #[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct Outcome {
+pub(in crate::board) struct Outcome {
     completed: bool,
     outcome: String,
     reason: Option<String>,
     axes: Vec<AxisSummary>,
-    /// Cycles of the motion, and the largest difference of a set-point from the table of the motion.
-    cycles: u64,
-    differs_by_counts: u32,
     #[serde(flatten)]
     traffic: Traffic,
     /// Whether the board says that its drives are off.
     disabled: bool,
     /// What somebody who goes near must know.
     warnings: Vec<String>,
-    recording: RecordingReport,
-    #[serde(skip)]
-    exit_code: u8,
-}
-
-/// Everything that came of a motion.
-#[derive(Serialize, JsonSchema)]
-pub(super) struct Result<'a> {
-    pub(super) motion: &'a MotionReport,
     #[serde(flatten)]
-    pub(super) outcome: &'a Outcome,
+    pub(in crate::board) ending: Ending,
 }
 
 impl Outcome {
-    /// `anchors` is where the axes of the board stood, `last` the latest snapshot.
-    pub(super) fn new(
-        prepared: &Prepared,
-        end: &End,
-        (anchors, last): (&[i32], &Snapshot),
-        traffic: Traffic,
-        is_off: bool,
+    /// Of a motion of these axes that was to end at these positions, in counts from the start, with so many segments.
+    pub(in crate::board) fn new(
+        axes: &[Axis],
+        targets: &[i32],
+        segments: u32,
+        followed: &Followed,
     ) -> Self {
-        let axis = |(axis, target): (&super::Axis, &i32)| {
-            let told = last.axes.get(axis.place).copied().unwrap_or_default();
-            let anchor = anchors.get(axis.place).copied().unwrap_or_default();
+        let (end, is_off) = (&followed.end, followed.is_off);
+        let axis = |(axis, target): (&Axis, &i32)| {
+            let told = followed.latest.axes.get(axis.place);
+            let told = told.copied().unwrap_or_default();
+            let anchor = followed.anchors.get(axis.place);
+            let anchor = anchor.copied().unwrap_or_default();
             AxisSummary {
                 drive: axis.drive.get(),
                 target_counts: *target,
@@ -118,16 +109,15 @@ impl Outcome {
                 fault: (told.fault != 0).then(|| fault_name(told.fault)),
             }
         };
-        let axes: Vec<AxisSummary> = prepared.axes.iter().zip(&prepared.last).map(axis).collect();
+        let axes: Vec<AxisSummary> = axes.iter().zip(targets).map(axis).collect();
         let has_arrived = axes
             .iter()
             .all(|axis| axis.set_point_counts == axis.target_counts);
         let completed = *end == End::Completed && has_arrived && is_off;
-        let exit_code = match end {
-            End::LinkFailed(_) => exit::LINK_FAILED,
-            End::Interrupted | End::Ordered if is_off => exit::INTERRUPTED,
-            _ if completed => 0,
-            _ => exit::BROKEN_PROMISE,
+        let cause = match end {
+            End::LinkFailed(_) => Cause::Unknown,
+            End::Interrupted | End::Ordered => Cause::Asked,
+            End::Completed | End::Stopped(_) | End::RanOut => Cause::Itself,
         };
         let warning = (!is_off).then(|| WARNING.to_owned());
         Self {
@@ -135,21 +125,21 @@ impl Outcome {
             outcome: end.to_string(),
             reason: match end {
                 End::Stopped(reason) | End::LinkFailed(reason) => Some(reason.clone()),
-                End::Completed | End::Interrupted | End::Ordered => None,
+                End::Completed | End::Interrupted | End::Ordered | End::RanOut => None,
             },
             axes,
-            cycles: prepared.played.cycles,
-            differs_by_counts: prepared.played.worst_counts,
-            traffic,
+            traffic: Traffic {
+                segments,
+                ..followed.traffic
+            },
             disabled: is_off,
             warnings: warning.into_iter().collect(),
-            recording: RecordingReport::default(),
-            exit_code,
+            ending: Ending::new(cause, completed, is_off),
         }
     }
 
     /// The result as its page has it.
-    pub(super) fn for_page(&self) -> PageOutcome {
+    pub(in crate::board) fn for_page(&self) -> PageOutcome {
         let facts = self.reason.iter().chain(&self.warnings).cloned();
         let axes = self.axes.iter().map(|axis| AxisOutcome {
             set_points: None,
@@ -165,6 +155,11 @@ impl Outcome {
         }
     }
 
+    /// How the motion ended, in words.
+    pub(in crate::board) fn outcome(&self) -> &str {
+        &self.outcome
+    }
+
     fn verdict(&self) -> String {
         format!("The motion: {}.", self.outcome)
     }
@@ -178,18 +173,6 @@ impl Outcome {
             counted(traffic.snapshots, "snapshot", "snapshots"),
             counted(traffic.lost_messages, "message", "messages"),
         )
-    }
-
-    /// Notes what became of the recording, and whether the page that was wanted is there.
-    pub(super) fn note_recording(&mut self, report: RecordingReport, has_page: bool) {
-        if self.exit_code == 0 && !(report.is_complete() && has_page) {
-            self.exit_code = exit::BROKEN_PROMISE;
-        }
-        self.recording = report;
-    }
-
-    pub(super) fn exit_code(&self) -> ExitCode {
-        self.exit_code.into()
     }
 
     fn table(&self) -> Table {

@@ -1,0 +1,334 @@
+//! Takes set-points and makes segments of them, as far ahead of the board as the sender may be.
+
+use std::collections::VecDeque;
+
+use board_link::AxisLimits;
+use board_link::host::{SegmentMaker, SegmentMakerConfig};
+use board_link::segment::{MOST_AXES, Segment, SegmentPreview, StreamPhase};
+use board_link::{Counters, Refusal};
+use trajectory::{Position, Time};
+
+use super::arguments::Buffering;
+use super::limits::{StreamLimits, of_standing};
+use crate::board::motion::StreamState;
+use crate::set_points::Order;
+use crate::stream::SetPointTaker;
+
+/// Set-points of which nobody knows yet how close they are.
+const FIRST_CREDIT: usize = 8;
+/// Segments that wait for the client: more than the farthest sender may be ahead.
+const MOST_WAITING: usize = 8_192;
+
+/// What is the same for a whole stream.
+pub(super) struct Setup {
+    pub(super) cycle_us: u32,
+    pub(super) buffering: Buffering,
+    pub(super) maker: SegmentMakerConfig,
+    pub(super) of_board: Vec<AxisLimits>,
+    /// The place of each streamed axis among those of the board, and its limits.
+    pub(super) axes: Vec<(usize, StreamLimits)>,
+}
+
+/// How the path ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PathEnd {
+    /// Not yet.
+    Open,
+    /// At rest, at the last set-point.
+    AtRest,
+    /// In motion: nothing may be made of it that comes to rest there.
+    InMotion,
+}
+
+/// Set-points as segments.
+pub(super) struct Taker {
+    setup: Setup,
+    /// Once the axes are enabled.
+    maker: Option<SegmentMaker<MOST_AXES>>,
+    stand: Vec<Position>,
+    /// Made, and not handed to the client.
+    pub(super) segments: VecDeque<Segment>,
+    pub(super) made: u32,
+    counters: Counters,
+    first: Option<Time>,
+    /// The path is complete until then.
+    complete: Time,
+    pub(super) end: PathEnd,
+    /// The sender went without an end.
+    pub(super) is_gone: bool,
+    is_stopping: bool,
+    pub(super) orders: VecDeque<Order>,
+    /// As the board said last.
+    state: Option<StreamState>,
+    was_dry: bool,
+}
+
+impl Taker {
+    pub(super) fn new(setup: Setup) -> Self {
+        Self {
+            setup,
+            maker: None,
+            stand: Vec::new(),
+            segments: VecDeque::new(),
+            made: 0,
+            counters: Counters::default(),
+            first: None,
+            complete: Time::ZERO,
+            end: PathEnd::Open,
+            is_gone: false,
+            is_stopping: false,
+            orders: VecDeque::new(),
+            state: None,
+            was_dry: false,
+        }
+    }
+
+    /// Takes set-points from now on, for axes that stand here.
+    pub(super) fn get_ready(&mut self, stand: &[i32]) {
+        if self.maker.is_some() {
+            return;
+        }
+        self.stand = stand.iter().copied().map(Position::from_counts).collect();
+        let standing = self.setup.of_board.iter().zip(&self.stand);
+        let mut limits: Vec<AxisLimits> = standing
+            .map(|(of_board, &stand)| of_standing(of_board, stand))
+            .collect();
+        for (place, streamed) in &self.setup.axes {
+            if let (Some(limits), Some(&stand)) = (limits.get_mut(*place), self.stand.get(*place)) {
+                *limits = streamed.around(stand);
+            }
+        }
+        self.maker = SegmentPreview::new(&limits, &self.stand)
+            .and_then(|preview| SegmentMaker::new(preview, &self.stand, self.setup.maker));
+    }
+
+    pub(super) const fn buffering(&self) -> &Buffering {
+        &self.setup.buffering
+    }
+
+    pub(super) const fn cycle_us(&self) -> u32 {
+        self.setup.cycle_us
+    }
+
+    /// Whether so much is there that the motion may begin.
+    pub(super) fn has_lead(&self) -> bool {
+        let complete = self.complete.since(self.first.unwrap_or(self.complete));
+        self.end != PathEnd::Open || complete >= self.setup.buffering.lead
+    }
+
+    /// Where the streamed axes are at the last set-point, in counts from the start.
+    pub(super) fn targets(&self) -> Vec<i32> {
+        let latest = self.maker.as_ref().and_then(SegmentMaker::latest);
+        let target = |(place, _): &(usize, StreamLimits)| {
+            let at = latest.and_then(|(_, positions)| positions.get(*place));
+            let (Some(at), Some(stand)) = (at, self.stand.get(*place)) else {
+                return 0;
+            };
+            at.counts().wrapping_sub(stand.counts())
+        };
+        self.setup.axes.iter().map(target).collect()
+    }
+
+    /// Milliseconds from where the motion is to the last set-point.
+    pub(super) fn buffered_ms(&self) -> f64 {
+        f64::from(self.ahead().cycles()) * f64::from(self.setup.cycle_us) * 1e-3
+    }
+
+    fn ahead(&self) -> Time {
+        let passed = self.state.map_or(0, |state| state.time_cycles);
+        let now = self
+            .first
+            .map(|first| first.after(Time::from_cycles(passed)));
+        let last = self.latest_time().max(self.complete);
+        last.since(now.unwrap_or(last))
+    }
+
+    fn latest_time(&self) -> Time {
+        let latest = self.maker.as_ref().and_then(SegmentMaker::latest);
+        latest.map_or(Time::ZERO, |(time, _)| time)
+    }
+
+    /// The board has said how it is; whether the set-points have just run out.
+    pub(super) fn watch(&mut self, state: &StreamState) -> bool {
+        self.state = Some(*state);
+        let is_dry = match state.phase {
+            StreamPhase::DriedUp => true,
+            StreamPhase::Dry => !self.is_stopping,
+            _ => false,
+        };
+        let has_run_dry = is_dry && !self.was_dry;
+        self.was_dry = is_dry;
+        if has_run_dry {
+            self.counters.dry = self.counters.dry.saturating_add(1);
+        }
+        if is_dry && self.end == PathEnd::InMotion && !self.is_stopping {
+            // It would wait for ever.
+            self.order(Order::Stop);
+        }
+        has_run_dry
+    }
+
+    fn is_late(&self) -> bool {
+        let phase = self.state.map(|state| state.phase);
+        phase == Some(StreamPhase::DriedUp)
+    }
+
+    fn add(&mut self, segment: Segment) {
+        let start = self.first.filter(|_| self.made == 0);
+        let from = start.unwrap_or(self.complete);
+        self.complete = from.after(segment.time());
+        self.segments.push_back(segment);
+        self.made += 1;
+    }
+
+    /// All axes of the board, where those of a sender are.
+    fn among_all(&self, positions: &[Position]) -> Vec<Position> {
+        let mut all = self.stand.clone();
+        for ((place, _), &position) in self.setup.axes.iter().zip(positions) {
+            if let Some(at) = all.get_mut(*place) {
+                *at = at.moved_by(position);
+            }
+        }
+        all
+    }
+
+    /// A refusal in the axes of the sender, from where they stood.
+    fn of_sender(&self, mut refusal: Refusal) -> Refusal {
+        let (stands, axes) = (&self.stand, &self.setup.axes);
+        let column = |axis: &mut usize| {
+            let stand = stands.get(*axis).copied().unwrap_or_default();
+            let found = axes.iter().position(|(place, _)| place == axis);
+            *axis = found.unwrap_or(*axis);
+            stand
+        };
+        let relative = |position: &mut Position, stand| *position = position.distance_from(stand);
+        match &mut refusal {
+            Refusal::Start {
+                axis,
+                expected,
+                actual,
+            } => {
+                let stand = column(axis);
+                relative(expected, stand);
+                relative(actual, stand);
+            }
+            Refusal::Travel {
+                axis,
+                lowest,
+                highest,
+                actual,
+            } => {
+                let stand = column(axis);
+                for position in [lowest, highest, actual] {
+                    relative(position, stand);
+                }
+            }
+            Refusal::Velocity { axis, .. }
+            | Refusal::Acceleration { axis, .. }
+            | Refusal::Jerk { axis, .. } => {
+                column(axis);
+            }
+            _ => {}
+        }
+        refusal
+    }
+
+    fn take(&mut self, time: Time, positions: &[Position]) -> Result<(), Refusal> {
+        if self.is_late() {
+            let expected = self.latest_time();
+            let actual = time;
+            return Err(Refusal::Late { expected, actual });
+        }
+        if self.is_stopping {
+            return Err(Refusal::Ended);
+        }
+        let all = self.among_all(positions);
+        // Nothing is read before the axes are enabled.
+        let maker = self.maker.as_mut().ok_or(Refusal::Ended)?;
+        let made = maker.push(time, &all);
+        let segment = made.map_err(|refusal| self.of_sender(refusal))?;
+        self.first.get_or_insert(time);
+        if let Some(segment) = segment {
+            self.add(segment);
+        }
+        Ok(())
+    }
+}
+
+impl SetPointTaker for Taker {
+    fn is_open(&self) -> bool {
+        self.end == PathEnd::Open && !self.is_stopping && !self.is_late()
+    }
+
+    fn credit(&self) -> usize {
+        if !self.is_open() {
+            return 0;
+        }
+        let taken = self.counters.taken as usize;
+        let spacing = self.maker.as_ref().and_then(SegmentMaker::spacing);
+        let (Some(spacing), true) = (spacing, taken >= FIRST_CREDIT) else {
+            return FIRST_CREDIT.saturating_sub(taken);
+        };
+        let room = self.setup.buffering.ahead.since(self.ahead());
+        let finished = self.state.map_or(0, |state| state.finished) as usize;
+        // Two more are always needed to go on, however far apart they are.
+        let least = 3_usize.saturating_sub(taken.saturating_sub(finished + 1));
+        let fitting = (room.ticks() / spacing.ticks().max(1)) as usize;
+        let free = MOST_WAITING.saturating_sub(self.segments.len());
+        free.min(fitting.max(least))
+    }
+
+    fn push(&mut self, time: Time, positions: &[Position]) -> Result<(), Refusal> {
+        let taken = self.take(time, positions);
+        match &taken {
+            Ok(()) => self.counters.taken = self.counters.taken.saturating_add(1),
+            Err(refusal) => {
+                if let Some(count) = self.counters.refused.get_mut(refusal.number()) {
+                    *count = count.saturating_add(1);
+                }
+            }
+        }
+        taken
+    }
+
+    fn end(&mut self, is_gone: bool) {
+        if self.end != PathEnd::Open {
+            return;
+        }
+        self.is_gone = is_gone;
+        let finished = self.maker.as_mut().map_or(Ok(None), SegmentMaker::finish);
+        self.end = match finished {
+            Ok(segment) => {
+                segment.into_iter().for_each(|segment| self.add(segment));
+                PathEnd::AtRest
+            }
+            Err(_) => PathEnd::InMotion,
+        };
+    }
+
+    fn order(&mut self, order: Order) {
+        self.is_stopping |= order == Order::Stop;
+        self.orders.push_back(order);
+    }
+
+    fn status(&self) -> String {
+        let Some(state) = self.state else {
+            return format!(
+                "phase=Waiting speed=0 asked=100 paused=false buffered_ms={:.0}",
+                self.buffered_ms()
+            );
+        };
+        format!(
+            "phase={:?} speed={:.0} asked={} paused={} buffered_ms={:.0}",
+            state.phase,
+            state.speed.actual_percent,
+            state.speed.asked_percent,
+            state.speed.is_paused,
+            self.buffered_ms()
+        )
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+}
