@@ -131,6 +131,8 @@ impl<const AXES: usize> SegmentMaker<AXES> {
         let (Some(from), Some(to)) = (self.from, self.to.take()) else {
             return Ok(None);
         };
+        // It stays the latest.
+        self.from = Some(to);
         let mut first = None;
         for quarters in QUARTERS_OF_LAST {
             let ticks = to.time.since(from.time).ticks() / 4 * quarters;

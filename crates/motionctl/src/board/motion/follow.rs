@@ -85,6 +85,7 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             .start(snapshot_hz, show_progress)
             .and_then(|()| self.stream(wishes, show_progress));
         let end = moved.err().unwrap_or(End::Completed);
+        self.tell_notices();
         if let End::Stopped(reason) | End::LinkFailed(reason) = &end {
             // At once: slowing down and switching off take their time.
             tell(reason);
@@ -172,11 +173,15 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
         while let Some(order) = self.motion.next_order() {
             self.remote.order(order);
         }
-        while let Some(notice) = self.motion.next_notice() {
-            tell(notice);
-        }
+        self.tell_notices();
         if let Some(naming) = self.motion.take_naming() {
             self.recording.name_axes(naming);
+        }
+    }
+
+    fn tell_notices(&mut self) {
+        while let Some(notice) = self.motion.next_notice() {
+            tell(notice);
         }
     }
 
@@ -214,7 +219,7 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
         match self.phase {
             StreamPhase::Complete if self.motion.has_run_out() => Some(End::RanOut),
             StreamPhase::Complete => Some(End::Completed),
-            StreamPhase::Stopped if self.motion.has_run_out() && self.interrupts == 0 => {
+            StreamPhase::Stopped if self.motion.has_given_up() && self.interrupts == 0 => {
                 Some(End::RanOut)
             }
             StreamPhase::DriedUp if asked.is_none() => Some(End::RanOut),

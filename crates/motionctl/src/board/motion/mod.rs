@@ -62,6 +62,11 @@ pub(super) trait BoardMotion {
     fn has_run_out(&self) -> bool {
         false
     }
+
+    /// Whether it was the motion that gave the order to stop, because nothing comes any more.
+    fn has_given_up(&self) -> bool {
+        false
+    }
 }
 
 /// How a stream goes.

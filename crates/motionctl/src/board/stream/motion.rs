@@ -150,6 +150,10 @@ impl BoardMotion for StreamMotion {
     }
 
     fn has_run_out(&self) -> bool {
-        self.taker.is_gone || self.taker.end == PathEnd::InMotion
+        self.taker.is_gone
+    }
+
+    fn has_given_up(&self) -> bool {
+        self.taker.has_given_up
     }
 }

@@ -56,6 +56,9 @@ pub(super) struct Taker {
     pub(super) end: PathEnd,
     /// The sender went without an end.
     pub(super) is_gone: bool,
+    /// The stream was told to stop because nothing comes any more.
+    pub(super) has_given_up: bool,
+    /// The sender wants it to stop.
     is_stopping: bool,
     pub(super) orders: VecDeque<Order>,
     /// As the board said last.
@@ -76,6 +79,7 @@ impl Taker {
             complete: Time::ZERO,
             end: PathEnd::Open,
             is_gone: false,
+            has_given_up: false,
             is_stopping: false,
             orders: VecDeque::new(),
             state: None,
@@ -113,7 +117,8 @@ impl Taker {
     /// Whether so much is there that the motion may begin.
     pub(super) fn has_lead(&self) -> bool {
         let complete = self.complete.since(self.first.unwrap_or(self.complete));
-        self.end != PathEnd::Open || complete >= self.setup.buffering.lead
+        let has_enough = self.end != PathEnd::Open || complete >= self.setup.buffering.lead;
+        has_enough && !self.is_stopping
     }
 
     /// Where the streamed axes are at the last set-point, in counts from the start.
@@ -161,9 +166,10 @@ impl Taker {
         if has_run_dry {
             self.counters.dry = self.counters.dry.saturating_add(1);
         }
-        if is_dry && self.end == PathEnd::InMotion && !self.is_stopping {
+        if is_dry && self.end == PathEnd::InMotion && !self.has_given_up {
             // It would wait for ever.
-            self.order(Order::Stop);
+            self.has_given_up = true;
+            self.orders.push_back(Order::Stop);
         }
         has_run_dry
     }
