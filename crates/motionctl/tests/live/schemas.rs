@@ -174,6 +174,8 @@ fn on_board(seen: &mut Seen) {
         &["settings", "check", bench.settings_path()],
     );
     on("board-run", &["run", motion.path(), "--yes"]);
+    // Nothing comes in.
+    on("board-stream", &["stream", "--yes"]);
     let (report, _) = bench.end();
     seen.check("bench", &report);
 }
