@@ -175,7 +175,7 @@ fn pauses(seed: u64, most: u64) -> impl Iterator<Item = Duration> {
 }
 
 #[test]
-fn a_writer_whose_lines_come_up_to_100_ms_late_costs_nothing() {
+fn a_writer_whose_lines_come_up_to_250_ms_late_costs_nothing() {
     undisturbed(|| {
         let seed = u64::from(std::process::id());
         println!("seed {seed}");
@@ -183,9 +183,9 @@ fn a_writer_whose_lines_come_up_to_100_ms_late_costs_nothing() {
         let mut stream = Streamed::start(&bench, &[]);
         stream.say(NAMES);
         let counts = eased(200, 16_384);
-        // As many as are to be buffered, then in real time; it is enabled within a second.
+        // In real time: what is buffered at the start is what may be late, less 130 ms for slowing down.
         let start = Instant::now();
-        for ((place, x), late) in counts.iter().enumerate().zip(pauses(seed, 100)) {
+        for ((place, x), late) in counts.iter().enumerate().zip(pauses(seed, 250)) {
             let due = Duration::from_millis(20 * place as u64) + late;
             std::thread::sleep(due.saturating_sub(start.elapsed()));
             stream.say(&line(20 * place, *x));
@@ -298,6 +298,36 @@ fn a_writer_that_dies_in_motion_leaves_axes_at_rest_at_its_last_whole_line() {
             [last, -last / 2]
         );
         agree(&summary, bench);
+    });
+}
+
+#[test]
+fn a_second_stream_begins_where_the_first_one_ended() {
+    undisturbed(|| {
+        let bench = BoardBench::start("stream-second", SETTINGS);
+        let counts = eased(50, 2_048);
+        let stream_once = || {
+            let mut stream = Streamed::start(&bench, &[]);
+            stream.say(NAMES);
+            // Long after the drives are enabled: until then the board tells of the stream before.
+            std::thread::sleep(Duration::from_secs(2));
+            stream.points(7, 20, &counts);
+            stream.say("end");
+            let (summary, errors, status) = stream.end();
+            assert_eq!(status, Some(0), "{summary} {errors}");
+            assert_eq!(counted(&summary), [Some(51), Some(0), Some(0)]);
+            for sums in ["target_counts", "set_point_counts"] {
+                assert_eq!(numbers(&summary["axes"], sums), [2_048, -1_024]);
+            }
+        };
+        stream_once();
+        stream_once();
+        let (report, steps) = bench.end();
+        assert_eq!(
+            numbers(&report["drives"], "received_counts"),
+            [4_096, -2_048]
+        );
+        is_within_limits(&steps);
     });
 }
 
