@@ -184,6 +184,8 @@ fn a_writer_whose_lines_come_up_to_250_ms_late_costs_nothing() {
         stream.say(NAMES);
         let counts = eased(200, 16_384);
         // In real time: what is buffered at the start is what may be late, less 130 ms for slowing down.
+        // Before it is enabled nothing is late.
+        std::thread::sleep(Duration::from_secs(2));
         let start = Instant::now();
         for ((place, x), late) in counts.iter().enumerate().zip(pauses(seed, 250)) {
             let due = Duration::from_millis(20 * place as u64) + late;
@@ -307,7 +309,7 @@ fn a_second_stream_begins_where_the_first_one_ended() {
         let bench = BoardBench::start("stream-second", SETTINGS);
         let counts = eased(50, 2_048);
         let stream_once = || {
-            let mut stream = Streamed::start(&bench, &[]);
+            let mut stream = Streamed::start(&bench, &["--snapshot-hz", "1000"]);
             stream.say(NAMES);
             // Long after the drives are enabled: until then the board tells of the stream before.
             std::thread::sleep(Duration::from_secs(2));
