@@ -76,7 +76,9 @@ fn wave(share: f64) -> [Position; AXES] {
     let units = |counts: f64| Position::from_units((counts * Position::UNITS as f64) as i64);
     [
         STAND[0].moved_by(units(3_000.0 * eased)),
-        STAND[1].moved_by(units(500.0 * (6.283 * eased).sin() * eased)),
+        STAND[1].moved_by(units(
+            500.0 * (core::f64::consts::TAU * eased).sin() * eased,
+        )),
     ]
 }
 
