@@ -1,8 +1,9 @@
 //! `motionctl board stream`: set-points of another program on the drives of a board.
 //!
-//! [`taker`] makes segments of set-points within [`limits`], [`motion`] hands them to the board and answers the sender.
+//! [`taker`] makes segments of set-points within [`limits`], [`columns`] says which axes they are for, [`motion`] hands them to the board and answers the sender.
 
 mod arguments;
+mod columns;
 mod limits;
 mod motion;
 mod taker;
@@ -30,6 +31,7 @@ use crate::report;
 use crate::stream::{LONGEST_GAP_S, Open, StreamReport};
 use crate::trajectory::MotionError;
 pub(super) use arguments::Arguments;
+use columns::Columns;
 use limits::StreamLimits;
 use motion::StreamMotion;
 use taker::{Setup, Taker};
@@ -137,8 +139,7 @@ fn setup(
             kept: info.segments.into(),
             least_kept: ms(LEAST_KEPT_MS),
         },
-        of_board: of_board.to_vec(),
-        axes: limits.map_err(BoardError::Range)?,
+        columns: Columns::new(limits.map_err(BoardError::Range)?, of_board.to_vec()),
     })
 }
 

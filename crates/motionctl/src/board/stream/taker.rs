@@ -2,14 +2,13 @@
 
 use std::collections::VecDeque;
 
-use board_link::AxisLimits;
 use board_link::host::{SegmentMaker, SegmentMakerConfig};
 use board_link::segment::{MOST_AXES, Segment, SegmentPreview, StreamPhase};
 use board_link::{Counters, Refusal};
 use trajectory::{Position, Time};
 
 use super::arguments::Buffering;
-use super::limits::{StreamLimits, of_standing};
+use super::columns::Columns;
 use crate::board::motion::StreamState;
 use crate::set_points::Order;
 use crate::stream::SetPointTaker;
@@ -24,9 +23,7 @@ pub(super) struct Setup {
     pub(super) cycle_us: u32,
     pub(super) buffering: Buffering,
     pub(super) maker: SegmentMakerConfig,
-    pub(super) of_board: Vec<AxisLimits>,
-    /// The place of each streamed axis among those of the board, and its limits.
-    pub(super) axes: Vec<(usize, StreamLimits)>,
+    pub(super) columns: Columns,
 }
 
 /// How the path ends.
@@ -45,7 +42,6 @@ pub(super) struct Taker {
     setup: Setup,
     /// Once the axes are enabled.
     maker: Option<SegmentMaker<MOST_AXES>>,
-    stand: Vec<Position>,
     /// Made, and not handed to the client.
     pub(super) segments: VecDeque<Segment>,
     pub(super) made: u32,
@@ -71,7 +67,6 @@ impl Taker {
         Self {
             setup,
             maker: None,
-            stand: Vec::new(),
             segments: VecDeque::new(),
             made: 0,
             counters: Counters::default(),
@@ -92,18 +87,10 @@ impl Taker {
         if self.maker.is_some() {
             return;
         }
-        self.stand = stand.iter().copied().map(Position::from_counts).collect();
-        let standing = self.setup.of_board.iter().zip(&self.stand);
-        let mut limits: Vec<AxisLimits> = standing
-            .map(|(of_board, &stand)| of_standing(of_board, stand))
-            .collect();
-        for (place, streamed) in &self.setup.axes {
-            if let (Some(limits), Some(&stand)) = (limits.get_mut(*place), self.stand.get(*place)) {
-                *limits = streamed.around(stand);
-            }
-        }
-        self.maker = SegmentPreview::new(&limits, &self.stand)
-            .and_then(|preview| SegmentMaker::new(preview, &self.stand, self.setup.maker));
+        let limits = self.setup.columns.stand_at(stand);
+        let stand = self.setup.columns.stand();
+        self.maker = SegmentPreview::new(&limits, stand)
+            .and_then(|preview| SegmentMaker::new(preview, stand, self.setup.maker));
     }
 
     pub(super) const fn buffering(&self) -> &Buffering {
@@ -124,14 +111,8 @@ impl Taker {
     /// Where the streamed axes are at the last set-point, in counts from the start.
     pub(super) fn targets(&self) -> Vec<i32> {
         let latest = self.maker.as_ref().and_then(SegmentMaker::latest);
-        let target = |(place, _): &(usize, StreamLimits)| {
-            let at = latest.and_then(|(_, positions)| positions.get(*place));
-            let (Some(at), Some(stand)) = (at, self.stand.get(*place)) else {
-                return 0;
-            };
-            at.counts().wrapping_sub(stand.counts())
-        };
-        self.setup.axes.iter().map(target).collect()
+        let positions = latest.map(|(_, positions)| positions);
+        self.setup.columns.from_start(positions)
     }
 
     /// Milliseconds from where the motion is to the last set-point.
@@ -187,58 +168,6 @@ impl Taker {
         self.made += 1;
     }
 
-    /// All axes of the board, where those of a sender are.
-    fn among_all(&self, positions: &[Position]) -> Vec<Position> {
-        let mut all = self.stand.clone();
-        for ((place, _), &position) in self.setup.axes.iter().zip(positions) {
-            if let Some(at) = all.get_mut(*place) {
-                *at = at.moved_by(position);
-            }
-        }
-        all
-    }
-
-    /// A refusal in the axes of the sender, from where they stood.
-    fn of_sender(&self, mut refusal: Refusal) -> Refusal {
-        let (stands, axes) = (&self.stand, &self.setup.axes);
-        let column = |axis: &mut usize| {
-            let stand = stands.get(*axis).copied().unwrap_or_default();
-            let found = axes.iter().position(|(place, _)| place == axis);
-            *axis = found.unwrap_or(*axis);
-            stand
-        };
-        let relative = |position: &mut Position, stand| *position = position.distance_from(stand);
-        match &mut refusal {
-            Refusal::Start {
-                axis,
-                expected,
-                actual,
-            } => {
-                let stand = column(axis);
-                relative(expected, stand);
-                relative(actual, stand);
-            }
-            Refusal::Travel {
-                axis,
-                lowest,
-                highest,
-                actual,
-            } => {
-                let stand = column(axis);
-                for position in [lowest, highest, actual] {
-                    relative(position, stand);
-                }
-            }
-            Refusal::Velocity { axis, .. }
-            | Refusal::Acceleration { axis, .. }
-            | Refusal::Jerk { axis, .. } => {
-                column(axis);
-            }
-            _ => {}
-        }
-        refusal
-    }
-
     fn take(&mut self, time: Time, positions: &[Position]) -> Result<(), Refusal> {
         if self.is_late() {
             let expected = self.latest_time();
@@ -248,11 +177,11 @@ impl Taker {
         if self.is_stopping {
             return Err(Refusal::Ended);
         }
-        let all = self.among_all(positions);
+        let all = self.setup.columns.among_all(positions);
         // Nothing is read before the axes are enabled.
         let maker = self.maker.as_mut().ok_or(Refusal::Ended)?;
         let made = maker.push(time, &all);
-        let segment = made.map_err(|refusal| self.of_sender(refusal))?;
+        let segment = made.map_err(|refusal| self.setup.columns.of_sender(refusal))?;
         self.first.get_or_insert(time);
         if let Some(segment) = segment {
             self.add(segment);
