@@ -189,15 +189,19 @@ impl<const AXES: usize> SegmentMaker<AXES> {
 
     /// As many as the board keeps must take long enough.
     fn check_memory(&self, actual: Time) -> Result<(), Refusal> {
-        let first = match self.times.front() {
-            Some(first) if self.times.len() >= self.kept() => *first,
-            _ => return Ok(()),
-        };
-        let expected = first.after(self.config.least_kept);
-        if actual < expected {
-            return Err(Refusal::Close { expected, actual });
+        match self.first_for_memory() {
+            Some(expected) if actual < expected => Err(Refusal::Close { expected, actual }),
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    /// The first time that the next set-point may have for the sake of the memory of the board, once that is full. A sender whose
+    /// set-points come before it sends too many of them, whatever it sends.
+    #[must_use]
+    pub fn first_for_memory(&self) -> Option<Time> {
+        let is_full = self.times.len() >= self.kept();
+        let first = self.times.front().filter(|_| is_full)?;
+        Some(first.after(self.config.least_kept))
     }
 
     fn kept(&self) -> usize {

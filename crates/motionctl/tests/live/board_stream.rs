@@ -558,10 +558,13 @@ fn more_set_points_than_the_memory_of_the_board_holds_are_refused_before_anythin
             let turns = f64::from(ms).powi(3) * 1e-9;
             stream.say(&format!("{ms},{turns},0"));
         }
-        std::thread::sleep(Duration::from_secs(2));
-        stream.say("stop");
+        stream.say("end");
         let (summary, errors, status) = stream.end();
-        assert_eq!(status, Some(130), "{summary} {errors}");
+        assert_eq!(status, Some(1), "{summary} {errors}");
+        let why = "expected 56 of them in at least 300 ms, which are 186 a second";
+        assert!(errors.contains(why), "{errors}");
+        let outcome = "stopped, because the set-points cannot be played";
+        assert_eq!(summary["outcome"], outcome, "{summary}");
         let text =
             "205 the time is too close to the set-points before: expected at least 300 ms, got";
         assert!(errors.contains(text), "{errors}");

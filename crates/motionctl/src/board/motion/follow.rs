@@ -6,11 +6,11 @@ use board_link::host::StreamEnd;
 use board_link::message::{BoardState, Request, Snapshot};
 use board_link::segment::StreamPhase;
 
-use super::BoardMotion;
 use super::axes::OfBoard;
 use super::outcome::{End, Traffic};
 use super::recording::BoardRecording;
 use super::remote::Remote;
+use super::{BoardMotion, GivenUp};
 use crate::board::session::Session;
 use crate::control::Wishes;
 use crate::interrupt;
@@ -86,7 +86,7 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             .and_then(|()| self.stream(wishes, show_progress));
         let end = moved.err().unwrap_or(End::Completed);
         self.tell_notices();
-        if let End::Stopped(reason) | End::LinkFailed(reason) = &end {
+        if let End::Stopped(reason) | End::Unplayable(reason) | End::LinkFailed(reason) = &end {
             // At once: slowing down and switching off take their time.
             tell(reason);
         }
@@ -215,13 +215,15 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             (false, true) => Some(End::Ordered),
             (false, false) => None,
         };
+        let given_up = self.motion.has_given_up().map(|why| match why {
+            GivenUp::RanOut => End::RanOut,
+            GivenUp::Unplayable(why) => End::Unplayable(why),
+        });
         let is = self.latest.state;
         match self.phase {
             StreamPhase::Complete if self.motion.has_run_out() => Some(End::RanOut),
             StreamPhase::Complete => Some(End::Completed),
-            StreamPhase::Stopped if self.motion.has_given_up() && self.interrupts == 0 => {
-                Some(End::RanOut)
-            }
+            StreamPhase::Stopped if given_up.is_some() && self.interrupts == 0 => given_up,
             StreamPhase::DriedUp if asked.is_none() => Some(End::RanOut),
             StreamPhase::Stopped | StreamPhase::DriedUp | StreamPhase::Displaced => {
                 asked.or_else(|| Some(End::Stopped(self.why())))
@@ -230,7 +232,7 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
                 Some(End::Stopped(self.why()))
             }
             // Nothing was begun that could be stopped.
-            StreamPhase::Idle if self.stream.is_none() => asked,
+            StreamPhase::Idle if self.stream.is_none() => given_up.or(asked),
             _ => None,
         }
     }

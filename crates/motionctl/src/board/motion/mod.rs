@@ -63,10 +63,19 @@ pub(super) trait BoardMotion {
         false
     }
 
-    /// Whether it was the motion that gave the order to stop, because nothing comes any more.
-    fn has_given_up(&self) -> bool {
-        false
+    /// Why it was the motion itself that gave the order to stop, if it did.
+    fn has_given_up(&self) -> Option<GivenUp> {
+        None
     }
+}
+
+/// Why a motion stops itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum GivenUp {
+    /// Nothing comes any more.
+    RanOut,
+    /// What comes cannot be played; why.
+    Unplayable(String),
 }
 
 /// How a stream goes.

@@ -24,6 +24,8 @@ pub(super) enum End {
     Interrupted,
     /// Somebody gave the order.
     Ordered,
+    /// What comes cannot be played; why, which was told already.
+    Unplayable(String),
     /// There were no more set-points, which was told already.
     RanOut,
     /// Why nobody knows what the board does.
@@ -37,6 +39,7 @@ impl fmt::Display for End {
             Self::Stopped(_) => f.write_str("stopped by the board"),
             Self::Interrupted => f.write_str("stopped by the user"),
             Self::Ordered => f.write_str("stopped by an order"),
+            Self::Unplayable(_) => f.write_str("stopped, because the set-points cannot be played"),
             Self::RanOut => f.write_str("the set-points ran out"),
             Self::LinkFailed(_) => f.write_str("the link failed"),
         }
@@ -117,14 +120,16 @@ impl Outcome {
         let cause = match end {
             End::LinkFailed(_) => Cause::Unknown,
             End::Interrupted | End::Ordered => Cause::Asked,
-            End::Completed | End::Stopped(_) | End::RanOut => Cause::Itself,
+            End::Completed | End::Stopped(_) | End::Unplayable(_) | End::RanOut => Cause::Itself,
         };
         let warning = (!is_off).then(|| WARNING.to_owned());
         Self {
             completed,
             outcome: end.to_string(),
             reason: match end {
-                End::Stopped(reason) | End::LinkFailed(reason) => Some(reason.clone()),
+                End::Stopped(reason) | End::Unplayable(reason) | End::LinkFailed(reason) => {
+                    Some(reason.clone())
+                }
                 End::Completed | End::Interrupted | End::Ordered | End::RanOut => None,
             },
             axes,

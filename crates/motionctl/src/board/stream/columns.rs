@@ -54,7 +54,7 @@ impl Columns {
     }
 
     /// Where the streamed axes are, in counts from the start, when all axes of the board are here; 0 without that.
-    pub(super) fn from_start(&self, all: Option<&[Position]>) -> Vec<i32> {
+    pub(super) fn targets(&self, all: Option<&[Position]>) -> Vec<i32> {
         let counts = |(place, _): &(usize, StreamLimits)| {
             let at = all.and_then(|all| all.get(*place));
             let (Some(at), Some(stand)) = (at, self.stand.get(*place)) else {
@@ -119,8 +119,8 @@ mod tests {
         assert_eq!((all[1].lowest, all[2].highest), (at(-9_500), at(9_000)));
         let among = columns.among_all(&[at(7), at(-5)]);
         assert_eq!(among, [at(95), at(-9_500), at(8_007)]);
-        assert_eq!(columns.from_start(Some(&among)), [7, -5]);
-        assert_eq!(columns.from_start(None), [0, 0]);
+        assert_eq!(columns.targets(Some(&among)), [7, -5]);
+        assert_eq!(columns.targets(None), [0, 0]);
         let travel = |axis, lowest, highest, actual| Refusal::Travel {
             axis,
             lowest: at(lowest),

@@ -4,8 +4,9 @@ use std::time::{Duration, Instant};
 
 use board_link::segment::{Begin, StreamPhase};
 
+use super::LEAST_KEPT_MS;
 use super::taker::{PathEnd, Taker};
-use crate::board::motion::{BoardMotion, StreamState, units};
+use crate::board::motion::{BoardMotion, GivenUp, StreamState, units};
 use crate::board::session::BoardClient;
 use crate::recording::AxisNaming;
 use crate::set_points::Order;
@@ -82,9 +83,11 @@ impl StreamMotion {
         } else if self.is_at_speed && self.taker.is_open() {
             self.is_at_speed = false;
             let buffered = self.taker.buffered_ms();
-            self.conversation.note(format!(
-                "the set-points are late: {buffered:.0} ms are left, and the axes slow down along the path"
-            ));
+            self.conversation.note(if buffered < f64::from(LEAST_KEPT_MS) {
+                format!("the set-points are late: {buffered:.0} ms are left, and the axes slow down along the path")
+            } else {
+                format!("{buffered:.0} ms are buffered, and the memory of the board holds less than slowing down takes: the axes slow down along the path")
+            });
         }
     }
 }
@@ -153,7 +156,7 @@ impl BoardMotion for StreamMotion {
         self.taker.is_gone
     }
 
-    fn has_given_up(&self) -> bool {
-        self.taker.has_given_up
+    fn has_given_up(&self) -> Option<GivenUp> {
+        self.taker.given_up.clone()
     }
 }

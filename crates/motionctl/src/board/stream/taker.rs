@@ -9,7 +9,7 @@ use trajectory::{Position, Time};
 
 use super::arguments::Buffering;
 use super::columns::Columns;
-use crate::board::motion::StreamState;
+use crate::board::motion::{GivenUp, StreamState};
 use crate::set_points::Order;
 use crate::stream::SetPointTaker;
 
@@ -52,8 +52,8 @@ pub(super) struct Taker {
     pub(super) end: PathEnd,
     /// The sender went without an end.
     pub(super) is_gone: bool,
-    /// The stream was told to stop because nothing comes any more.
-    pub(super) has_given_up: bool,
+    /// Why the stream was told to stop from here.
+    pub(super) given_up: Option<GivenUp>,
     /// The sender wants it to stop.
     is_stopping: bool,
     pub(super) orders: VecDeque<Order>,
@@ -74,7 +74,7 @@ impl Taker {
             complete: Time::ZERO,
             end: PathEnd::Open,
             is_gone: false,
-            has_given_up: false,
+            given_up: None,
             is_stopping: false,
             orders: VecDeque::new(),
             state: None,
@@ -105,19 +105,19 @@ impl Taker {
     pub(super) fn has_lead(&self) -> bool {
         let complete = self.complete.since(self.first.unwrap_or(self.complete));
         let has_enough = self.end != PathEnd::Open || complete >= self.setup.buffering.lead;
-        has_enough && !self.is_stopping
+        has_enough && !self.is_stopping && self.given_up.is_none()
     }
 
     /// Where the streamed axes are at the last set-point, in counts from the start.
     pub(super) fn targets(&self) -> Vec<i32> {
         let latest = self.maker.as_ref().and_then(SegmentMaker::latest);
         let positions = latest.map(|(_, positions)| positions);
-        self.setup.columns.from_start(positions)
+        self.setup.columns.targets(positions)
     }
 
     /// Milliseconds from where the motion is to the last set-point.
     pub(super) fn buffered_ms(&self) -> f64 {
-        f64::from(self.ahead().cycles()) * f64::from(self.setup.cycle_us) * 1e-3
+        f64::from(self.ahead().cycles()) * self.cycle_ms()
     }
 
     fn ahead(&self) -> Time {
@@ -147,12 +147,35 @@ impl Taker {
         if has_run_dry {
             self.counters.dry = self.counters.dry.saturating_add(1);
         }
-        if is_dry && self.end == PathEnd::InMotion && !self.has_given_up {
+        if is_dry && self.end == PathEnd::InMotion {
             // It would wait for ever.
-            self.has_given_up = true;
-            self.orders.push_back(Order::Stop);
+            self.give_up(GivenUp::RanOut);
         }
         has_run_dry
+    }
+
+    fn give_up(&mut self, why: GivenUp) {
+        if self.given_up.is_none() {
+            self.given_up = Some(why);
+            self.orders.push_back(Order::Stop);
+        }
+    }
+
+    /// A sender of too many set-points is not played at all: what is left of them would be another path.
+    fn check_density(&mut self, time: Time) {
+        let first = self.maker.as_ref().and_then(SegmentMaker::first_for_memory);
+        if first.is_some_and(|first| time < first) {
+            let kept = self.setup.maker.kept;
+            let most_ms = f64::from(self.setup.maker.least_kept.cycles()) * self.cycle_ms();
+            let per_second = (kept as f64 * 1e3 / most_ms).floor();
+            self.give_up(GivenUp::Unplayable(format!(
+                "the sender writes more set-points than the memory of the board holds: expected {kept} of them in at least {most_ms:.0} ms, which are {per_second} a second; write fewer, the curve between them is smooth"
+            )));
+        }
+    }
+
+    fn cycle_ms(&self) -> f64 {
+        f64::from(self.setup.cycle_us) * 1e-3
     }
 
     fn is_late(&self) -> bool {
@@ -174,14 +197,19 @@ impl Taker {
             let actual = time;
             return Err(Refusal::Late { expected, actual });
         }
-        if self.is_stopping {
+        if self.is_stopping || self.given_up.is_some() {
             return Err(Refusal::Ended);
         }
         let all = self.setup.columns.among_all(positions);
         // Nothing is read before the axes are enabled.
         let maker = self.maker.as_mut().ok_or(Refusal::Ended)?;
         let made = maker.push(time, &all);
-        let segment = made.map_err(|refusal| self.setup.columns.of_sender(refusal))?;
+        let segment = made.map_err(|refusal| {
+            if matches!(refusal, Refusal::Close { .. }) {
+                self.check_density(time);
+            }
+            self.setup.columns.of_sender(refusal)
+        })?;
         self.first.get_or_insert(time);
         if let Some(segment) = segment {
             self.add(segment);
@@ -192,7 +220,8 @@ impl Taker {
 
 impl SetPointTaker for Taker {
     fn is_open(&self) -> bool {
-        self.end == PathEnd::Open && !self.is_stopping && !self.is_late()
+        let has_ended = self.is_stopping || self.is_late() || self.given_up.is_some();
+        self.end == PathEnd::Open && !has_ended
     }
 
     fn credit(&self) -> usize {
