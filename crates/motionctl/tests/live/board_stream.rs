@@ -575,6 +575,36 @@ fn more_set_points_than_the_memory_of_the_board_holds_are_refused_before_anythin
 }
 
 #[test]
+fn a_sender_that_becomes_too_fast_in_motion_is_stopped_on_the_path() {
+    undisturbed(|| {
+        let bench = BoardBench::start("stream-faster", SETTINGS);
+        let mut stream = Streamed::start(&bench, &["--max-turns", "20"]);
+        stream.say("t_ms,x_turns,y_turns");
+        let (mut ms, mut turns) = (0, 0.0);
+        for step in 0..400_u32 {
+            stream.say(&format!("{ms},{turns:.6},{:.6}", -0.5 * turns));
+            let gap = if step < 100 { 20 } else { 2 };
+            // Up to 2 turns a second.
+            turns += 1e-3 * f64::from(gap) * (0.02 * f64::from(step)).min(2.0);
+            ms += gap;
+        }
+        stream.say("end");
+        let (summary, errors, status) = stream.end();
+        assert_eq!(status, Some(1), "{summary} {errors}");
+        assert!(
+            errors.contains("more set-points than the memory"),
+            "{errors}"
+        );
+        let sent = numbers(&summary["axes"], "set_point_counts");
+        assert!(
+            sent[0] > 2_000 && (sent[0] + 2 * sent[1]).abs() <= 2,
+            "{sent:?}"
+        );
+        agree(&summary, bench);
+    });
+}
+
+#[test]
 fn orders_of_the_sender_pause_and_stop_on_the_path() {
     undisturbed(|| {
         let bench = BoardBench::start("stream-orders", SETTINGS);
