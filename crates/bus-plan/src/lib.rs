@@ -32,7 +32,7 @@
 //!
 //! # Cost
 //!
-//! In a `const`, compile time. At run time the table of [`wire::worst_bits`] is needed in flash (8 KiB).
+//! In a `const`, compile time. At run time the table of [`wire::worst_bits`] is needed in flash (2.6 KiB).
 
 #![no_std]
 #![forbid(unsafe_code)]

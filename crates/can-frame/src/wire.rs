@@ -7,10 +7,10 @@
 //!
 //! # Cost
 //!
-//! [`worst_bits`] reads a table of 8 KiB. A plan that is evaluated in a `const` leaves nothing of it in the image; one that is
-//! computed at run time on a microcontroller puts it into flash.
+//! [`worst_bits`] reads a table of 2.6 KiB, some hundred bits of it in a call. A plan that is evaluated in a `const` leaves nothing of it in
+//! the image; one that is computed at run time on a microcontroller puts it into flash.
 
-use crate::worst_case::SLACK;
+use crate::worst_case::shortfall;
 
 /// Longest data field in bytes.
 const MAX_LEN: u8 = 8;
@@ -35,8 +35,7 @@ pub const fn exact_bits(id: u16, data: &[u8]) -> u16 {
     if id > 0x7FF || data.len() > MAX_LEN as usize {
         return u16::MAX;
     }
-    // SOF and the recessive level before it; RTR, IDE and r0 are dominant.
-    let mut wire = Wire::idle().push_field((id as u32) << 7 | data.len() as u32, 19);
+    let mut wire = Wire::behind_head(id, data.len() as u8);
     let mut rest = data;
     while let Some((byte, behind)) = rest.split_first() {
         wire = wire.push_field(*byte as u32, 8);
@@ -61,8 +60,14 @@ pub const fn worst_bits(id: u16, len: u8) -> u16 {
     if id > 0x7FF || len > MAX_LEN {
         return u16::MAX;
     }
-    let slack = SLACK[(id & 0x7FF) as usize] >> (3 * len as u32) & 0b111;
-    bound_bits(len) - slack as u16
+    let Some(more_bytes) = len.checked_sub(1) else {
+        return exact_bits(id, &[]);
+    };
+    let head = Wire::behind_head(id, len);
+    // What was possible if the CRC were free: the run that the head has begun needs so many bits fewer.
+    let behind = 8 * len as u16 + CRC_BITS as u16;
+    let stuffed = (head.run as u16 - 1 + behind) / (STUFF_RUN as u16 - 1);
+    head.bits + behind + stuffed + UNSTUFFED_TAIL_BITS - shortfall(id, more_bytes) as u16
 }
 
 /// What was sent so far.
@@ -82,6 +87,11 @@ impl Wire {
             run: 0,
             bits: 0,
         }
+    }
+
+    /// SOF and the recessive level before it, identifier, RTR, IDE and r0, which are dominant, and the number of bytes.
+    const fn behind_head(id: u16, len: u8) -> Self {
+        Self::idle().push_field((id as u32) << 7 | len as u32, 19)
     }
 
     /// Sends the lowest `len` bits of `field`, the most significant first.

@@ -1,15 +1,16 @@
-//! Where the table of `worst_case.rs` comes from, and the proof that it is right: exhaustive by dynamic programming.
+//! Where the table of `worst_case/table.rs` comes from, and the proof that it is right: exhaustive by dynamic programming.
 //!
 //! What a frame still costs depends on CRC register, level and run alone. So the most stuff bits that k more data bits and
 //! the CRC behind them can bring is found for every state at once, from the end of the frame to its head: 2^18 states,
 //! 64 steps, two choices a step.
 
+use std::cmp::Reverse;
 use std::string::String;
 use std::vec::Vec;
 use std::{format, vec};
 
-use crate::wire::{bound_bits, exact_bits, worst_bits};
-use crate::worst_case::SLACK;
+use crate::wire::{exact_bits, worst_bits};
+use crate::worst_case::{GROUP, SHORTFALLS, shortfall};
 
 const STATES: usize = 1 << 18;
 
@@ -68,50 +69,128 @@ fn head(id: usize, len: usize) -> (usize, u8) {
         })
 }
 
-/// The table: octal digit `len`, counted from the right, is how far the worst frame stays below the bound.
-fn search() -> Vec<u32> {
-    let mut table = vec![0; 0x800];
+/// For each identifier, how many stuff bits the worst frame of 1 to 8 bytes has fewer than a free CRC would let it have.
+fn search() -> Vec<[u8; 8]> {
+    let mut table = vec![[0; 8]; 0x800];
     let mut most: Vec<u8> = (0..STATES).map(stuffed_by_crc).collect();
-    for len in 0..=8 {
-        for (id, row) in table.iter_mut().enumerate() {
-            let (from, stuffed) = head(id, len);
-            let worst = 47 + 8 * len as u32 + u32::from(stuffed + most[from]);
-            *row |= (u32::from(bound_bits(len as u8)) - worst) << (3 * len);
-        }
+    for len in 1..=8 {
         for _ in 0..8 {
             most = one_more_data_bit(&most);
+        }
+        for (id, row) in table.iter_mut().enumerate() {
+            let (from, _) = head(id, len);
+            let behind = 8 * len + 15;
+            let possible = ((from & 3) + behind) / 4;
+            row[len - 1] = possible as u8 - most[from];
         }
     }
     table
 }
 
-fn source(table: &[u32]) -> String {
-    let mut text = String::from(HEADER);
-    for row in table.chunks(8) {
-        let row: Vec<String> = row.iter().map(|entry| format!("0o{entry:09o},")).collect();
+/// For each length the shortfalls, the most frequent first, so that most take a single bit of the table.
+fn ranks(table: &[[u8; 8]]) -> [[u8; SHORTFALLS]; 8] {
+    [0, 1, 2, 3, 4, 5, 6, 7].map(|place| {
+        let mut order: [u8; SHORTFALLS] = [0, 1, 2, 3, 4, 5];
+        let count = |shortfall: &u8| table.iter().filter(|row| row[place] == *shortfall).count();
+        order.sort_by_key(|shortfall| Reverse(count(shortfall)));
+        order
+    })
+}
+
+/// The table's bits, and where each group of identifiers begins.
+fn pack(table: &[[u8; 8]], ranks: &[[u8; SHORTFALLS]; 8]) -> (Vec<u32>, Vec<u16>) {
+    let (mut words, mut groups, mut length) = (vec![0_u32], vec![], 0_usize);
+    for (id, row) in table.iter().enumerate() {
+        if id % GROUP == 0 {
+            groups.push(length as u16);
+        }
+        for (shortfall, order) in row.iter().zip(ranks) {
+            let rank = order.iter().position(|of| of == shortfall).unwrap();
+            for bit in (0..=rank).map(|place| u32::from(place < rank)) {
+                words.resize(length / 32 + 1, 0);
+                words[length / 32] |= bit << (length % 32);
+                length += 1;
+            }
+        }
+    }
+    (words, groups)
+}
+
+fn source(table: &[[u8; 8]]) -> String {
+    let ranks = ranks(table);
+    let (words, groups) = pack(table, &ranks);
+    let mut text = format!("{HEADER}pub(super) static RANKS: [[u8; {SHORTFALLS}]; 8] = [\n");
+    for order in ranks {
+        text += &format!("    {order:?},\n");
+    }
+    text += &format!("];\n\n{HEADER_OF_GROUPS}[u16; {}] = [\n", groups.len());
+    for row in groups.chunks(16) {
+        let row: Vec<String> = row.iter().map(|bit| format!("{bit},")).collect();
+        text += &format!("    {}\n", row.join(" "));
+    }
+    text += &format!("];\n\n{HEADER_OF_BITS}[u32; {}] = [\n", words.len());
+    for row in words.chunks(12) {
+        let row: Vec<String> = row.iter().map(|word| format!("{word:#010x},")).collect();
         text += &format!("    {}\n", row.join(" "));
     }
     text + "];\n"
 }
 
 const HEADER: &str = "\
-//! Worst-case lengths, found by exhaustive search; see `worst_case_search.rs`, whose test checks every entry.
+//! Worst-case lengths, found by exhaustive search and written by `worst_case_search.rs`, whose test checks every entry.
 
-/// For each identifier, how far its longest frame stays below `bound_bits`: octal digit `len`, counted from the right.
-#[rustfmt::skip]
-pub(crate) static SLACK: [u32; 0x800] = [
+/// The shortfalls of each length of 1 to 8 bytes, the most frequent first.
 ";
+
+const HEADER_OF_GROUPS: &str = "\
+/// The bit of [`BITS`] where each group of identifiers begins.
+#[rustfmt::skip]
+pub(super) static GROUPS: ";
+
+const HEADER_OF_BITS: &str = "\
+/// For each identifier, and each length of 1 to 8 bytes, the place of its shortfall in [`RANKS`]: so many ones and a zero, from the lowest bit.
+#[rustfmt::skip]
+pub(super) static BITS: ";
 
 #[test]
 fn every_entry_is_the_worst_case() {
-    assert!(search() == SLACK);
+    for (id, row) in (0..).zip(search()) {
+        for (place, expected) in (0..).zip(row) {
+            assert_eq!(
+                shortfall(id, place),
+                expected,
+                "{id:#x}, {} bytes",
+                place + 1
+            );
+        }
+    }
+}
+
+/// Each length of the search itself, not of the table alone: the stuff bits of the head are counted again here.
+#[test]
+fn every_length_is_the_worst_case() {
+    let mut most: Vec<u8> = (0..STATES).map(stuffed_by_crc).collect();
+    for len in 0..=8 {
+        for id in 0..=0x7FF {
+            let (from, stuffed) = head(id, len);
+            let worst = 47 + 8 * len as u16 + u16::from(stuffed + most[from]);
+            assert_eq!(
+                worst_bits(id as u16, len as u8),
+                worst,
+                "{id:#x}, {len} bytes"
+            );
+        }
+        for _ in 0..8 {
+            most = one_more_data_bit(&most);
+        }
+    }
 }
 
 /// `cargo test -p can-frame write_the_table -- --ignored` writes the source file anew.
 #[test]
 #[ignore = "writes a source file"]
 fn write_the_table() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/worst_case.rs");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/worst_case/table.rs");
     std::fs::write(path, source(&search())).unwrap();
 }
 
