@@ -51,6 +51,12 @@ impl Reason {
 }
 
 impl Refused {
+    /// Whether it is for this reason. Unlike [`Self::reason`] it needs no table with the texts, which a board leaves out of its flash (4 KB).
+    #[must_use]
+    pub const fn is(&self, reason: Reason) -> bool {
+        self.number == reason.number()
+    }
+
     /// The reason, where this version knows its number.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {

@@ -49,7 +49,7 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             return Err(Reason::NoSession.because(1, 0));
         }
         match self.check_session(number, now) {
-            Err(refused) if refused.reason() == Some(Reason::Taken) => return Err(refused),
+            Err(refused) if refused.is(Reason::Taken) => return Err(refused),
             Err(_) => {
                 self.session = Some(Session {
                     number,
