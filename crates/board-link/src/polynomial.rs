@@ -8,6 +8,8 @@ use heapless::Vec;
 
 /// More halves make no difference to a number of 24 bits.
 const HALVES: u8 = 24;
+/// Rates can be small: halves of 2 down to 2^-31.
+const HALVES_OF_ROOT: u8 = 32;
 /// Zeros of a polynomial of fourth degree between 0 and 1.
 type Places = Vec<f32, 4>;
 
@@ -23,11 +25,29 @@ impl Needs {
     /// The highest rate of time, 2 at most, at which these needs are no more than the most that is allowed.
     pub(crate) fn highest_rate(&self, most: &Self) -> f32 {
         let by_velocity = most.velocity / self.velocity;
-        let by_acceleration = libm::sqrtf(most.acceleration / self.acceleration);
-        let by_jerk = libm::cbrtf(most.jerk / self.jerk);
+        let by_acceleration = root(most.acceleration / self.acceleration, |rate| rate * rate);
+        let by_jerk = root(most.jerk / self.jerk, |rate| rate * rate * rate);
         // What needs nothing has no limit: the quotient is infinite or no number, which `min` passes over.
         by_velocity.min(by_acceleration).min(by_jerk).min(2.0)
     }
+}
+
+/// The largest number from 0 to 2 whose power is no more than this; 2 where there is no limit. By halving, because a cube root of a library
+/// brings floats of 64 bits, which the processor has not (3.4 KB). It is rounded down, to 2^-31 or the last place of a float.
+fn root(most: f32, power: impl Fn(f32) -> f32) -> f32 {
+    if most.is_nan() || most >= power(2.0) {
+        return 2.0;
+    }
+    let (mut from, mut to) = (0.0, 2.0);
+    for _ in 0..HALVES_OF_ROOT {
+        let middle = (from + to) / 2.0;
+        if power(middle) <= most {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    from
 }
 
 /// The way of an axis, as a function of the share of a duration that has passed.
@@ -156,6 +176,26 @@ mod tests {
         let turns = polynomial.turns();
         assert_eq!(turns.len(), 1);
         assert!((turns[0] - 0.5).abs() < 1e-6 && polynomial.way(turns[0]) == 1.0);
+    }
+
+    /// Also where the limits allow less than the rate 1.
+    #[test]
+    fn the_rate_is_the_root_of_what_is_allowed() {
+        for (most, expected) in [
+            (8.0_f32, 2.0),
+            (f32::NAN, 2.0),
+            (1.331, 1.1),
+            (0.125, 0.5),
+            (1e-9, 1e-3),
+            (0.0, 0.0),
+        ] {
+            let rate = root(most, |rate| rate * rate * rate);
+            assert!(
+                rate <= expected && expected - rate <= expected * 1e-5,
+                "{most}: {rate}"
+            );
+            assert!(most.is_nan() || rate * rate * rate <= most);
+        }
     }
 
     proptest! {

@@ -8,18 +8,21 @@ use crate::polynomial::Needs;
 use crate::reason::Reason;
 use crate::refused::Refused;
 
-/// What the rounding of two velocities to 2^-24 counts can make of their difference, in counts per cycle.
-const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
+/// Velocities and accelerations here are whole numbers of 2^-40 counts: 64 bits of an integer say more than those of a float, and a
+/// processor without floats of 64 bits needs no arithmetic for them (4 KB).
+const PLACES: u32 = 40;
+/// So many places more than those of a position.
+const MORE_PLACES: u32 = PLACES - Position::UNITS.trailing_zeros();
+/// What the rounding of two velocities to 2^-24 counts can make of their difference.
+const ROUNDING: u64 = 1 << (PLACES - 20);
 /// Part of a limit that rounding may take.
 const TOLERANCE: f32 = 1.0 / 65_536.0;
-/// A second and a third difference take so much of a step of the acceleration: the highest value of the B-spline of degree two.
-const STEP_IN_JERK: f64 = 0.75;
 
-/// Velocity and acceleration, in counts and cycles.
+/// Velocity and acceleration, in 2^-40 counts and cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Slope {
-    pub(super) velocity: f64,
-    pub(super) acceleration: f64,
+    pub(super) velocity: i64,
+    acceleration: i64,
 }
 
 /// Where an axis is when a segment ends, and what that segment needed.
@@ -52,15 +55,38 @@ pub(super) fn slopes(axis: &AxisSegment, from: Position, segment: &Segment) -> [
             [leaving_acceleration, arriving_acceleration],
         ),
     };
-    let cycles = segment.duration as f64 / (1_u64 << 32) as f64;
-    let counts = |units: i64| units as f64 / Position::UNITS as f64;
     [0, 1].map(|end| {
-        let of = |values: [i64; 2]| counts(if end == 0 { values[0] } else { values[1] });
+        let of = |values: [i64; 2]| if end == 0 { values[0] } else { values[1] };
+        let per_cycle = |way: i64, places| per_cycle(way, segment.duration, places);
         Slope {
-            velocity: of(velocities) / cycles,
-            acceleration: 2.0 * of(accelerations) / (cycles * cycles),
+            velocity: per_cycle(of(velocities), MORE_PLACES),
+            acceleration: per_cycle(per_cycle(2 * of(accelerations), MORE_PLACES), 0),
         }
     })
+}
+
+/// A change in a cycle, of one in a duration in units of 2^-32 cycles; with so many binary places more, cut off there. What needs more
+/// than 63 bits is far beyond every limit, and ends there.
+fn per_cycle(change: i64, duration: u64, places: u32) -> i64 {
+    let divisor = duration.max(1);
+    let (mut quotient, mut rest) = (
+        change.unsigned_abs() / divisor,
+        change.unsigned_abs() % divisor,
+    );
+    let mut left = 32 + places;
+    while left > 0 {
+        // As many places as fit, two or three times.
+        let step = rest.leading_zeros().clamp(1, left);
+        let shifted = rest << step;
+        let is_too_much = quotient.leading_zeros() <= step;
+        quotient = if is_too_much {
+            i64::MAX as u64
+        } else {
+            (quotient << step) | (shifted / divisor)
+        };
+        (rest, left) = (shifted % divisor, left - step);
+    }
+    quotient as i64 * change.signum()
 }
 
 /// What both segments may need at most, the step between them included. Returns what the second one needs with the step.
@@ -74,23 +100,25 @@ pub(super) fn pass(
     needs: Needs,
     limits: &AxisLimits,
 ) -> Result<Needs, Refused> {
-    let velocity = (start.velocity - before.slope.velocity).abs();
-    let acceleration = (start.acceleration - before.slope.acceleration).abs();
+    let velocity = start.velocity.abs_diff(before.slope.velocity);
+    let acceleration = start.acceleration.abs_diff(before.slope.acceleration);
+    // A second and a third difference take so much of a step of the acceleration: the highest value of the B-spline of degree two.
+    let in_jerk = acceleration - acceleration / 4;
     let mut with_step = needs;
     if velocity > ROUNDING {
         let both = needs.acceleration.max(before.needs.acceleration);
-        with_step.acceleration = both + velocity as f32;
+        with_step.acceleration = both + counts(velocity);
         let both = needs.jerk.max(before.needs.jerk);
-        with_step.jerk = both + (velocity + STEP_IN_JERK * acceleration) as f32;
+        with_step.jerk = both + counts(velocity.saturating_add(in_jerk));
         let is_allowed = with_step.acceleration <= allowed(limits.acceleration())
             && with_step.jerk <= allowed(limits.jerk());
         if !is_allowed {
             let (expected, actual) = (before.slope.velocity, start.velocity);
             return Err(Reason::VelocityStep.at(axis, units(expected), units(actual)));
         }
-    } else if acceleration as f32 > TOLERANCE * limits.acceleration() {
+    } else if counts(acceleration) > TOLERANCE * limits.acceleration() {
         let both = needs.jerk.max(before.needs.jerk);
-        with_step.jerk = both + (STEP_IN_JERK * acceleration) as f32;
+        with_step.jerk = both + counts(in_jerk);
         if with_step.jerk > allowed(limits.jerk()) {
             let (expected, actual) = (before.slope.acceleration, start.acceleration);
             return Err(Reason::AccelerationStep.at(axis, units(expected), units(actual)));
@@ -100,6 +128,7 @@ pub(super) fn pass(
 }
 
 /// Whether an axis may stand still where a segment ends.
+#[inline(never)]
 pub(super) fn rests(edge: &Edge, limits: &AxisLimits) -> bool {
     pass(0, edge, Slope::default(), Needs::default(), limits).is_ok()
 }
@@ -118,7 +147,7 @@ pub(super) fn check_needs(axis: usize, needs: &Needs, limits: &AxisLimits) -> Re
     for (reason, actual, most) in checks {
         // What is no number is too much.
         if actual.is_nan() || actual > allowed(most) {
-            return Err(reason.at(axis, units(f64::from(most)), units(f64::from(actual))));
+            return Err(reason.at(axis, nearest_units(most), nearest_units(actual)));
         }
     }
     Ok(())
@@ -128,7 +157,38 @@ fn allowed(limit: f32) -> f32 {
     limit * (1.0 + TOLERANCE)
 }
 
-/// In units of 2^-24; what does not fit ends at the ends of 64 bits.
-pub(super) fn units(counts: f64) -> i64 {
-    (counts * Position::UNITS as f64) as i64
+fn counts(slope: u64) -> f32 {
+    slope as f32 / (1_u64 << PLACES) as f32
+}
+
+/// Of a velocity or an acceleration, in units of 2^-24.
+pub(super) const fn units(slope: i64) -> i64 {
+    slope / (1 << MORE_PLACES)
+}
+
+/// Counts in units of 2^-24; what does not fit ends at the ends of 64 bits.
+pub(super) fn nearest_units(counts: f32) -> i64 {
+    (counts * Position::UNITS as f32) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// With every size of both, and what does not fit.
+        #[test]
+        fn a_change_in_a_cycle_is_the_exact_quotient(
+            change in (any::<i64>(), 0_u32..63).prop_map(|(change, down)| change >> down),
+            duration in (1_u64.., 0_u32..63).prop_map(|(ticks, down)| (ticks >> 1 >> down).max(1)),
+            places in 0_u32..20,
+        ) {
+            let exact = i128::from(change).checked_mul(1_i128 << (32 + places)).unwrap() / i128::from(duration);
+            let most = i128::from(i64::MAX);
+            let expected = exact.clamp(-most, most);
+            prop_assert_eq!(i128::from(per_cycle(change, duration, places)), expected);
+        }
+    }
 }

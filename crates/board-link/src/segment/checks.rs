@@ -3,7 +3,7 @@
 use trajectory::curve::Share;
 use trajectory::{Position, TimeScale};
 
-use super::border::{Edge, check_needs, pass, slopes, units};
+use super::border::{Edge, check_needs, nearest_units, pass, slopes};
 use super::{AxisSegment, Segment};
 use crate::config::AxisLimits;
 use crate::polynomial::{Needs, Polynomial};
@@ -31,6 +31,8 @@ pub(super) fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Resu
 }
 
 /// The whole way of one axis. The edge becomes that of the new segment, but for its position; returns the highest rate.
+// Inlined into the generic code of a board it would be compiled with it, for speed.
+#[inline(never)]
 pub(super) fn check_axis(
     axis: usize,
     part: &AxisSegment,
@@ -41,7 +43,7 @@ pub(super) fn check_axis(
     let from = edge.position;
     inside(axis, Position::from_units(part.end), limits)?;
     if !part.fits(from) {
-        let most = units(limits.velocity().into());
+        let most = nearest_units(limits.velocity());
         return Err(Reason::Velocity.at(axis, most, i64::MAX));
     }
     let piece = part.piece(from);

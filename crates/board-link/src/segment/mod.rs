@@ -93,6 +93,7 @@ impl Segment {
 impl AxisSegment {
     /// The curve from a position on: the same on every machine.
     #[must_use]
+    #[inline(never)]
     pub const fn piece(&self, from: Position) -> Piece {
         let to = Position::from_units(self.end);
         match self.shape {
