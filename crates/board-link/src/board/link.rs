@@ -1,10 +1,9 @@
 //! One port: the bytes of one host.
 
-use heapless::Vec;
-
 use super::application::Application;
 use super::commands::Outcome;
 use super::shared::Board;
+use super::slots::Slots;
 use crate::frame::{Decoder, LONGEST_FRAME, Loss, VERSION, decode};
 use crate::message::{Answer, Counters, Request, ToBoard, ToHost};
 use crate::outbox::Outbox;
@@ -41,7 +40,7 @@ pub struct Link<const OUT: usize> {
     outbox: Outbox<OUT>,
     /// The latest command that was answered.
     answered: Option<(Key, Result<Answer, Refused>)>,
-    pending: Vec<Pending, PENDING>,
+    pending: Slots<Pending, PENDING>,
     /// The number of the next event to send.
     pub(super) cursor: u32,
     snapshots: Option<Snapshots>,
@@ -63,7 +62,7 @@ impl<const OUT: usize> Link<OUT> {
             decoder: Decoder::new(),
             outbox: Outbox::new(),
             answered: None,
-            pending: Vec::new(),
+            pending: Slots::new(),
             cursor: 0,
             snapshots: None,
             counters: Counters::default(),
@@ -91,7 +90,7 @@ impl<const OUT: usize> Link<OUT> {
         for &byte in bytes {
             let message = match self.decoder.push(byte) {
                 None => continue,
-                Some(Ok(content)) => match decode::<ToBoard>(content.body) {
+                Some(Ok(content)) => match to_board(content.body) {
                     Some(message) => Ok((content.checksum, message)),
                     None => Err(number_of(content.body)),
                 },
@@ -169,7 +168,7 @@ impl<const OUT: usize> Link<OUT> {
     fn wait_for(&mut self, key: Key, ticket: u16, now: u64) {
         let since = now;
         let pending = Pending { key, ticket, since };
-        if self.pending.push(pending).is_err() {
+        if !self.pending.put(pending) {
             // It is carried out; how it ends is not reported.
             self.answer(
                 key,
@@ -187,7 +186,7 @@ impl<const OUT: usize> Link<OUT> {
         if result.is_err() {
             self.counters.refused = self.counters.refused.saturating_add(1);
         }
-        if !self.outbox.send(&ToHost::Reply { number, result }) {
+        if !self.outbox.send_to_host(&ToHost::Reply { number, result }) {
             self.counters.unanswered = self.counters.unanswered.saturating_add(1);
         }
     }
@@ -214,8 +213,8 @@ impl<const OUT: usize> Link<OUT> {
         now: u64,
     ) {
         let patience = board.config.patience;
-        for place in (0..self.pending.len()).rev() {
-            let Some(pending) = self.pending.get(place).copied() else {
+        for slot in 0..PENDING {
+            let Some(pending) = self.pending.get(slot) else {
                 continue;
             };
             let is_over = now.saturating_sub(pending.since) > patience.into();
@@ -229,9 +228,7 @@ impl<const OUT: usize> Link<OUT> {
                 }
                 None => continue,
             };
-            if place < self.pending.len() {
-                self.pending.swap_remove(place);
-            }
+            self.pending.clear(slot);
             self.answer(pending.key, result);
         }
     }
@@ -245,7 +242,7 @@ impl<const OUT: usize> Link<OUT> {
             && let Some(event) = board.events.get(self.cursor)
         {
             let number = self.cursor;
-            if !self.outbox.send(&ToHost::Event { number, event }) {
+            if !self.outbox.send_to_host(&ToHost::Event { number, event }) {
                 return;
             }
             self.cursor = self.cursor.wrapping_add(1);
@@ -266,7 +263,9 @@ impl<const OUT: usize> Link<OUT> {
         // One at a time, however late it is.
         snapshots.due = now.saturating_add(snapshots.period.into());
         let is_sent = self.outbox.free() >= LONGEST_ANSWER
-            && self.outbox.send(&ToHost::Snapshot(board.snapshot(now)));
+            && self
+                .outbox
+                .send_to_host(&ToHost::Snapshot(board.snapshot(now)));
         if !is_sent {
             let left_out = &mut self.counters.snapshots_left_out;
             *left_out = left_out.saturating_add(1);
@@ -280,7 +279,14 @@ impl<const OUT: usize> Default for Link<OUT> {
     }
 }
 
+/// Compiled in this crate, once and for size, not for each application.
+#[inline(never)]
+fn to_board(body: &[u8]) -> Option<ToBoard> {
+    decode(body)
+}
+
 /// The number of a request whose rest is unreadable; 0 where that is, too.
+#[inline(never)]
 fn number_of(body: &[u8]) -> u16 {
     postcard::take_from_bytes(body).map_or(0, |(number, _)| number)
 }

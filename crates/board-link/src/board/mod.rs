@@ -10,6 +10,7 @@ mod link;
 mod requests;
 mod settings;
 mod shared;
+mod slots;
 
 pub use application::{Application, Command, Machine};
 pub use link::Link;

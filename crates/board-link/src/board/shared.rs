@@ -1,9 +1,8 @@
 //! What the ports of a board share.
 
-use heapless::Vec;
-
 use super::application::{Application, Command};
 use super::events::Events;
+use super::slots::Slots;
 use crate::message::{Event, Snapshot};
 use crate::reason::Reason;
 use crate::refused::Refused;
@@ -56,7 +55,7 @@ pub struct Board<'q, A, const AXES: usize> {
     pub(super) busy: Option<u16>,
     pub(super) segments: u32,
     pub(super) silent_hosts: u32,
-    results: Vec<(u16, Result<(), Refused>), RESULTS>,
+    results: Slots<(u16, Result<(), Refused>), RESULTS>,
     last_ticket: u16,
     /// A silent host was a stop, and the application has had no room for it yet.
     owes_stop: bool,
@@ -78,7 +77,7 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             busy: None,
             segments: 0,
             silent_hosts: 0,
-            results: Vec::new(),
+            results: Slots::new(),
             last_ticket: NOBODY,
             owes_stop: false,
             is_storing: false,
@@ -142,12 +141,15 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
         if ticket == NOBODY {
             return;
         }
-        if self.results.is_full() {
-            // Its port has not fetched it, and says that there was no answer.
-            let _ = self.results.remove(0);
+        if !self.results.put((ticket, result)) {
+            // Its port has not fetched the oldest, and says that there was no answer.
+            let age = |of: &(u16, _)| self.last_ticket.wrapping_sub(of.0);
+            let oldest = self.results.iter().map(age).max();
+            let last = self.last_ticket;
+            self.results
+                .take(|of| Some(last.wrapping_sub(of.0)) == oldest);
+            self.results.put((ticket, result));
         }
-        // There is room now.
-        let _ = self.results.push((ticket, result));
     }
 
     fn report_stream(&mut self) {
@@ -201,8 +203,8 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
 
     /// The result of a ticket, once.
     pub(super) fn take_result(&mut self, ticket: u16) -> Option<Result<(), Refused>> {
-        let place = self.results.iter().position(|result| result.0 == ticket)?;
-        (place < self.results.len()).then(|| self.results.swap_remove(place).1)
+        let found = self.results.take(|result| result.0 == ticket);
+        found.map(|(_, result)| result)
     }
 
     /// Whether no command is carried out.
