@@ -168,14 +168,16 @@ impl AxisSettings {
 
     /// The nearest value that is allowed.
     fn of_limits(&self, error: LimitsError, gear: GearNumber, cycle_us: u32) -> Refusal {
-        // Counts in a minute for each r/min, times microseconds: at most 2^16 * 2^32.
-        let per_rpm = u128::from(command_counts_per_turn(gear)) * u128::from(cycle_us);
-        let second = 60_000_000_u128;
+        // Counts in a minute for each r/min, times microseconds: at most 2^20 * 2^32. All is done with 64 bits: a processor of 32 has no
+        // division of 128, which takes 1 KB.
+        let per_rpm = u64::from(command_counts_per_turn(gear)).saturating_mul(cycle_us.into());
+        let per_rpm = per_rpm.max(1);
+        let second = 60_000_000_u64;
         match error {
             LimitsError::Speed { step_counts, .. } => {
-                let least = second.div_ceil(per_rpm.max(1));
+                let least = second.div_ceil(per_rpm);
                 let most = StepLimit::MAX.get();
-                let most = ((u128::from(most) + 1) * second - 1) / per_rpm.max(1);
+                let most = ((u64::from(most) + 1) * second - 1) / per_rpm;
                 let nearest = if step_counts == 0 { least } else { most };
                 Kind::Speed.because(narrowed(nearest), self.speed_rpm.into())
             }
@@ -183,12 +185,13 @@ impl AxisSettings {
                 least_rpm_per_s, ..
             } => {
                 let given = u64::from(self.acceleration_rpm_per_s);
-                // 16384 counts per cycle and cycle, in 256ths as rounded down.
-                let largest = u128::from(StepChange::MAX.per_256_cycles()) + 1;
-                let squared = 256 * per_rpm * u128::from(cycle_us);
-                let most = (largest * second * 1_000_000 - 1) / squared.max(1);
+                // 16384 counts per cycle and cycle, in 256ths as rounded down; 256 is taken out of the square of a second, so that it fits.
+                const SQUARE_OF_SECOND: u64 = 60_000_000 * 1_000_000 / 256;
+                let largest = u64::from(StepChange::MAX.per_256_cycles()) + 1;
+                let squared = per_rpm.saturating_mul(cycle_us.into());
+                let most = (largest * SQUARE_OF_SECOND - 1) / squared.max(1);
                 let nearest = if given < least_rpm_per_s {
-                    least_rpm_per_s.into()
+                    least_rpm_per_s
                 } else {
                     most
                 };
@@ -268,6 +271,6 @@ impl ReadBack {
     }
 }
 
-fn narrowed(value: u128) -> i64 {
+fn narrowed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }

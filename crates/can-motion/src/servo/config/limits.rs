@@ -175,13 +175,13 @@ impl Limits {
         let Ok(max_step) = StepLimit::new(step_counts as i32) else {
             return Err(too_fast);
         };
-        // Counts per cycle and cycle in 1/256: rpm/s * turn / 60 * (cycle / 1 s)^2 * 256. At most 2^32 * 2^16 * 2^8 * 10^6 before the
-        // first division.
-        let per_cycle = motor.acceleration_rpm_per_s as u128 * turn as u128 * 256;
-        let squared = cycle_us as u128 * cycle_us as u128;
-        let change = per_cycle * squared / 60_000_000_000_000;
-        let divisor = turn as u128 * 256 * squared;
-        let change = if change > u32::MAX as u128 {
+        // Counts per cycle and cycle in 1/256: rpm/s * turn / 60 * (cycle / 1 s)^2 * 256, with 256 taken out of the square of a second. What
+        // does not fit 64 bits is far too much.
+        const SQUARE_OF_SECOND: u64 = 60_000_000_000_000 / 256;
+        let divisor = turn.saturating_mul(cycle_us.saturating_mul(cycle_us));
+        let rpm_per_s = motor.acceleration_rpm_per_s as u64;
+        let change = rpm_per_s.saturating_mul(divisor) / SQUARE_OF_SECOND;
+        let change = if change > u32::MAX as u64 {
             None
         } else {
             StepChange::from_256ths(change as u32)
@@ -191,7 +191,7 @@ impl Limits {
             None if divisor == 0 => Err(too_fast),
             None => Err(LimitsError::Acceleration {
                 actual_rpm_per_s: motor.acceleration_rpm_per_s,
-                least_rpm_per_s: 60_000_000_000_000_u128.div_ceil(divisor) as u64,
+                least_rpm_per_s: SQUARE_OF_SECOND.div_ceil(divisor),
             }),
         }
     }
