@@ -50,6 +50,7 @@ pub(crate) fn start(duty: Duty) {
 
 /// # Safety
 /// To be called by handlers of the priority of the cycle alone, and not within `act`.
+#[inline(always)]
 unsafe fn with(act: impl FnOnce(&mut Duty)) {
     // SAFETY: the handlers do not interrupt each other, so there is one reference at a time.
     if let Some(duty) = unsafe { &mut *DUTY.0.get() } {

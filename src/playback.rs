@@ -105,9 +105,9 @@ impl Orders {
             start.at = start.at + DURATION_US;
         }
         let distances = MOTION.position_from(&mut start.head, at.us_since(start.at));
-        for (axis, (from, distance)) in start.targets.into_iter().zip(distances).enumerate() {
+        for (axis, (from, distance)) in start.targets.iter().zip(&distances).enumerate() {
             // Beyond 32 bit is beyond every travel, and refused as such.
-            let target = from.saturating_add(distance);
+            let target = from.saturating_add(*distance);
             if !home.allows(axis, target) {
                 defmt::error!(
                     "axis {=usize}: the motion leaves its travel, stopping",

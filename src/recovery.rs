@@ -92,8 +92,9 @@ impl Recovery {
     }
 
     /// Whether the controller is on the bus, unless it has gone bus-off meanwhile.
+    #[inline(always)]
     pub(crate) fn is_over(&self) -> bool {
-        self.phase == Phase::OnBus
+        matches!(self.phase, Phase::OnBus)
     }
 
     /// One step, once a cycle until it returns true: at once when there is nothing to do.

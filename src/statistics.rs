@@ -166,10 +166,9 @@ impl Statistics {
 
     fn note_poll_ages(&mut self, master: &BoardMaster, axis: usize, now: Instant) {
         if let Some(snapshot) = master.snapshot(axis) {
-            let [status_ms, position_ms] =
-                Drives::read_at(&snapshot).map(|read_at| Age::ms(read_at, now));
-            self.oldest_status_ms = self.oldest_status_ms.max(status_ms);
-            self.oldest_position_ms = self.oldest_position_ms.max(position_ms);
+            let [status, position] = Drives::read_at(&snapshot);
+            self.oldest_status_ms = self.oldest_status_ms.max(Age::ms(status, now));
+            self.oldest_position_ms = self.oldest_position_ms.max(Age::ms(position, now));
         }
     }
 

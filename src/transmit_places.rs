@@ -52,7 +52,7 @@ impl TransmitPlaces {
     }
 
     /// A frame was put into a place.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn note_queued(&mut self, place: usize) {
         let number = self.queued;
         if let Some(to) = self.places.get_mut(place) {

@@ -86,12 +86,18 @@ pub(crate) struct StatusLed {
     pin: Output<'static>,
     /// The LED hangs between supply and pin, so a low level lights it.
     active_low: bool,
+    /// As it was set last: it changes seldom, and is set in every cycle.
+    lit: Option<bool>,
 }
 
 impl StatusLed {
     /// Lights or darkens it.
+    #[inline(always)]
     pub(crate) fn set(&mut self, lit: bool) {
-        self.pin.set_level((lit != self.active_low).into());
+        if self.lit != Some(lit) {
+            self.lit = Some(lit);
+            self.pin.set_level((lit != self.active_low).into());
+        }
     }
 }
 

@@ -145,6 +145,7 @@ pub(crate) fn init() -> Start {
         status_led: StatusLed {
             pin: Output::new(peripherals.PC12, Level::High, Speed::Low),
             active_low: true,
+            lit: None,
         },
         watchdog,
         board,

@@ -148,6 +148,7 @@ pub(crate) fn init() -> Start {
         status_led: StatusLed {
             pin: Output::new(peripherals.PA5, Level::Low, Speed::Low),
             active_low: false,
+            lit: None,
         },
         watchdog,
         board,

@@ -60,7 +60,7 @@ impl Bus {
     }
 
     /// Whether there may be something to receive.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn has_news(&self) -> bool {
         self.controller.has_received()
             || LATEST_ERROR.load(Ordering::Relaxed) != Lec::NO_ERROR.to_bits()
@@ -105,6 +105,7 @@ impl Bus {
 }
 
 impl Sink<DataFrame> for Bus {
+    #[inline(always)]
     fn has_room(&self) -> bool {
         self.controller.free_mailbox().is_some()
     }

@@ -114,6 +114,7 @@ impl Bus {
 /// Takes nothing back: this controller cannot cancel single frames of its FIFO (RM0440, section 44.3.6). The three frames that it holds
 /// still go out.
 impl Sink<DataFrame> for Bus {
+    #[inline(always)]
     fn has_room(&self) -> bool {
         !self.controller.registers.txfqs().read().tfqf()
     }

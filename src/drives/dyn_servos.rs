@@ -19,7 +19,10 @@ impl Board for Dyn {
 
     fn read_at(snapshot: &AxisSnapshot) -> [Option<Instant>; 2] {
         let feedback = &snapshot.feedback;
-        [PollKind::Status, PollKind::Position].map(|poll| feedback.polled_at(poll))
+        [
+            feedback.polled_at(PollKind::Status),
+            feedback.polled_at(PollKind::Position),
+        ]
     }
 
     fn readings(axis: &AxisConfig, snapshot: &AxisSnapshot) -> homing::Inputs {

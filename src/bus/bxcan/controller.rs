@@ -30,6 +30,7 @@ impl Controller {
     }
 
     /// Which mailboxes have none: one bit each.
+    #[inline(always)]
     fn empty(&self) -> u32 {
         /// TME0.
         const FIRST: u32 = 26;
@@ -37,13 +38,14 @@ impl Controller {
     }
 
     /// A mailbox without a frame.
+    #[inline(always)]
     pub(super) fn free_mailbox(&self) -> Option<usize> {
         let empty = self.empty();
         (empty != 0).then_some(empty.trailing_zeros() as usize)
     }
 
     /// Whether a frame can be read, or was lost.
-    #[inline]
+    #[inline(always)]
     pub(super) fn has_received(&self) -> bool {
         /// FMP and FOVR.
         const MARKS: u32 = 0b1_0011;
@@ -151,6 +153,7 @@ impl Cell for Controller {
         !status.inak() && !status.slak() && !self.is_bus_off()
     }
 
+    #[inline(always)]
     fn is_bus_off(&self) -> bool {
         self.registers.esr().read().boff()
     }

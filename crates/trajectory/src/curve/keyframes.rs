@@ -483,7 +483,7 @@ fn passing<const N: usize>(
 #[inline]
 fn shortly_between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, share: Share) -> [i32; N] {
     let mut counts = from.positions_counts;
-    for (start, end) in counts.iter_mut().zip(to.positions_counts) {
+    for (start, end) in counts.iter_mut().zip(&to.positions_counts) {
         let way = end.wrapping_sub(*start);
         *start = start.wrapping_add(share.of_few_counts(way));
     }
@@ -494,7 +494,7 @@ fn shortly_between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, share: 
 #[inline]
 fn between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, share: Share) -> [i32; N] {
     let mut counts = from.positions_counts;
-    for (start, end) in counts.iter_mut().zip(to.positions_counts) {
+    for (start, &end) in counts.iter_mut().zip(&to.positions_counts) {
         *start = match end.checked_sub(*start) {
             Some(way) => start.wrapping_add(share.of_counts(way)),
             // From one end of 32 bits towards the other.
