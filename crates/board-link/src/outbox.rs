@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use crate::frame::{self, LONGEST_FRAME};
-use crate::message::ToHost;
 
 /// Frames that wait, at most `N` bytes of them, in one piece.
 #[derive(Debug)]
@@ -52,18 +51,9 @@ impl<const N: usize> Outbox<N> {
 
     /// Adds a frame; whether it fitted.
     pub(crate) fn send(&mut self, message: &impl Serialize) -> bool {
-        self.add(|room| frame::encode(message, room))
-    }
-
-    /// The same of a board: its messages are encoded by code that is compiled in this crate, once and for size, not for each user (4 KB).
-    pub(crate) fn send_to_host(&mut self, message: &ToHost) -> bool {
-        self.add(|room| encode_to_host(message, room))
-    }
-
-    fn add(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) -> bool {
         self.close_up();
         let room = self.bytes.get_mut(self.end..).unwrap_or_default();
-        let length = encode(room);
+        let length = frame::encode(message, room);
         self.end = self.end.saturating_add(length.unwrap_or(0)).min(N);
         length.is_some()
     }
@@ -86,9 +76,4 @@ impl<const N: usize> Outbox<N> {
     pub(crate) fn clear(&mut self) {
         (self.start, self.end) = (0, 0);
     }
-}
-
-#[inline(never)]
-fn encode_to_host(message: &ToHost, room: &mut [u8]) -> Option<usize> {
-    frame::encode(message, room)
 }

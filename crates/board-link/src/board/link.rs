@@ -186,7 +186,7 @@ impl<const OUT: usize> Link<OUT> {
         if result.is_err() {
             self.counters.refused = self.counters.refused.saturating_add(1);
         }
-        if !self.outbox.send_to_host(&ToHost::Reply { number, result }) {
+        if !self.outbox.send(&ToHost::Reply { number, result }) {
             self.counters.unanswered = self.counters.unanswered.saturating_add(1);
         }
     }
@@ -242,7 +242,7 @@ impl<const OUT: usize> Link<OUT> {
             && let Some(event) = board.events.get(self.cursor)
         {
             let number = self.cursor;
-            if !self.outbox.send_to_host(&ToHost::Event { number, event }) {
+            if !self.outbox.send(&ToHost::Event { number, event }) {
                 return;
             }
             self.cursor = self.cursor.wrapping_add(1);
@@ -263,9 +263,7 @@ impl<const OUT: usize> Link<OUT> {
         // One at a time, however late it is.
         snapshots.due = now.saturating_add(snapshots.period.into());
         let is_sent = self.outbox.free() >= LONGEST_ANSWER
-            && self
-                .outbox
-                .send_to_host(&ToHost::Snapshot(board.snapshot(now)));
+            && self.outbox.send(&ToHost::Snapshot(board.snapshot(now)));
         if !is_sent {
             let left_out = &mut self.counters.snapshots_left_out;
             *left_out = left_out.saturating_add(1);
