@@ -96,6 +96,33 @@ fn of_two_hosts_one_commands_and_both_read_and_stop() {
 }
 
 #[test]
+fn the_drives_can_be_switched_off_while_they_are_on_their_way() {
+    let mut bench = Bench::new();
+    let mut links = [Link::new()];
+    let claim = message(1, 11, Request::Claim);
+    ask(&mut bench, 0, &mut links, &claim).unwrap();
+    bench.mock().is_stuck = true;
+    for (number, request) in [(2, Request::Enable), (3, Request::Disable)] {
+        let mut bytes = [0; OUT];
+        let length = encode(&message(number, 11, request), &mut bytes).unwrap();
+        links[0].on_bytes(&mut bench.board, bench.now, &bytes[..length]);
+        links[0].poll(&mut bench.board, bench.now);
+    }
+    assert_eq!(replies(&mut links[0]), [], "neither is refused");
+    // Nothing else may be commanded meanwhile.
+    let clear = message(4, 11, Request::Clear);
+    assert_eq!(reason(ask(&mut bench, 0, &mut links, &clear)), Reason::Busy);
+    bench.mock().is_stuck = false;
+    for _ in 0..4 {
+        bench.cycle();
+        links[0].poll(&mut bench.board, bench.now);
+    }
+    assert_eq!(bench.mock().ordered, [Command::Enable, Command::Disable]);
+    let answers = replies(&mut links[0]);
+    assert_eq!(answers, [Ok(Answer::Done), Ok(Answer::Done)]);
+}
+
+#[test]
 fn a_request_that_comes_again_is_answered_again_and_not_carried_out_again() {
     let mut bench = Bench::new();
     let mut links = [Link::new()];

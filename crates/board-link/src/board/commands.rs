@@ -68,7 +68,8 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
     fn command_of_owner(&mut self, request: &Request, now: u64) -> Outcome {
         let answer = match request {
             Request::Enable => return self.post(Command::Enable, true),
-            Request::Disable => return self.post(Command::Disable, true),
+            // Never held up by a command that is under way: it may be the one that switches the drives on.
+            Request::Disable => return self.post(Command::Disable, false),
             Request::Clear => return self.post(Command::Clear, true),
             Request::Home => return self.post(Command::Home, true),
             Request::CommitSettings { length, checksum } => {

@@ -3,7 +3,7 @@
 use trajectory::Position;
 
 use super::Segment;
-use super::border::{Edge, rests};
+use super::border::Edge;
 use super::checks::check_axis;
 use crate::config::AxisLimits;
 use crate::reason::Reason;
@@ -68,12 +68,5 @@ impl<const AXES: usize> SegmentPreview<AXES> {
         }
         self.edges = edges;
         Ok(())
-    }
-
-    /// Whether the motion may end where the latest segment does.
-    #[must_use]
-    pub fn rests(&self) -> bool {
-        let mut axes = self.edges.iter().zip(&self.limits).take(self.axes);
-        axes.all(|(edge, limits)| rests(edge, limits))
     }
 }

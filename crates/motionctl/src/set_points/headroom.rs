@@ -3,6 +3,8 @@
 //! At rate `r` of its time a motion of velocity `v` and acceleration `a` has velocity `r v` and acceleration `r² a + r' v`. What
 //! the limit leaves of the first term is there for `r'`, the change of the rate.
 
+use trajectory::TimeScale;
+
 use super::MotionInTime;
 
 /// Points of the motion around a moment, half a window apart.
@@ -31,11 +33,16 @@ impl AxisHeadroom {
     }
 }
 
-/// The highest rate at which every axis stays within its limits.
-pub(super) fn highest_rate(axes: &[AxisHeadroom]) -> f64 {
-    axes.iter()
-        .map(AxisHeadroom::highest_rate)
-        .fold(f64::INFINITY, f64::min)
+/// The highest percentage at which every axis stays within its limits: 100 at least, and no more than an override may be.
+pub(crate) fn most_percent(axes: impl IntoIterator<Item = AxisHeadroom>) -> u16 {
+    let rates = axes.into_iter().map(|axis| axis.highest_rate());
+    let highest = rates.fold(f64::INFINITY, f64::min);
+    (highest * 100.0).min(f64::from(TimeScale::MOST_PERCENT)) as u16
+}
+
+/// What is said of an override beyond it.
+pub(crate) fn held(percent: u16, most_percent: u16) -> String {
+    format!("speed {percent} % would exceed the limits of an axis: held to {most_percent} %")
 }
 
 /// The largest change of the rate in the next cycle with which every axis keeps its acceleration, around a time of the motion.

@@ -10,7 +10,7 @@ mod headroom;
 mod tests;
 mod timed;
 
-pub(crate) use headroom::AxisHeadroom;
+pub(crate) use headroom::{AxisHeadroom, held, most_percent};
 pub(crate) use timed::TimedMotion;
 
 use crate::recording::AxisNaming;

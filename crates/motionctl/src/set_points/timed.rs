@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use trajectory::{Time, TimeScale};
 
-use super::headroom::{AxisHeadroom, highest_rate, largest_change};
+use super::headroom::{AxisHeadroom, held, largest_change, most_percent};
 use super::{MotionInTime, Order, SetPointSource, Speed, Step};
 
 /// Shortest time from standstill to full speed and back, in microseconds.
@@ -38,14 +38,13 @@ impl<M: MotionInTime> TimedMotion<M> {
     /// A motion at 100 %, within the limits of its axes.
     pub(crate) fn new(motion: M, axes: Vec<AxisHeadroom>, cycle_us: u32) -> Self {
         let cycles = (FULL_CHANGE_US / cycle_us).max(1);
-        let most_percent = (highest_rate(&axes) * 100.0).min(f64::from(TimeScale::MOST_PERCENT));
         Self {
             exact: vec![0.0; motion.axes()],
             motion,
+            most_percent: most_percent(axes.iter().copied()),
             axes,
             scale: TimeScale::running(cycles).unwrap_or(AT_ONCE),
             window_cycles: f64::from(WINDOW_US / cycle_us).max(1.0),
-            most_percent: most_percent as u16,
             asked_percent: 100,
             is_paused: false,
             is_stopping: false,
@@ -65,14 +64,11 @@ impl<M: MotionInTime> TimedMotion<M> {
 
     fn set_override(&mut self, percent: u16) {
         self.asked_percent = percent;
-        let held = percent.min(self.most_percent);
-        if held < percent {
-            self.notices.push_back(format!(
-                "speed {percent} % would exceed the limits of an axis: held to {held} %"
-            ));
+        if percent > self.most_percent {
+            self.notices.push_back(held(percent, self.most_percent));
         }
         // It is at most the largest.
-        let _ = self.scale.set_override(held);
+        let _ = self.scale.set_override(percent.min(self.most_percent));
     }
 }
 

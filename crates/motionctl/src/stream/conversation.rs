@@ -239,7 +239,7 @@ impl Conversation {
         self.is_gone = true;
         taker.end(true);
         self.note(
-            "the sender has gone without an end: the axes come to rest at its last set-point"
+            "the sender has gone without an end: its last set-point is taken for the end"
                 .to_owned(),
         );
     }

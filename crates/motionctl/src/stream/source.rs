@@ -5,7 +5,7 @@ use trajectory::{Position, Time};
 
 use super::conversation::{Conversation, FIRST_S, SetPointTaker, StreamReport};
 use crate::recording::AxisNaming;
-use crate::set_points::{Order, SetPointSource, Speed, Step};
+use crate::set_points::{Order, SetPointSource, Speed, Step, held};
 
 /// Most axes of a stream: as many as a bus has drives.
 const MOST_AXES: usize = 63;
@@ -79,9 +79,7 @@ impl StreamSource {
         let is_held = asked > highest && asked > 100;
         if is_held && self.is_held_to != asked {
             self.is_held_to = asked;
-            self.conversation.note(format!(
-                "speed {asked} % would exceed the limits of an axis: held to {highest} %"
-            ));
+            self.conversation.note(held(asked, highest));
         }
     }
 

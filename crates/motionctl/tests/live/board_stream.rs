@@ -604,6 +604,90 @@ fn a_sender_that_becomes_too_fast_in_motion_is_stopped_on_the_path() {
     });
 }
 
+/// A lead that is as long as a sender may be ahead.
+#[test]
+fn a_lead_as_long_as_what_may_be_ahead_is_reached() {
+    undisturbed(|| {
+        for (lead, when_dry) in [("1000", "end"), ("300", "wait")] {
+            let bench = BoardBench::start("stream-lead", SETTINGS);
+            let lead = ["--lead-ms", lead, "--ahead-ms", lead];
+            let all = [&lead[..], &["--when-dry", when_dry]].concat();
+            let mut stream = Streamed::start(&bench, &all);
+            stream.say(NAMES);
+            let counts = eased(100, 4_096);
+            stream.points(0, 20, &counts);
+            stream.say("end");
+            let (summary, errors, status) = stream.end();
+            assert_eq!(status, Some(0), "{summary} {errors}");
+            assert_eq!(counted(&summary), [Some(101), Some(0), Some(0)]);
+            agree(&summary, bench);
+        }
+    });
+}
+
+#[test]
+fn a_path_that_ends_too_fast_before_it_begins_is_not_played() {
+    undisturbed(|| {
+        let ends = [&["end"][..], &[]];
+        for (place, end) in ends.into_iter().enumerate() {
+            let bench = BoardBench::start(&format!("stream-short-{place}"), SETTINGS);
+            let mut stream = Streamed::start(&bench, &[]);
+            stream.say(NAMES);
+            // In 30 ms from rest to rest: far more acceleration than there may be.
+            for line in ["0,0,0", "10,500,0"] {
+                stream.say(line);
+            }
+            end.iter().for_each(|end| stream.say(end));
+            let (summary, errors, status) = stream.end();
+            assert_eq!(status, Some(1), "{summary} {errors}");
+            assert!(errors.contains("nothing was moved"), "{errors}");
+            assert!(errors.contains("expected at most"), "{errors}");
+            assert_eq!(numbers(&summary["axes"], "set_point_counts"), [0, 0]);
+            agree(&summary, bench);
+        }
+    });
+}
+
+#[test]
+fn a_last_way_that_takes_longer_than_its_time_is_told() {
+    undisturbed(|| {
+        let bench = BoardBench::start("stream-slow-end", SETTINGS);
+        let mut stream = Streamed::start(&bench, &[]);
+        stream.say(NAMES);
+        stream.points(0, 20, &eased(100, 20_000)[..81]);
+        stream.say("end");
+        let (summary, errors, status) = stream.end();
+        assert_eq!(status, Some(0), "{summary} {errors}");
+        assert!(errors.contains(" s instead of 0.020 s"), "{errors}");
+        agree(&summary, bench);
+    });
+}
+
+#[test]
+fn an_override_goes_no_further_than_the_limits_of_the_user() {
+    undisturbed(|| {
+        let bench = BoardBench::start("stream-override", SETTINGS);
+        let ahead = ["--ahead-ms", "20000", "--max-turns", "40"];
+        let (stream, mut sender) = Peer::start(&bench, &ahead);
+        assert_eq!(sender.ask(NAMES), "ready 2 8");
+        for (place, x) in constant(300).into_iter().enumerate() {
+            sender.say(&line(20 * place, x));
+        }
+        sender.say("override 200");
+        wait_until("it is held", || {
+            sender.ask("status").contains("speed=100 asked=100")
+        });
+        assert_eq!(sender.ask("stop"), "end stopped by an order");
+        let (summary, errors, status) = stream.end();
+        assert_eq!(status, Some(130), "{summary} {errors}");
+        assert!(errors.contains("held to 100 %"), "{errors}");
+        // It was stopped, and some were played.
+        let sent = summary["segments_sent"].as_u64();
+        assert!(sent > Some(2), "{summary}");
+        agree(&summary, bench);
+    });
+}
+
 #[test]
 fn orders_of_the_sender_pause_and_stop_on_the_path() {
     undisturbed(|| {
@@ -618,7 +702,7 @@ fn orders_of_the_sender_pause_and_stop_on_the_path() {
         let until = |sender: &mut Peer, what: &str| {
             wait_until(what, || sender.ask("status").contains(what));
         };
-        until(&mut sender, "paused=false");
+        until(&mut sender, "phase=Waiting speed=0 asked=100 paused=true");
         sender.say("override 50");
         sender.say("resume");
         until(&mut sender, "speed=50 asked=50 paused=false");

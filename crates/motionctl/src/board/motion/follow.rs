@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use board_link::host::StreamEnd;
 use board_link::message::{BoardState, Request, Snapshot};
 use board_link::segment::StreamPhase;
 
@@ -35,7 +34,6 @@ pub(in crate::board) struct Follow<'a, M> {
     pub(super) stream: Option<u32>,
     /// Its phase, from snapshots and events.
     pub(super) phase: StreamPhase,
-    pub(super) sent: Option<StreamEnd>,
     interrupts: u32,
 }
 
@@ -62,14 +60,13 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             session,
             of_board,
             recording,
-            remote: Remote::new(motion.cycles()),
+            remote: Remote::new(motion.cycles(), motion.most_percent()),
             latest: Snapshot::default(),
             anchors: Vec::new(),
             traffic: Traffic::default(),
             motion,
             stream: None,
             phase: StreamPhase::Idle,
-            sent: None,
             interrupts: 0,
         }
     }
@@ -152,8 +149,9 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             self.motion.feed(self.session.client());
             return Ok(());
         }
-        self.motion.wait(&self.anchors);
-        if self.remote.speed().is_paused {
+        let speed = self.remote.speed();
+        self.motion.wait(&self.anchors, speed);
+        if speed.is_paused {
             return Ok(());
         }
         // Another number than that of the stream before: nothing that the board says of it is about this one.
@@ -180,7 +178,11 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
     }
 
     fn tell_notices(&mut self) {
-        while let Some(notice) = self.motion.next_notice() {
+        while let Some(notice) = self
+            .motion
+            .next_notice()
+            .or_else(|| self.remote.next_notice())
+        {
             tell(notice);
         }
     }
@@ -223,7 +225,12 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
         match self.phase {
             StreamPhase::Complete if self.motion.has_run_out() => Some(End::RanOut),
             StreamPhase::Complete => Some(End::Completed),
-            StreamPhase::Stopped if given_up.is_some() && self.interrupts == 0 => given_up,
+            // It has ordered that itself.
+            StreamPhase::Stopped | StreamPhase::DriedUp | StreamPhase::Displaced
+                if given_up.is_some() && self.interrupts == 0 =>
+            {
+                given_up
+            }
             StreamPhase::DriedUp if asked.is_none() => Some(End::RanOut),
             StreamPhase::Stopped | StreamPhase::DriedUp | StreamPhase::Displaced => {
                 asked.or_else(|| Some(End::Stopped(self.why())))

@@ -31,8 +31,11 @@ pub(super) trait BoardMotion {
     /// Cycles of the motion, where that is known.
     fn cycles(&self) -> Option<u64>;
 
-    /// The axes are enabled and stand here, in counts; the stream is not begun yet. Called again and again.
-    fn wait(&mut self, _stand: &[i32]) {}
+    /// The highest speed at which the motion keeps the limits of the user, in per cent: 100 at least. The board keeps those of its settings.
+    fn most_percent(&self) -> u16;
+
+    /// The axes are enabled and stand here, in counts; the stream is not begun yet, and will be at this speed. Called again and again.
+    fn wait(&mut self, _stand: &[i32], _speed: Speed) {}
 
     /// The begin of the stream with this number, as soon as it can begin.
     fn begin(&mut self, stream: u32, stand: &[i32]) -> Option<Begin>;

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use board_link::message::{Request, Snapshot};
 
-use crate::set_points::{Order, SetPointSource, Speed, Step};
+use crate::set_points::{Order, SetPointSource, Speed, Step, held};
 
 /// What is known of the stream, and what is to be ordered.
 #[derive(Debug)]
@@ -17,11 +17,16 @@ pub(super) struct Remote {
     /// Was told to stop.
     pub(super) is_stopping: bool,
     orders: VecDeque<Request>,
+    /// The highest speed at which the motion keeps its own limits.
+    most_percent: u16,
+    /// The override that was told last not to be played.
+    is_held_to: u16,
+    notices: VecDeque<String>,
 }
 
 impl Remote {
     /// A stream of so many cycles, where that is known, that was not begun yet.
-    pub(super) fn new(cycles: Option<u64>) -> Self {
+    pub(super) fn new(cycles: Option<u64>, most_percent: u16) -> Self {
         Self {
             cycles,
             passed: 0,
@@ -30,6 +35,9 @@ impl Remote {
             is_paused: false,
             is_stopping: false,
             orders: VecDeque::new(),
+            most_percent,
+            is_held_to: 0,
+            notices: VecDeque::new(),
         }
     }
 
@@ -49,8 +57,17 @@ impl Remote {
         self.orders.pop_front()
     }
 
+    /// It could not be given yet.
     pub(super) fn put_back(&mut self, order: Request) {
         self.orders.push_front(order);
+    }
+
+    fn within_limits(&mut self, percent: u16) -> u16 {
+        if percent > self.most_percent && self.is_held_to != percent {
+            self.is_held_to = percent;
+            self.notices.push_back(held(percent, self.most_percent));
+        }
+        percent.min(self.most_percent)
     }
 }
 
@@ -75,11 +92,17 @@ impl SetPointSource for Remote {
                 Request::Resume
             }
             Order::Override(percent) => {
+                let percent = self.within_limits(percent);
                 self.asked_percent = percent;
+                // One that still waits is not wanted any more.
+                let is_other = |order: &Request| !matches!(order, Request::Override { .. });
+                self.orders.retain(is_other);
                 Request::Override { percent }
             }
             Order::Stop => {
                 self.is_stopping = true;
+                // Behind nothing.
+                self.orders.clear();
                 Request::Stop
             }
         };
@@ -100,6 +123,6 @@ impl SetPointSource for Remote {
     }
 
     fn next_notice(&mut self) -> Option<String> {
-        None
+        self.notices.pop_front()
     }
 }

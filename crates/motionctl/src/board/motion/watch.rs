@@ -31,6 +31,8 @@ impl<M: BoardMotion> Follow<'_, M> {
                 self.recording.snapshot(&snapshot);
                 if self.stream == Some(snapshot.stream) {
                     self.remote.note(&snapshot);
+                    let taken = &mut self.traffic.segments_sent;
+                    *taken = (*taken).max(snapshot.next_segment);
                     self.phase = snapshot.player.phase;
                     let speed = self.remote.speed();
                     self.motion.watch(&StreamState::of(&snapshot, speed));
@@ -81,7 +83,6 @@ impl<M: BoardMotion> Follow<'_, M> {
     }
 
     fn note_sent(&mut self, end: StreamEnd) -> Result<(), Stop> {
-        self.sent = Some(end);
         match end {
             StreamEnd::Sent { segments } => {
                 self.traffic.segments_sent = segments;

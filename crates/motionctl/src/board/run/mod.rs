@@ -22,6 +22,7 @@ use crate::drive_ids::about;
 use crate::interrupt;
 use crate::output::{print, print_json, tell};
 use crate::report;
+use crate::set_points::most_percent;
 use crate::trajectory::{MotionReport, Plan};
 pub(super) use arguments::Arguments;
 use segments::{Played, preview, segments};
@@ -66,7 +67,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
         let within = arguments.limits.check(axis.drive, &axis.needs);
         within.map_err(BoardError::Limit)?;
     }
-    let mut motion = prepare(&mut session, &of_board, &plan, (axes, info.cycle_us))?;
+    let limits = &arguments.limits;
+    let headroom = |axis: &Axis| limits.headroom(&axis.needs, axis.gear, info.cycle_us);
+    let speed = (info.cycle_us, most_percent(axes.iter().map(headroom)));
+    let mut motion = prepare(&mut session, &of_board, &plan, (axes, speed))?;
     let recording = BoardRecording::open(
         &arguments.recording,
         &arguments.port.port,
@@ -88,9 +92,10 @@ fn prepare(
     session: &mut Session,
     of_board: &OfBoard,
     plan: &Plan,
-    (axes, cycle_us): (Vec<Axis>, u32),
+    (axes, speed): (Vec<Axis>, (u32, u16)),
 ) -> Result<WholeMotion, BoardError> {
     let segments = segments(plan)?;
+    let (cycle_us, _) = speed;
     let stand = session.snapshot()?;
     let from: Vec<i32> = stand.axes.iter().map(|axis| axis.position).collect();
     let places: Vec<usize> = axes.iter().map(|axis| axis.place).collect();
@@ -110,13 +115,7 @@ fn prepare(
             drive: axis.and_then(|axis| of_board.drives.get(axis).copied()),
         }
     })?;
-    Ok(WholeMotion::new(
-        axes,
-        segments,
-        played,
-        plan.last(),
-        cycle_us,
-    ))
+    Ok(WholeMotion::new(axes, segments, played, plan.last(), speed))
 }
 
 /// Asks whether the motors may move, and listens to signals from then on.

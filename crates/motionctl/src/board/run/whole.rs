@@ -15,6 +15,7 @@ pub(super) struct WholeMotion {
     /// Relative to the start.
     pub(super) last: Vec<i32>,
     pub(super) cycle_us: u32,
+    most_percent: u16,
     places: Vec<usize>,
     stand: Vec<i32>,
     /// Segments that were handed to the client.
@@ -27,7 +28,7 @@ impl WholeMotion {
         segments: Vec<Segment>,
         played: Played,
         last: Vec<i32>,
-        cycle_us: u32,
+        (cycle_us, most_percent): (u32, u16),
     ) -> Self {
         Self {
             places: axes.iter().map(|axis| axis.place).collect(),
@@ -36,6 +37,7 @@ impl WholeMotion {
             played,
             last,
             cycle_us,
+            most_percent,
             stand: Vec::new(),
             offered: 0,
         }
@@ -53,6 +55,10 @@ impl BoardMotion for WholeMotion {
 
     fn cycles(&self) -> Option<u64> {
         Some(self.played.cycles)
+    }
+
+    fn most_percent(&self) -> u16 {
+        self.most_percent
     }
 
     fn begin(&mut self, stream: u32, stand: &[i32]) -> Option<Begin> {

@@ -20,7 +20,8 @@ Examples:
 
 Lines, units, answers and errors are those of `motionctl run --stream`, see docs/stream.md. The set-points go to the board as segments, ahead of
 their time: a program that is late by less than what is buffered, less the time that slowing down takes, costs nothing. One that is later lets the
-board slow down along the path, come to rest, and end. Ctrl-C slows down along the path, then the drives are disabled; a second Ctrl-C ends
+board slow down along the path, come to rest, and end. What slows down does so as the settings of the board allow; --max-acceleration is for the
+set-points, and an override above 100 % is held to 100. Ctrl-C slows down along the path, then the drives are disabled; a second Ctrl-C ends
 all set-points at once. A host that is killed, or whose cable is pulled, is silent: the board slows down along the path half a second later,
 and its drives stay enabled.
 

@@ -9,7 +9,7 @@ use super::taker::{PathEnd, Taker};
 use crate::board::motion::{BoardMotion, GivenUp, StreamState, units};
 use crate::board::session::BoardClient;
 use crate::recording::AxisNaming;
-use crate::set_points::Order;
+use crate::set_points::{Order, Speed};
 use crate::stream::{Conversation, SetPointTaker as _, StreamReport};
 
 /// A sender is told its credit at most this often.
@@ -59,10 +59,17 @@ impl StreamMotion {
         self.conversation.take_lines(&mut self.taker);
         if self.taker.end == PathEnd::InMotion && !self.has_told_end {
             self.has_told_end = true;
-            self.conversation.note(
-                "the last set-point is too fast to come to rest there within the limits: the axes come to rest along the path before it"
-                    .to_owned(),
-            );
+            if self.taker.given_up.is_none() {
+                self.conversation.note(
+                    "the last set-point is too fast to come to rest there within the limits: the axes come to rest along the path before it"
+                        .to_owned(),
+                );
+            }
+        }
+        if let Some((gap_s, takes_s)) = self.taker.slow_end.take() {
+            self.conversation.note(format!(
+                "the way to the last set-point takes {takes_s:.3} s instead of {gap_s:.3} s: within its time the axes could not come to rest within the limits"
+            ));
         }
         if self.told_at.elapsed() >= TELL_TIME && self.conversation.tell_credit(&self.taker) {
             self.told_at = Instant::now();
@@ -101,8 +108,13 @@ impl BoardMotion for StreamMotion {
         None
     }
 
-    fn wait(&mut self, stand: &[i32]) {
-        self.taker.get_ready(stand);
+    /// How much faster set-points may be played that nobody knows yet is not known either.
+    fn most_percent(&self) -> u16 {
+        100
+    }
+
+    fn wait(&mut self, stand: &[i32], speed: Speed) {
+        self.taker.get_ready(stand, speed);
         self.take_lines();
     }
 

@@ -10,7 +10,7 @@ use trajectory::{Position, Time};
 use super::arguments::Buffering;
 use super::columns::Columns;
 use crate::board::motion::{GivenUp, StreamState};
-use crate::set_points::Order;
+use crate::set_points::{Order, Speed};
 use crate::stream::SetPointTaker;
 
 /// Set-points of which nobody knows yet how close they are.
@@ -59,6 +59,10 @@ pub(super) struct Taker {
     pub(super) orders: VecDeque<Order>,
     /// As the board said last.
     state: Option<StreamState>,
+    /// At which the stream would begin.
+    speed: Speed,
+    /// Time of the last way in seconds, and what it takes, where that is longer.
+    pub(super) slow_end: Option<(f64, f64)>,
     was_dry: bool,
 }
 
@@ -78,12 +82,19 @@ impl Taker {
             is_stopping: false,
             orders: VecDeque::new(),
             state: None,
+            speed: Speed {
+                asked_percent: 100,
+                actual_percent: 0.0,
+                is_paused: false,
+            },
+            slow_end: None,
             was_dry: false,
         }
     }
 
-    /// Takes set-points from now on, for axes that stand here.
-    pub(super) fn get_ready(&mut self, stand: &[i32]) {
+    /// Takes set-points from now on, for axes that stand here; the stream will begin at this speed.
+    pub(super) fn get_ready(&mut self, stand: &[i32], speed: Speed) {
+        self.speed = speed;
         if self.maker.is_some() {
             return;
         }
@@ -108,6 +119,17 @@ impl Taker {
         has_enough && !self.is_stopping && self.given_up.is_none()
     }
 
+    /// Whether the board waits for more: it begins, or goes on, when so much is there.
+    fn lacks_lead(&self) -> bool {
+        let waits = self.state.is_none_or(|state| {
+            matches!(
+                state.phase,
+                StreamPhase::Idle | StreamPhase::Waiting | StreamPhase::Dry
+            )
+        });
+        waits && self.until(self.complete) < self.setup.buffering.lead
+    }
+
     /// Where the streamed axes are at the last set-point, in counts from the start.
     pub(super) fn targets(&self) -> Vec<i32> {
         let latest = self.maker.as_ref().and_then(SegmentMaker::latest);
@@ -121,12 +143,16 @@ impl Taker {
     }
 
     fn ahead(&self) -> Time {
+        self.until(self.latest_time().max(self.complete))
+    }
+
+    /// From where the motion is.
+    fn until(&self, time: Time) -> Time {
         let passed = self.state.map_or(0, |state| state.time_cycles);
         let now = self
             .first
             .map(|first| first.after(Time::from_cycles(passed)));
-        let last = self.latest_time().max(self.complete);
-        last.since(now.unwrap_or(last))
+        time.since(now.unwrap_or(time))
     }
 
     fn latest_time(&self) -> Time {
@@ -191,6 +217,30 @@ impl Taker {
         self.made += 1;
     }
 
+    /// The last one, which may take longer than its set-points say.
+    fn add_last(&mut self, segment: Segment) {
+        let before = self.first.filter(|_| self.made == 0);
+        let gap = self.latest_time().since(before.unwrap_or(self.complete));
+        if segment.time() > gap {
+            let seconds = |time: Time| time.cycles() as f64 * self.cycle_ms() * 1e-3;
+            self.slow_end = Some((seconds(gap), seconds(segment.time())));
+        }
+        self.add(segment);
+    }
+
+    /// A path that ends in motion before the board would begin it is not played: it would wait for more, for ever.
+    fn check_length(&mut self, refusal: Refusal) {
+        let waits = self
+            .state
+            .is_none_or(|state| matches!(state.phase, StreamPhase::Idle | StreamPhase::Waiting));
+        if waits && self.until(self.complete) < self.setup.maker.least_kept {
+            let refusal = self.setup.columns.of_sender(refusal);
+            self.give_up(GivenUp::Unplayable(format!(
+                "the set-points end before the motion begins, and too fast to come to rest at the last one ({refusal}): nothing was moved; let them slow down"
+            )));
+        }
+    }
+
     fn take(&mut self, time: Time, positions: &[Position]) -> Result<(), Refusal> {
         if self.is_late() {
             let expected = self.latest_time();
@@ -237,6 +287,8 @@ impl SetPointTaker for Taker {
         let finished = self.state.map_or(0, |state| state.finished) as usize;
         // Two more are always needed to go on, however far apart they are.
         let least = 3_usize.saturating_sub(taken.saturating_sub(finished + 1));
+        // The path is complete one set-point before the last: with a lead of about `ahead` it would never be long enough.
+        let least = least.max(usize::from(self.lacks_lead()));
         let fitting = (room.ticks() / spacing.ticks().max(1)) as usize;
         let free = MOST_WAITING.saturating_sub(self.segments.len());
         free.min(fitting.max(least))
@@ -263,10 +315,15 @@ impl SetPointTaker for Taker {
         let finished = self.maker.as_mut().map_or(Ok(None), SegmentMaker::finish);
         self.end = match finished {
             Ok(segment) => {
-                segment.into_iter().for_each(|segment| self.add(segment));
+                segment
+                    .into_iter()
+                    .for_each(|segment| self.add_last(segment));
                 PathEnd::AtRest
             }
-            Err(_) => PathEnd::InMotion,
+            Err(refusal) => {
+                self.check_length(refusal);
+                PathEnd::InMotion
+            }
         };
     }
 
@@ -276,18 +333,25 @@ impl SetPointTaker for Taker {
     }
 
     fn status(&self) -> String {
-        let Some(state) = self.state else {
-            return format!(
-                "phase=Waiting speed=0 asked=100 paused=false buffered_ms={:.0}",
-                self.buffered_ms()
-            );
+        let (phase, speed) = match self.state {
+            Some(state) => (state.phase, state.speed),
+            // Nothing moves.
+            None => {
+                let actual_percent = 0.0;
+                (
+                    StreamPhase::Waiting,
+                    Speed {
+                        actual_percent,
+                        ..self.speed
+                    },
+                )
+            }
         };
         format!(
-            "phase={:?} speed={:.0} asked={} paused={} buffered_ms={:.0}",
-            state.phase,
-            state.speed.actual_percent,
-            state.speed.asked_percent,
-            state.speed.is_paused,
+            "phase={phase:?} speed={:.0} asked={} paused={} buffered_ms={:.0}",
+            speed.actual_percent,
+            speed.asked_percent,
+            speed.is_paused,
             self.buffered_ms()
         )
     }
