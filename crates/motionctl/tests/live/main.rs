@@ -5,6 +5,7 @@ mod adapters;
 mod bench;
 mod board;
 mod board_line;
+mod board_orders;
 mod board_stream;
 mod commission;
 mod documents;
