@@ -14,6 +14,7 @@ mod runner;
 mod seeded_mistakes;
 mod step;
 mod steps;
+mod tests_of_host;
 
 use std::env;
 

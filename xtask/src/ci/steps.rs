@@ -12,6 +12,7 @@ use super::recipes;
 use super::report_page;
 use super::seeded_mistakes;
 use super::step::Step;
+use super::tests_of_host;
 use crate::cost;
 
 /// Every step.
@@ -71,16 +72,10 @@ pub(super) const STEPS: &[Step] = &[
             "check -p can-motion --all-features",
         ],
     ),
-    // The serial client's front end for UARTs and the settings as a file are features that nothing else turns on; the peers are built for their table only.
-    Step::cargo(
+    Step::call(
         "test",
         "every test that runs on the host",
-        &[
-            "test",
-            "test -p dyn-serial --all-features",
-            "test -p board-settings --all-features",
-            "test -p peers",
-        ],
+        tests_of_host::run,
     ),
     Step::cargo(
         "examples",

@@ -69,6 +69,8 @@ REST_S = 3
 
 BENCH = re.compile(r"<!-- bench: (.*?) -->")
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
+# Waits for somebody who sends set-points.
+STREAM = re.compile(r"(--stream|board stream) tcp")
 LINK = re.compile(r"(/dev/tty\w+|COM\d+|(?<=--slcan )tcp:\d+|(?<=--serial )tcp:\d+|/tmp/can-adapter|/tmp/drive-port|/tmp/board|--can can0|--can pcan:\w+)(?=\s|$)")
 # Languages of blocks with commands; those for Windows are run with links of this system.
 SHELLS = ("sh", "console", "bat")
@@ -198,7 +200,7 @@ class Document:
         print(f"  {command}", flush=True)
         if "--live" in words:
             self.watch(command, tool)
-        elif "--stream tcp" in tool or " monitor " in tool or " record " in tool:
+        elif STREAM.search(tool) or " monitor " in tool or " record " in tool:
             self.start(command, tool)
         else:
             self.finish(command, tool)
@@ -232,11 +234,11 @@ class Document:
 
     def start(self, command, tool):
         """A command that runs until it is told to end."""
-        asks = "--yes" if "motionctl run" in tool else ""
+        asks = "--yes" if "motionctl run" in tool or "board stream" in tool else ""
         child = subprocess.Popen(["sh", "-c", f"exec {tool} {asks}"], cwd=self.folder, env=self.environment,
                                  stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         time.sleep(WATCHED_S)
-        if "--stream" in tool:
+        if STREAM.search(tool):
             # Somebody sends to it, or nobody does.
             self.background.append((command, child))
         else:
