@@ -28,14 +28,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
     /// [`Refusal`]; the set-point is counted, and nothing of it moves anything.
     pub fn push(&mut self, time: Time, positions: &[Position]) -> Result<(), Refusal> {
         let taken = self.take(time, positions);
-        match &taken {
-            Ok(()) => self.counters.taken = self.counters.taken.saturating_add(1),
-            Err(refusal) => {
-                if let Some(count) = self.counters.refused.get_mut(refusal.number()) {
-                    *count = count.saturating_add(1);
-                }
-            }
-        }
+        self.counters.count(&taken);
         taken
     }
 

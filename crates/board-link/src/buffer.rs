@@ -52,6 +52,18 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// Counts what became of a set-point.
+    pub fn count(&mut self, taken: &Result<(), Refusal>) {
+        match taken {
+            Ok(()) => self.taken = self.taken.saturating_add(1),
+            Err(refusal) => {
+                if let Some(count) = self.refused.get_mut(refusal.number()) {
+                    *count = count.saturating_add(1);
+                }
+            }
+        }
+    }
+
     /// Set-points that were refused.
     #[must_use]
     pub fn refused_in_all(&self) -> u32 {
