@@ -2,13 +2,18 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A file of its own for each test, removed afterwards.
 struct Scratch(PathBuf);
 
 impl Scratch {
     fn new(name: &str, text: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("wheels-{}-{name}", std::process::id()));
+        // Tests run beside each other, and two may call their files the same.
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let place = COUNT.fetch_add(1, Ordering::Relaxed);
+        let file = format!("wheels-{}-{place}-{name}", std::process::id());
+        let path = std::env::temp_dir().join(file);
         std::fs::write(&path, text).expect("a temporary file");
         Self(path)
     }

@@ -9,13 +9,18 @@ pub(crate) mod screen;
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A file of its own for each test, removed afterwards.
 pub(crate) struct Scratch(pub(crate) PathBuf);
 
 impl Scratch {
     pub(crate) fn new(name: &str, bytes: impl AsRef<[u8]>) -> Self {
-        let path = std::env::temp_dir().join(format!("motionctl-{}-{name}", std::process::id()));
+        // Tests run beside each other, and two may call their files the same.
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let place = COUNT.fetch_add(1, Ordering::Relaxed);
+        let file = format!("motionctl-{}-{place}-{name}", std::process::id());
+        let path = std::env::temp_dir().join(file);
         std::fs::write(&path, bytes).expect("a temporary file");
         Self(path)
     }
