@@ -343,7 +343,7 @@ fn completions_know_the_commands() {
 #[test]
 fn monitor_shows_no_value_that_is_too_old() {
     undisturbed(|| {
-        let bench = BenchProcess::start("stale", "1");
+        let bench = BenchProcess::start("commission-stale", "1");
         let arguments = ["monitor", "--slcan", bench.path(), "--drives", "1"];
         let often = ["--every-ms", "250", "--count", "24", "--json"];
         let mut child = motionctl(&[&arguments[..], &often].concat())
