@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
 use crate::error::Error;
+use crate::output::print;
 use crate::workspace::{Workspace, cargo};
 
 /// A line of a script that begins with this is something that it could not check.
@@ -71,10 +72,20 @@ impl Place {
     /// # Errors
     /// When it fails.
     pub(super) fn cargo(&self, line: &str) -> Result<(), Error> {
+        self.cargo_with(line, &[])
+    }
+
+    /// The same with variables in its environment.
+    ///
+    /// # Errors
+    /// When it fails.
+    pub(super) fn cargo_with(&self, line: &str, environment: &[(&str, &str)]) -> Result<(), Error> {
         let program = format!("cargo {line}");
-        println!("$ {program}");
-        let status = self.command(cargo()).args(line.split(' ')).status();
-        ended(program, status)
+        print(format_args!("$ {program}\n"))?;
+        let mut command = self.command(cargo());
+        command.args(line.split(' '));
+        command.envs(environment.iter().copied());
+        ended(program, command.status())
     }
 
     /// Builds a program of the workspace fast enough for a bench in real time; the result is where it is.

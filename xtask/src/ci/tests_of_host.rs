@@ -4,7 +4,6 @@ use std::thread::available_parallelism;
 
 use super::place::Place;
 use crate::error::Error;
-use crate::workspace::cargo;
 
 /// The serial client's front end for UARTs and the settings as a file are features that nothing else turns on; the peers are built for
 /// their table only.
@@ -19,12 +18,9 @@ const LINES: [&str; 4] = [
 pub(super) fn run(place: &Place) -> Result<Vec<String>, Error> {
     // The tests in real time wait for most of their time: one more than there are processors, which leaves each its time.
     let threads = available_parallelism().map_or(2, |processors| processors.get() + 1);
+    let threads = threads.to_string();
     for line in LINES {
-        println!("$ cargo {line}");
-        let mut command = place.command(cargo());
-        command.args(line.split(' '));
-        command.env("RUST_TEST_THREADS", threads.to_string());
-        place.run(&mut command)?;
+        place.cargo_with(line, &[("RUST_TEST_THREADS", &threads)])?;
     }
     Ok(Vec::new())
 }

@@ -1,5 +1,6 @@
 //! What is said between a sender and whoever takes its set-points.
 
+use core::fmt;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender};
@@ -12,7 +13,7 @@ use trajectory::{Position, Time};
 use super::answer::{Answer, Clock};
 use crate::counted::counted;
 use crate::recording::AxisNaming;
-use crate::set_points::Order;
+use crate::set_points::{Order, Speed};
 use crate::trajectory::{Layout, TimedCounts};
 
 /// Most lines that are taken at once.
@@ -73,6 +74,14 @@ pub(crate) trait SetPointTaker {
 
     /// What came in.
     fn counters(&self) -> Counters;
+}
+
+/// The answer to `status`.
+pub(crate) fn status(phase: impl fmt::Debug, speed: Speed, buffered_ms: f64) -> String {
+    format!(
+        "phase={phase:?} speed={:.0} asked={} paused={} buffered_ms={buffered_ms:.0}",
+        speed.actual_percent, speed.asked_percent, speed.is_paused
+    )
 }
 
 /// What came in, for the summary.
@@ -288,8 +297,8 @@ impl Conversation {
     }
 }
 
-impl core::fmt::Display for StreamReport {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Display for StreamReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
             "stream: {}, {} taken, {} refused",

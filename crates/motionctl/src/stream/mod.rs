@@ -11,6 +11,6 @@ mod parser;
 mod session;
 mod source;
 
-pub(crate) use conversation::{Conversation, SetPointTaker, StreamReport};
+pub(crate) use conversation::{Conversation, SetPointTaker, StreamReport, status};
 pub(crate) use options::{LONGEST_GAP_S, StreamOptions, WhenDryOption, positive};
 pub(crate) use session::Open;

@@ -3,7 +3,7 @@
 use board_link::{Counters, Phase, Refusal, SetPointBuffer};
 use trajectory::{Position, Time};
 
-use super::conversation::{Conversation, FIRST_S, SetPointTaker, StreamReport};
+use super::conversation::{Conversation, FIRST_S, SetPointTaker, StreamReport, status};
 use crate::recording::AxisNaming;
 use crate::set_points::{Order, SetPointSource, Speed, Step, held};
 
@@ -98,6 +98,14 @@ impl Buffered {
     fn buffered_ms(&self) -> f64 {
         f64::from(self.buffer.buffered().cycles()) * self.cycle_s * 1e3
     }
+
+    fn speed(&self) -> Speed {
+        Speed {
+            asked_percent: self.asked_percent,
+            actual_percent: self.buffer.percent(),
+            is_paused: self.buffer.is_paused(),
+        }
+    }
 }
 
 impl SetPointTaker for Buffered {
@@ -131,14 +139,7 @@ impl SetPointTaker for Buffered {
     }
 
     fn status(&self) -> String {
-        format!(
-            "phase={:?} speed={:.0} asked={} paused={} buffered_ms={:.0}",
-            self.buffer.phase(),
-            self.buffer.percent(),
-            self.asked_percent,
-            self.buffer.is_paused(),
-            self.buffered_ms()
-        )
+        status(self.buffer.phase(), self.speed(), self.buffered_ms())
     }
 
     fn counters(&self) -> Counters {
@@ -175,11 +176,7 @@ impl SetPointSource for StreamSource {
     }
 
     fn speed(&self) -> Speed {
-        Speed {
-            asked_percent: self.buffered.asked_percent,
-            actual_percent: self.buffered.buffer.percent(),
-            is_paused: self.buffered.buffer.is_paused(),
-        }
+        self.buffered.speed()
     }
 
     fn progress(&self) -> (u64, Option<u64>) {

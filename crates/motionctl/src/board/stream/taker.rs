@@ -11,7 +11,7 @@ use super::arguments::Buffering;
 use super::columns::Columns;
 use crate::board::motion::{GivenUp, StreamState};
 use crate::set_points::{Order, Speed};
-use crate::stream::SetPointTaker;
+use crate::stream::{SetPointTaker, status};
 
 /// Set-points of which nobody knows yet how close they are.
 const FIRST_CREDIT: usize = 8;
@@ -94,7 +94,11 @@ impl Taker {
 
     /// Takes set-points from now on, for axes that stand here; the stream will begin at this speed.
     pub(super) fn get_ready(&mut self, stand: &[i32], speed: Speed) {
-        self.speed = speed;
+        // Nothing moves yet.
+        self.speed = Speed {
+            actual_percent: 0.0,
+            ..speed
+        };
         if self.maker.is_some() {
             return;
         }
@@ -114,8 +118,8 @@ impl Taker {
 
     /// Whether so much is there that the motion may begin.
     pub(super) fn has_lead(&self) -> bool {
-        let complete = self.complete.since(self.first.unwrap_or(self.complete));
-        let has_enough = self.end != PathEnd::Open || complete >= self.setup.buffering.lead;
+        let lead = self.setup.buffering.lead;
+        let has_enough = self.end != PathEnd::Open || self.until(self.complete) >= lead;
         has_enough && !self.is_stopping && self.given_up.is_none()
     }
 
@@ -210,17 +214,14 @@ impl Taker {
     }
 
     fn add(&mut self, segment: Segment) {
-        let start = self.first.filter(|_| self.made == 0);
-        let from = start.unwrap_or(self.complete);
-        self.complete = from.after(segment.time());
+        self.complete = self.complete.after(segment.time());
         self.segments.push_back(segment);
         self.made += 1;
     }
 
     /// The last one, which may take longer than its set-points say.
     fn add_last(&mut self, segment: Segment) {
-        let before = self.first.filter(|_| self.made == 0);
-        let gap = self.latest_time().since(before.unwrap_or(self.complete));
+        let gap = self.latest_time().since(self.complete);
         if segment.time() > gap {
             let seconds = |time: Time| time.cycles() as f64 * self.cycle_ms() * 1e-3;
             self.slow_end = Some((seconds(gap), seconds(segment.time())));
@@ -260,7 +261,9 @@ impl Taker {
             }
             self.setup.columns.of_sender(refusal)
         })?;
-        self.first.get_or_insert(time);
+        if self.first.is_none() {
+            (self.first, self.complete) = (Some(time), time);
+        }
         if let Some(segment) = segment {
             self.add(segment);
         }
@@ -326,27 +329,12 @@ impl SetPointTaker for Taker {
     }
 
     fn status(&self) -> String {
-        let (phase, speed) = match self.state {
-            Some(state) => (state.phase, state.speed),
-            // Nothing moves.
-            None => {
-                let actual_percent = 0.0;
-                (
-                    StreamPhase::Waiting,
-                    Speed {
-                        actual_percent,
-                        ..self.speed
-                    },
-                )
-            }
-        };
-        format!(
-            "phase={phase:?} speed={:.0} asked={} paused={} buffered_ms={:.0}",
-            speed.actual_percent,
-            speed.asked_percent,
-            speed.is_paused,
-            self.buffered_ms()
-        )
+        let (phase, speed) = self
+            .state
+            .map_or((StreamPhase::Waiting, self.speed), |state| {
+                (state.phase, state.speed)
+            });
+        status(phase, speed, self.buffered_ms())
     }
 
     fn counters(&self) -> Counters {
