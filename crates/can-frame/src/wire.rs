@@ -152,7 +152,18 @@ mod tests {
             for len in 0..8 {
                 assert!(worst_bits(id, len) < worst_bits(id, len + 1));
             }
-            assert!(worst_bits(id, 8) <= bound_bits(8));
+        }
+    }
+
+    #[test]
+    fn no_frame_is_longer_than_the_textbook_bound() {
+        const LENGTHS: [u8; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+        let bounds = LENGTHS.map(bound_bits);
+        assert_eq!(bounds, [55, 65, 75, 85, 95, 105, 115, 125, 135]);
+        for id in 0..=0x7FF {
+            for (len, bound) in LENGTHS.into_iter().zip(bounds) {
+                assert!(worst_bits(id, len) <= bound, "{id:#x}, {len} bytes");
+            }
         }
     }
 
