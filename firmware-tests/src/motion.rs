@@ -79,13 +79,13 @@ pub struct Milliseconds {
 }
 
 impl Milliseconds {
-    /// Counts so many milliseconds.
-    pub fn count(rig: &mut Rig, count: u64) -> Self {
+    /// Counts so many milliseconds, in each of which `run` lets one pass.
+    pub fn count(rig: &mut Rig, count: u64, mut run: impl FnMut(&mut Rig)) -> Self {
         let each: Vec<(u64, bool)> = (0..count)
             .map(|_| {
                 let (instructions, lines) =
                     (rig.board().soc().instructions, rig.board().log().len());
-                rig.run_ms(1);
+                run(rig);
                 (
                     rig.board().soc().instructions - instructions,
                     rig.board().log().len() > lines,

@@ -31,6 +31,8 @@ pub(crate) struct Orders {
     situation: Situation,
     /// Whether a drive may have power, as of so many changes of the facts.
     powered: (u32, bool),
+    /// Number of axes.
+    axes: usize,
     /// Every axis followed in the cycle before.
     was_streaming: bool,
     /// Where the set-points stand between streams.
@@ -60,6 +62,7 @@ impl Orders {
                 is_storing: false,
             },
             powered: (0, false),
+            axes: machine::axes().len(),
             was_streaming: false,
             stand: [Position::ZERO; AXES],
             set_points: [0; AXES],
@@ -184,10 +187,9 @@ impl Orders {
             self.was_streaming = true;
             self.take_stand(master);
         }
-        let axes = machine::axes().len();
         let (stand, set_points) = (
-            self.stand.get(..axes).unwrap_or_default(),
-            self.set_points.get_mut(..axes).unwrap_or_default(),
+            self.stand.get(..self.axes).unwrap_or_default(),
+            self.set_points.get_mut(..self.axes).unwrap_or_default(),
         );
         if !self.player.advance_counts(self.cycle, stand, set_points) {
             return;

@@ -145,19 +145,51 @@ pub(crate) struct Load {
     pub(crate) axes: usize,
     /// Time until a drive answers, each time up to a quarter more or less.
     pub(crate) response_us: u32,
-    /// The axes move.
-    pub(crate) moving: bool,
+    pub(crate) motion: AxisMotion,
+}
+
+/// What the axes do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AxisMotion {
+    /// They hold their positions.
+    Standing,
+    /// They follow the motion of the image.
+    BuiltIn,
+    /// They follow the stream of a host, which also reads snapshots.
+    Streamed,
+}
+
+impl AxisMotion {
+    /// The option of `cargo xtask profile`, and of the emulator's program of that name.
+    pub(crate) const fn option(self) -> Option<&'static str> {
+        match self {
+            Self::Standing => None,
+            Self::BuiltIn => Some("--moving"),
+            Self::Streamed => Some("--link"),
+        }
+    }
+}
+
+impl fmt::Display for AxisMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Standing => "standing",
+            Self::BuiltIn => "moving",
+            Self::Streamed => "following a stream",
+        })
+    }
 }
 
 impl fmt::Display for Load {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            axes, response_us, ..
+            axes,
+            response_us,
+            motion,
         } = self;
-        let state = if self.moving { "moving" } else { "standing" };
         write!(
             f,
-            "{axes} axes, {state}, drives answer after {} to {} us",
+            "{axes} axes, {motion}, drives answer after {} to {} us",
             response_us * 3 / 4,
             response_us * 5 / 4
         )
@@ -253,7 +285,7 @@ impl Emulator {
                 .args(["--axes", &load.axes.to_string()])
                 .args(["--response-us", &load.response_us.to_string()])
                 .args(["--ms", &ms.to_string()])
-                .args(load.moving.then_some("--moving"))
+                .args(load.motion.option())
                 .env(BOARD, board.feature())
         })
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::axis_profile;
-use crate::emulator::{Emulator, Load};
+use crate::emulator::{AxisMotion, Emulator, Load};
 use crate::error::Error;
 use crate::images::{Board, Image};
 use crate::output::print;
@@ -26,6 +26,7 @@ const PARTS: u64 = 10;
     cargo xtask profile --axes 8 --board stm32g474             the other board, axes that hold their positions\n  \
     cargo xtask profile --axes 2 --rows 1000                   every function on a line of its own\n  \
     cargo xtask profile --axes 8 --json                        every function, for another program\n  \
+    cargo xtask profile --link --context TIM2                  the cycle of the image that takes orders, behind a host that streams\n  \
     cargo xtask profile --master-alone                         one axis of the master, without firmware and bus\n\n\
     The lines add up to the mean of a millisecond, which is one cycle. An instruction counts for the innermost function of this\n\
     project or of a package that it belongs to, also where the compiler has inlined that function; the standard library\n\
@@ -43,6 +44,15 @@ pub(crate) struct Arguments {
     /// The axes move; without this they hold their positions
     #[arg(long)]
     moving: bool,
+
+    /// The image that takes orders, with a host that streams 50 segments a second and reads as many snapshots, in the place of the one with
+    /// a built-in motion
+    #[arg(long, conflicts_with = "moving")]
+    link: bool,
+
+    /// Only what runs in this context: an interrupt by its name in the vector table, such as TIM2, or thread
+    #[arg(long, conflicts_with = "json")]
+    context: Option<String>,
 
     /// The board
     #[arg(long, value_enum, default_value = "stm32f405")]
@@ -62,7 +72,7 @@ pub(crate) struct Arguments {
 
     /// One axis in one cycle of the master alone, target in, frame out, in the place of the firmware: what a cycle of eight axes takes
     /// more than one of one axis, by seven
-    #[arg(long, conflicts_with_all = ["axes", "response_us", "moving", "board", "ms", "json"])]
+    #[arg(long, conflicts_with_all = ["axes", "response_us", "moving", "link", "context", "board", "ms", "json"])]
     master_alone: bool,
 
     /// Where the target's core library comes from
@@ -81,17 +91,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         return print(axis_profile::table(&builder, &emulator, arguments.rows)?);
     }
     let axes = usize::from(arguments.axes);
-    let image = Image::with_axes(arguments.board, axes).build(&builder, emulator.images())?;
+    let motion = match (arguments.link, arguments.moving) {
+        (true, _) => AxisMotion::Streamed,
+        (false, true) => AxisMotion::BuiltIn,
+        (false, false) => AxisMotion::Standing,
+    };
+    let image = if arguments.link {
+        Image::with_link(arguments.board)
+    } else {
+        Image::with_axes(arguments.board, axes)
+    };
+    let image = image.build(&builder, emulator.images())?;
     let load = Load {
         axes,
         response_us: arguments.response_us,
-        moving: arguments.moving,
+        motion,
     };
     let answer = emulator.profile(&image, arguments.board, load, arguments.ms)?;
     if arguments.json {
         return print(format_args!("{answer}\n"));
     }
-    let table = read(&answer)?.table(arguments.rows);
+    let table = read(&answer, arguments.context.as_deref())?.table(arguments.rows);
     print(format_args!(
         "{}: {load}\n{table}",
         arguments.board.feature()
@@ -109,11 +129,11 @@ pub(crate) fn table(
     load: Load,
 ) -> Result<String, Error> {
     let answer = emulator.profile(image, board, load, MILLISECONDS)?;
-    Ok(read(&answer)?.table(ROWS))
+    Ok(read(&answer, None)?.table(ROWS))
 }
 
-fn read(answer: &Value) -> Result<Profile, Error> {
-    Profile::read(answer).ok_or_else(|| Error::Answer {
+fn read(answer: &Value, context: Option<&str>) -> Result<Profile, Error> {
+    Profile::read(answer, context).ok_or_else(|| Error::Answer {
         program: "the emulator's program `profile`".into(),
         expected: "instructions by function and context",
     })
@@ -131,13 +151,16 @@ struct Profile {
 }
 
 impl Profile {
-    /// `None` when something is missing.
-    fn read(answer: &Value) -> Option<Self> {
+    /// What ran in a context, or in all of them; `None` when something is missing.
+    fn read(answer: &Value, only: Option<&str>) -> Option<Self> {
         let mut functions = Vec::new();
         let mut contexts: Vec<(String, u64)> = Vec::new();
         for entry in answer["functions"].as_array()? {
             let mut sum = 0;
-            for (context, instructions) in entry["instructions"].as_object()? {
+            let by_context = entry["instructions"].as_object()?.iter();
+            for (context, instructions) in
+                by_context.filter(|(context, _)| only.is_none_or(|only| only == *context))
+            {
                 let instructions = instructions.as_u64()?;
                 sum += instructions;
                 match contexts.iter_mut().find(|(name, _)| name == context) {
@@ -146,14 +169,16 @@ impl Profile {
                 }
             }
             let (function, file) = (entry["function"].as_str()?, entry["file"].as_str()?);
-            functions.push((format!("{function}  {file}"), sum));
+            if sum > 0 {
+                functions.push((format!("{function}  {file}"), sum));
+            }
         }
         for list in [&mut functions, &mut contexts] {
             list.sort_by(|one, other| (other.1, &one.0).cmp(&(one.1, &other.0)));
         }
         Some(Self {
             milliseconds: answer["milliseconds"].as_u64()?,
-            instructions: answer["instructions"].as_u64()?,
+            instructions: contexts.iter().map(|(_, all)| all).sum(),
             worst: answer["worst_millisecond"].as_u64()?,
             functions,
             contexts,
@@ -162,7 +187,7 @@ impl Profile {
 
     fn table(&self, rows: usize) -> String {
         let mut text = format!(
-            "{} instructions a cycle, the mean of {} ms; {} in the worst millisecond\n",
+            "{} instructions a cycle, the mean of {} ms; in the worst millisecond {} in all contexts\n",
             tenths(self.of_a_cycle(self.instructions)),
             self.milliseconds,
             self.worst
@@ -237,7 +262,7 @@ mod tests {
                 {"function": "c", "file": "c.rs", "instructions": {"thread": 99}},
             ],
         });
-        Profile::read(&answer).unwrap()
+        Profile::read(&answer, None).unwrap()
     }
 
     #[test]
@@ -271,6 +296,6 @@ mod tests {
 
     #[test]
     fn an_answer_without_a_figure_is_refused() {
-        assert!(Profile::read(&json!({"functions": []})).is_none());
+        assert!(Profile::read(&json!({"functions": []}), None).is_none());
     }
 }

@@ -92,7 +92,9 @@ fn measure(path: &Path, drives: Drives) -> Result<Value, String> {
 fn figures(rig: &mut Rig) -> Value {
     rig.board_mut().clear_accounts();
     rig.board_mut().soc_mut().masked = Masked::default();
-    let counted = Milliseconds::count(rig, MILLISECONDS);
+    let counted = Milliseconds::count(rig, MILLISECONDS, |rig| {
+        rig.run_ms(1);
+    });
     let image = rig.board().image();
     let contexts: Map<String, Value> = rig
         .board()

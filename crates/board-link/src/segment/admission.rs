@@ -12,7 +12,7 @@ use super::checks::{check_axis, inside, override_rate};
 use super::halves::Sender;
 use super::phase::{PlayerState, StreamPhase};
 use super::queue::{Admitted, Order, Shared, Start, Tail};
-use super::quick::Scale;
+use super::quick::{Places, Scale};
 use crate::config::AxisLimits;
 use crate::rate::ONE;
 use crate::reason::Reason;
@@ -281,6 +281,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             start,
             end,
             scale: Scale::of(segment.time()),
+            places: pieces.each_ref().map(Places::of),
             pieces,
         };
         if !self.segments.send(admitted) {
@@ -324,6 +325,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
 
     pub(super) fn order(&mut self, order: Order<AXES>) -> Result<(), Refused> {
         if self.orders.send(order) {
+            self.shared.note_change();
             return Ok(());
         }
         let capacity = self.orders.capacity() as i64;

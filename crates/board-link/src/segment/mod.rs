@@ -7,6 +7,7 @@ mod admission;
 mod begin;
 mod border;
 mod checks;
+mod cruise;
 mod halves;
 mod orders;
 mod pace;

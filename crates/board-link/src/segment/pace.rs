@@ -40,7 +40,7 @@ impl<const AXES: usize> Player<'_, AXES> {
     }
 
     /// [`Rate::way_down_after_a_rise_to`](crate::rate::Rate::way_down_after_a_rise_to), worked out once for a rate that does not change.
-    fn way_down_to(&mut self, floor: i64) -> f32 {
+    pub(super) fn way_down_to(&mut self, floor: i64) -> f32 {
         if !self.rate.is_steady() {
             return self.rate.way_down_after_a_rise_to(floor);
         }

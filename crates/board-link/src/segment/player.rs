@@ -2,9 +2,10 @@
 
 use core::sync::atomic::Ordering;
 
-use trajectory::curve::{Piece, Share};
+use trajectory::curve::Share;
 use trajectory::{Position, Time};
 
+use super::cruise::Cruise;
 use super::halves::Receiver;
 use super::phase::StreamPhase;
 use super::queue::{Admitted, Order, Shared, Start, Status, Tail};
@@ -35,7 +36,8 @@ pub struct Player<'q, const AXES: usize> {
     finished: u32,
     /// The way down from a steady rate to a floor, as it was worked out last.
     pub(super) way_down: (u32, i64, f32),
-    quick: Quick<AXES>,
+    pub(super) quick: Quick<AXES>,
+    pub(super) cruise: Cruise,
 }
 
 impl<'q, const AXES: usize> Player<'q, AXES> {
@@ -71,6 +73,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             finished: 0,
             way_down: (0, -1, 0.0),
             quick: Quick::new(),
+            cruise: Cruise::NONE,
         }
     }
 
@@ -91,16 +94,31 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     }
 
     /// The same in whole counts, rounded as [`Position::counts`] does it, for less.
+    #[inline]
     pub fn advance_counts(&mut self, now: u64, stand: &[Position], out: &mut [i32]) -> bool {
+        let axes = out.len().min(self.axes);
+        let Some(out) = out.get_mut(..axes) else {
+            return false;
+        };
+        self.cruise(out) || self.advance_anew(now, stand, out)
+    }
+
+    #[inline(never)]
+    fn advance_anew(&mut self, now: u64, stand: &[Position], out: &mut [i32]) -> bool {
+        // Before everything else: what changes in between is looked at in the next cycle.
+        let changes = self.shared.changes();
         let has_set_points = self.step(now, stand);
         if has_set_points {
             self.write_counts(out);
         }
-        self.close(has_set_points)
+        let has_set_points = self.close(has_set_points);
+        self.cruise = self.next_cruise(changes);
+        has_set_points
     }
 
     /// Whether there are set-points.
     fn step(&mut self, now: u64, stand: &[Position]) -> bool {
+        self.cruise = Cruise::NONE;
         self.obey();
         let before = self.phase;
         match self.phase {
@@ -126,6 +144,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     /// Ends the stream at once, whatever it does, and whatever was ordered and has not begun: for an application whose axes do not follow.
     /// To be called in every cycle in which they do not, so that nothing of before moves them when they follow again.
     pub fn halt(&mut self) {
+        self.cruise = Cruise::NONE;
         self.obey();
         if self.phase.is_active() {
             self.rate.stand();
@@ -306,19 +325,36 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
                 .for_each(|(out, at)| *out = at.counts());
             return;
         };
-        let pieces = head.pieces.get(..self.axes).unwrap_or_default();
-        self.quick
-            .take((head.generation, head.start), head.scale, pieces);
+        self.quick.take(head, self.axes);
         let elapsed = self.time.since(head.start);
-        let quick = self.quick.counts(elapsed);
-        for ((out, piece), counts) in out.iter_mut().zip(pieces).zip(quick) {
-            *out = counts.unwrap_or_else(|| exact_counts(piece, elapsed, head));
+        if !self.quick.write(elapsed, out) {
+            self.write_doubts(elapsed, out);
         }
     }
 
-    fn publish(&self) {
+    /// The counts that are in doubt, from the exact curves.
+    #[inline(never)]
+    pub(super) fn write_doubts(&self, elapsed: Time, out: &mut [i32]) {
+        let Some(head) = self.segments.peek() else {
+            return;
+        };
+        let duration = head.end.since(head.start);
+        let share = Share::of(elapsed.ticks(), duration.ticks());
+        for (axis, (out, piece)) in out.iter_mut().zip(&head.pieces).enumerate() {
+            if self.quick.is_in_doubt(elapsed, axis) {
+                *out = piece.at(share).counts();
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn publish_time(&self) {
         let cycles = (self.time.ticks() >> 32) as u32;
         self.shared.time_cycles.store(cycles, Ordering::Relaxed);
+    }
+
+    fn publish(&self) {
+        self.publish_time();
         self.shared.rate.store(self.rate.bits(), Ordering::Relaxed);
         self.shared.finished.store(self.finished, Ordering::Relaxed);
         self.shared.set_status(Status {
@@ -326,12 +362,4 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             phase: self.phase,
         });
     }
-}
-
-#[inline(never)]
-fn exact_counts<const AXES: usize>(piece: &Piece, elapsed: Time, head: &Admitted<AXES>) -> i32 {
-    let duration = head.end.since(head.start);
-    piece
-        .at(Share::of(elapsed.ticks(), duration.ticks()))
-        .counts()
 }

@@ -7,7 +7,7 @@ use trajectory::curve::Piece;
 use trajectory::{Position, Time};
 
 use super::phase::StreamPhase;
-use super::quick::Scale;
+use super::quick::{Places, Scale};
 use crate::config::WhenDry;
 use crate::rate::ONE;
 
@@ -22,6 +22,7 @@ pub(super) struct Admitted<const AXES: usize> {
     pub(super) start: Time,
     pub(super) end: Time,
     pub(super) scale: Scale,
+    pub(super) places: [Places; AXES],
     pub(super) pieces: [Piece; AXES],
 }
 
@@ -76,6 +77,7 @@ pub(super) struct Status {
 pub(super) struct Shared {
     tail: AtomicU32,
     highest_rate: AtomicU32,
+    changes: AtomicU32,
     status: AtomicU32,
     pub(super) time_cycles: AtomicU32,
     pub(super) rate: AtomicU32,
@@ -87,6 +89,7 @@ impl Shared {
         Self {
             tail: AtomicU32::new(0),
             highest_rate: AtomicU32::new(0),
+            changes: AtomicU32::new(0),
             status: AtomicU32::new(0),
             time_cycles: AtomicU32::new(0),
             rate: AtomicU32::new(0),
@@ -98,12 +101,14 @@ impl Shared {
     pub(super) fn set_highest_rate(&self, highest_rate: i64) {
         let rate = u32::try_from(highest_rate).unwrap_or(ONE as u32);
         self.highest_rate.store(rate, Ordering::Release);
+        self.note_change();
     }
 
     /// After a segment is queued: until then the player takes the end before for the end.
     pub(super) fn set_tail(&self, tail: Tail) {
         let word = (tail.cycles << 1) | u32::from(tail.rests);
         self.tail.store(word, Ordering::Release);
+        self.note_change();
     }
 
     pub(super) fn tail(&self) -> Tail {
@@ -116,6 +121,19 @@ impl Shared {
 
     pub(super) fn highest_rate(&self) -> i64 {
         i64::from(self.highest_rate.load(Ordering::Acquire))
+    }
+
+    /// Changes whenever the admission has told or ordered something: until then a player may go on as before.
+    #[inline(always)]
+    pub(super) fn changes(&self) -> u32 {
+        self.changes.load(Ordering::Acquire)
+    }
+
+    /// After what has changed.
+    pub(super) fn note_change(&self) {
+        let changes = self.changes.load(Ordering::Relaxed);
+        self.changes
+            .store(changes.wrapping_add(1), Ordering::Release);
     }
 
     pub(super) fn set_status(&self, status: Status) {

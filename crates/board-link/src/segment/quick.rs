@@ -3,8 +3,12 @@
 //! The powers of a curve are kept with 32 bits, all with as many places behind the point as fit. Where what that leaves out could decide
 //! to which count a position is rounded, the caller asks the exact curve.
 
+use core::hint::black_box;
+
 use trajectory::curve::Piece;
 use trajectory::{Position, Time};
+
+use super::queue::Admitted;
 
 /// The sum of all powers stays below 2^30, so that no sum overflows.
 const SUM_BITS: u32 = 30;
@@ -19,63 +23,62 @@ const FEWEST_PLACES: u32 = 7;
 #[derive(Debug, Clone, Copy)]
 struct Curve {
     powers: [i32; 5],
-    /// The start: whole counts, and what is behind the point.
+    /// The start: whole counts, and what is behind the point, with half a count for the rounding and without what is left out.
     whole: i32,
     fraction: i32,
-    /// 0 where the exact curve must be asked always.
     places: u32,
 }
 
 impl Curve {
+    /// In doubt everywhere.
     const UNKNOWN: Self = Self {
         powers: [0; 5],
         whole: 0,
-        fraction: 0,
-        places: 0,
+        fraction: -LEFT_OUT,
+        places: 1,
     };
 
-    fn new(piece: &Piece) -> Self {
-        let (start, powers) = (piece.start().units(), piece.coefficients());
-        let sum = powers.iter().map(|power| power.unsigned_abs());
-        let sum = sum.fold(Position::UNITS as u64, u64::saturating_add);
-        let down = (u64::BITS - sum.leading_zeros()).saturating_sub(SUM_BITS);
-        let places = POSITION_BITS.saturating_sub(down);
-        let Ok(whole) = i32::try_from(start >> POSITION_BITS) else {
-            return Self::UNKNOWN;
-        };
-        if places < FEWEST_PLACES {
+    fn new(piece: &Piece, places: Places) -> Self {
+        let down = POSITION_BITS.wrapping_sub(u32::from(places.0));
+        if down > POSITION_BITS - FEWEST_PLACES {
             return Self::UNKNOWN;
         }
-        let fraction = start & (Position::UNITS - 1);
+        let start = piece.start().units();
+        let fraction = (start & (Position::UNITS - 1)) as i32;
         Self {
-            powers: powers.map(|power| (power >> down) as i32),
-            whole,
-            fraction: (fraction >> down) as i32,
-            places,
+            powers: piece.coefficients().map(|power| (power >> down) as i32),
+            whole: (start >> POSITION_BITS) as i32,
+            fraction: ((fraction + (Position::UNITS / 2) as i32) >> down) - LEFT_OUT,
+            places: places.0.into(),
         }
     }
 
-    /// `None` where it is in doubt.
+    /// The least and the most counts that it may be.
     #[inline(always)]
-    fn at(&self, share: i32) -> Option<i32> {
-        let places = self.places;
-        if places == 0 {
-            return None;
-        }
+    fn at(&self, share: i32) -> (i32, i32) {
         // The upper half of a product is one instruction, and twice of it is added in another.
         let part = |value: i32| (((i64::from(value) * i64::from(share)) >> 32) as i32) << 1;
         let [one, two, three, four, five] = self.powers;
-        let way = if five | four == 0 {
-            part(three)
-        } else {
-            part(part(part(five) + four) + three)
-        };
-        let way = part(part(way + two) + one) + self.fraction;
-        let half = 1 << (places - 1);
-        let (rounded, last) = (way + half, (1 << places) - 1);
-        let rest = rounded & last;
-        let is_clear = rest > LEFT_OUT && rest < last - LEFT_OUT;
-        is_clear.then(|| self.whole.wrapping_add(rounded >> places))
+        let way = part(part(part(part(part(five) + four) + three) + two) + one);
+        let least = way + self.fraction;
+        let most = least + 2 * LEFT_OUT;
+        (
+            self.whole.wrapping_add(least >> self.places),
+            self.whole.wrapping_add(most >> self.places),
+        )
+    }
+}
+
+/// Places behind the point with which a curve is kept. With too few of them the exact one is asked always.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Places(u8);
+
+impl Places {
+    pub(super) fn of(piece: &Piece) -> Self {
+        let sum = piece.coefficients().into_iter().map(i64::unsigned_abs);
+        let sum = sum.fold(Position::UNITS as u64, u64::saturating_add);
+        let down = (u64::BITS - sum.leading_zeros()).saturating_sub(SUM_BITS);
+        Self(POSITION_BITS.saturating_sub(down) as u8)
     }
 }
 
@@ -91,7 +94,7 @@ pub(super) struct Quick<const AXES: usize> {
 /// The duration of a segment, for the share of it that has passed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scale {
-    /// It is shifted by so much, and 2^63 divided by it. The share has 31 bits.
+    /// It is shifted by so much, and a little less than 2^63 divided by it. The share has 31 bits.
     down: u32,
     inverse: u32,
 }
@@ -106,8 +109,15 @@ impl Scale {
         let ticks = duration.ticks();
         let down = u32::BITS.saturating_sub(ticks.leading_zeros());
         let divisor = (ticks >> down).max(1);
-        let inverse = u32::try_from((1_u64 << 63) / divisor).unwrap_or(u32::MAX);
+        let inverse = u32::try_from(i64::MAX as u64 / divisor).unwrap_or(u32::MAX);
         Self { down, inverse }
+    }
+
+    /// The share of the duration that has passed, 31 bits; `elapsed` is less than the duration.
+    #[inline(always)]
+    fn share(self, elapsed: Time) -> i32 {
+        let elapsed = (elapsed.ticks() >> self.down) as u32;
+        ((u64::from(elapsed) * u64::from(self.inverse)) >> 32) as i32
     }
 }
 
@@ -121,29 +131,41 @@ impl<const AXES: usize> Quick<AXES> {
     }
 
     /// Takes a segment on, unless it has it.
-    #[inline(always)]
-    pub(super) fn take(&mut self, of: (u16, Time), scale: Scale, pieces: &[Piece]) {
-        if self.of != Some(of) {
-            self.of = Some(of);
-            self.scale = scale;
-            self.make(pieces);
+    pub(super) fn take(&mut self, segment: &Admitted<AXES>, axes: usize) {
+        let of = (segment.generation, segment.start);
+        if self.of == Some(of) {
+            return;
+        }
+        (self.of, self.scale) = (Some(of), segment.scale);
+        let pieces = segment.pieces.iter().zip(&segment.places).take(axes);
+        for (curve, (piece, places)) in self.curves.iter_mut().zip(pieces) {
+            *curve = Curve::new(piece, *places);
         }
     }
 
-    #[inline(never)]
-    fn make(&mut self, pieces: &[Piece]) {
-        for (curve, piece) in self.curves.iter_mut().zip(pieces) {
-            *curve = Curve::new(piece);
+    /// Writes the counts of each axis so long after the start, within the duration. Where that is false, some are in doubt and must be
+    /// asked from the exact curve: those of [`Self::is_in_doubt`].
+    #[inline(always)]
+    pub(super) fn write(&self, elapsed: Time, out: &mut [i32]) -> bool {
+        let share = self.scale.share(elapsed);
+        let mut differences = 0;
+        for (out, curve) in out.iter_mut().zip(&self.curves) {
+            // Where the compiler sees that it is the same for every axis, it widens it before the loop, and forgets in the loop that a product of
+            // 32 bits is one instruction.
+            let (least, most) = curve.at(black_box(share));
+            differences |= least ^ most;
+            *out = least;
         }
+        differences == 0
     }
 
-    /// The counts of each axis so long after the start, within the duration; `None` for one that must be asked from the exact curve.
-    #[inline(always)]
-    pub(super) fn counts(&self, elapsed: Time) -> impl Iterator<Item = Option<i32>> + '_ {
-        let elapsed = (elapsed.ticks() >> self.scale.down) as u32;
-        let share = (u64::from(elapsed) * u64::from(self.scale.inverse)) >> 32;
-        let share = i32::try_from(share).unwrap_or(i32::MAX);
-        self.curves.iter().map(move |curve| curve.at(share))
+    /// Whether the counts of an axis are in doubt.
+    pub(super) fn is_in_doubt(&self, elapsed: Time, axis: usize) -> bool {
+        let share = self.scale.share(elapsed);
+        self.curves.get(axis).is_none_or(|curve| {
+            let (least, most) = curve.at(share);
+            least != most
+        })
     }
 }
 
@@ -159,12 +181,37 @@ mod tests {
         (0..bits, any::<i64>()).prop_map(|(bits, value)| value >> (63 - bits))
     }
 
+    fn quick(piece: Piece, duration: u64) -> Quick<1> {
+        let start = Time::from_cycles(77);
+        let mut quick = Quick::new();
+        let segment = Admitted {
+            generation: 1,
+            start,
+            end: start.after(Time::from_ticks(duration)),
+            scale: Scale::of(Time::from_ticks(duration)),
+            places: [Places::of(&piece)],
+            pieces: [piece],
+        };
+        quick.take(&segment, 1);
+        quick
+    }
+
+    /// `None` where they are in doubt.
+    fn counts(quick: &Quick<1>, elapsed: u64) -> Option<i32> {
+        let mut out = [0];
+        let elapsed = Time::from_ticks(elapsed);
+        let is_clear = quick.write(elapsed, &mut out);
+        assert_eq!(quick.is_in_doubt(elapsed, 0), !is_clear);
+        is_clear.then_some(out[0])
+    }
+
     proptest! {
         /// What is not in doubt is what the exact curve says.
         #[test]
         fn it_is_the_exact_curve(
-            from in value(50),
-            way in value(46),
+            from in value(60),
+            // Up to the fewest places, where what is left out matters most.
+            way in prop_oneof![value(46), (1_i64 << 38)..(1 << 43)],
             borders in [value(40), value(40), value(40), value(40)],
             kind in 0..4,
             duration in (1_u64 << 31)..(10_000_u64 << 32),
@@ -183,13 +230,11 @@ mod tests {
                     Border { velocity: r, acceleration: b },
                 ),
             };
-            let mut quick = Quick::<1>::new();
-            let start = Time::from_cycles(77);
-            quick.take((1, start), Scale::of(Time::from_ticks(duration)), &[piece]);
+            let quick = quick(piece, duration);
             for place in places {
                 let elapsed = ((duration as f64 * place) as u64).min(duration - 1);
                 let exact = piece.at(Share::of(elapsed, duration)).counts();
-                let counts = quick.counts(Time::from_ticks(elapsed)).next().unwrap();
+                let counts = counts(&quick, elapsed);
                 prop_assert!(counts.is_none_or(|counts| counts == exact), "{counts:?} {exact}");
             }
         }
@@ -199,13 +244,9 @@ mod tests {
     fn hardly_anything_is_in_doubt() {
         let to = Position::from_counts(2_000);
         let piece = Piece::minimum_jerk(Position::ZERO, to);
-        let mut quick = Quick::<1>::new();
-        let duration = Time::from_cycles(10_000);
-        quick.take((1, Time::ZERO), Scale::of(duration), &[piece]);
-        let doubts = (0..10_000).filter(|cycle| {
-            let counts = quick.counts(Time::from_cycles(*cycle)).next().unwrap();
-            counts.is_none()
-        });
+        let quick = quick(piece, Time::from_cycles(10_000).ticks());
+        let doubts =
+            (0..10_000).filter(|cycle| counts(&quick, Time::from_cycles(*cycle).ticks()).is_none());
         let doubts = doubts.count();
         assert!(doubts < 300, "{doubts}");
     }

@@ -45,13 +45,17 @@ impl Case {
         let Load {
             axes,
             response_us,
-            moving,
+            motion,
         } = self.load;
-        format!(
-            "cargo xtask profile --axes {axes} --board {} --response-us {response_us}{}",
-            self.board.feature(),
-            if moving { " --moving" } else { "" }
-        )
+        let board = self.board.feature();
+        let mut command = format!(
+            "cargo xtask profile --axes {axes} --board {board} --response-us {response_us}"
+        );
+        if let Some(option) = motion.option() {
+            command.push(' ');
+            command.push_str(option);
+        }
+        command
     }
 
     pub(super) fn figures(&self) -> Vec<Figure> {

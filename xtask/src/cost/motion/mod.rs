@@ -10,7 +10,7 @@ use serde_json::Value;
 use self::case::{Case, MOST_AXES, TARGET_AXES};
 use self::memory::Memory;
 use super::figure::Figure;
-use crate::emulator::{Emulator, Load};
+use crate::emulator::{AxisMotion, Emulator, Load};
 use crate::error::Error;
 use crate::images::{Board, Image};
 use crate::profile;
@@ -119,13 +119,13 @@ impl Motion {
             stack_in_motion: largest("stack_in_motion")?,
         });
         for (figures, &response_us) in measured.iter().zip(cases.responses_us) {
-            for moving in [false, true] {
+            for motion in [AxisMotion::Standing, AxisMotion::BuiltIn] {
                 let load = Load {
                     axes,
                     response_us,
-                    moving,
+                    motion,
                 };
-                let figures = &figures[if moving { "moving" } else { "standing" }];
+                let figures = &figures[motion.to_string()];
                 self.cases.push(Case::read(board, load, figures)?);
             }
         }
@@ -186,11 +186,7 @@ impl Motion {
                 case.board.feature(),
                 case.load.axes,
                 case.load.response_us,
-                if case.load.moving {
-                    "moving"
-                } else {
-                    "standing"
-                },
+                case.load.motion,
                 case.mean,
                 case.worst,
                 case.worst_without_line,
