@@ -39,7 +39,7 @@ fn config(cases: u32) -> ProptestConfig {
     ProptestConfig {
         cases,
         failure_persistence: None,
-        max_global_rejects: cases,
+        max_global_rejects: 10 * cases,
         ..ProptestConfig::default()
     }
 }

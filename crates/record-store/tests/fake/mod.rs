@@ -124,8 +124,9 @@ impl<const UNIT: usize, const BYTES: usize> Fake<UNIT, BYTES> {
             (true, _) => Unit::Programmed,
             // A corrected double word with a part of its bits is usually beyond correction.
             (false, _) if UNIT == 8 && self.random.u8(0..4) > 0 => Unit::Unreadable,
-            (false, true) => Unit::Programmed,
-            (false, false) => Unit::Touched,
+            (false, true) if place.iter().any(|byte| *byte != 0xFF) => Unit::Programmed,
+            // What reads as erased may be programmed: that is what the controller looks at (RM0440, PROGERR of FLASH_SR).
+            (false, _) => Unit::Touched,
         };
         if is_whole { Ok(()) } else { Err(Cut) }
     }
