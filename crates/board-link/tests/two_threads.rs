@@ -2,10 +2,10 @@
 
 mod judge;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use board_link::segment::{
-    AxisSegment, Begin, Player, Segment, SegmentConfig, SegmentQueue, Shape, StreamPhase,
+    Admission, AxisSegment, Begin, Player, Segment, SegmentConfig, SegmentQueue, Shape, StreamPhase,
 };
 use board_link::{AxisLimits, WhenDry};
 use judge::Judge;
@@ -113,4 +113,71 @@ fn a_cycle_between_any_two_instructions_keeps_the_limits() {
         cycle.join().unwrap()
     });
     assert_eq!(last.units(), units(from));
+}
+
+/// A stop is obeyed wherever in a cycle it comes, also in one that is worked out anew.
+#[test]
+fn a_stop_between_any_two_instructions_is_obeyed() {
+    const STREAMS: u32 = 500;
+    let mut queue = SegmentQueue::<1, 4>::new();
+    let config = SegmentConfig {
+        longest: Time::from_cycles(1 << 24),
+        ..SegmentConfig::with_cycles_per_second(1_000)
+    };
+    let (mut admission, player) = queue.split(&[limits()], config).unwrap();
+    let stopped = AtomicU32::new(0);
+    std::thread::scope(|scope| {
+        let cycle = scope.spawn(|| obey(player, &stopped, STREAMS));
+        let mut random = fastrand::Rng::with_seed(9);
+        for stream in 1..=STREAMS {
+            let wait_for = |admission: &Admission<'_, 1>, is_there: fn(StreamPhase) -> bool| {
+                while !is_there(admission.player().phase) {
+                    assert!(!cycle.is_finished());
+                }
+            };
+            wait_for(&admission, |phase| !phase.is_active());
+            let begin = Begin {
+                stream,
+                start: None,
+                when_dry: WhenDry::End,
+                percent: 100,
+                from: [0].into_iter().collect(),
+            };
+            admission.begin(&begin, &[Position::ZERO], 0).unwrap();
+            let part = AxisSegment {
+                end: units(900_000.0),
+                shape: Shape::MinimumJerk,
+            };
+            let segment = Segment {
+                duration: Time::from_cycles(1_000_000).ticks(),
+                axes: [part].into_iter().collect(),
+            };
+            admission.push(stream, 0, &segment).unwrap();
+            wait_for(&admission, |phase| phase == StreamPhase::Moving);
+            let mut spin = |most| (0..random.u32(0..most)).for_each(|_| std::hint::spin_loop());
+            spin(300);
+            // A cycle that is worked out anew, and a stop in the middle of it.
+            admission.set_override(100).unwrap();
+            spin(60);
+            admission.stop().unwrap();
+            stopped.store(stream, Ordering::Release);
+        }
+        cycle.join().unwrap();
+    });
+}
+
+/// Plays until every stream was stopped.
+fn obey(mut player: Player<'_, 1>, stopped: &AtomicU32, streams: u32) {
+    let mut now = 0;
+    for stream in 1..=streams {
+        let mut cycles_after = 0;
+        while player.phase().is_active() || stopped.load(Ordering::Acquire) < stream {
+            now += 1;
+            let is_stopped = stopped.load(Ordering::Acquire) >= stream;
+            player.advance_counts(now, &[Position::ZERO], &mut [0]);
+            cycles_after += u32::from(is_stopped && player.phase().is_active());
+            // A ramp from a standstill takes far less.
+            assert!(cycles_after < 1_000, "stream {stream}");
+        }
+    }
 }

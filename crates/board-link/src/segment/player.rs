@@ -176,6 +176,7 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
         (self.is_paused, self.is_stopping, self.is_ended) = (false, false, false);
         self.short_of = None;
         self.finished = 0;
+        self.quick.forget();
         self.drop_old();
     }
 
@@ -241,6 +242,8 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
     }
 
     fn go_on(&mut self) {
+        // Before the look for segments: one that comes in between is more than this end.
+        let tail = self.shared.tail();
         let goal = self.goal();
         self.time = self.time.after(self.rate.advance(goal));
         while let Some(head) = self.segments.peek()
@@ -255,17 +258,17 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
             self.finished = self.finished.wrapping_add(1);
         }
         if self.segments.peek().is_none() {
-            self.arrive();
+            self.arrive(tail);
         } else if self.rate.is_standing() {
             self.rest();
         }
     }
 
     /// At the end of all that was admitted.
-    fn arrive(&mut self) {
+    fn arrive(&mut self, tail: Tail) {
         // Every axis is at rest here, whatever the rate.
         self.rate.stand();
-        self.short_of = Some(self.shared.tail());
+        self.short_of = Some(tail);
         if self.is_stopping {
             self.finish(StreamPhase::Stopped);
         } else if self.is_ended {

@@ -14,21 +14,23 @@ pub use keyframes::{Keyframe, KeyframeError, KeyframeMotion, Playhead};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Share(u64);
 
-/// Everything; the last step before it is smaller.
+/// Everything.
 const WHOLE: Share = Share(u64::MAX);
+/// The last step before it.
+const LAST: Share = Share((u32::MAX as u64) << 32);
 
 impl Share {
-    /// `elapsed` out of `duration`, in any unit; 1 when it is over.
+    /// `elapsed` out of `duration`, in any unit, to three steps; 1 when it is over.
     #[must_use]
     pub const fn of(elapsed: u64, duration: u64) -> Self {
         if elapsed >= duration {
             return WHOLE;
         }
-        // Down to 32 bits, so that the dividend fits 64.
+        // Down to 32 bits, so that the dividend fits 64. Just before the end both are the same then: that is the last step, and not 1.
         let places = 32_u32.saturating_sub(duration.leading_zeros());
         match ((elapsed >> places) << 32).checked_div(duration >> places) {
-            Some(share) => Self(share << 32),
-            None => WHOLE,
+            Some(share) if share <= u32::MAX as u64 => Self(share << 32),
+            _ => LAST,
         }
     }
 

@@ -228,6 +228,23 @@ fn velocities_that_make_no_motion_are_refused() {
 }
 
 proptest! {
+    /// Everywhere, and just before the end, where both may be the same but for bits that are left out.
+    #[test]
+    fn a_share_is_that_of_exact_arithmetic(
+        duration in (any::<u64>(), 0..64_u32).prop_map(|(ticks, places)| (ticks >> places).max(1)),
+        place in any::<u64>(),
+        left in (any::<u64>(), 0..64_u32).prop_map(|(ticks, places)| ticks >> places),
+    ) {
+        for elapsed in [place % duration, duration - 1 - left % duration] {
+            let exact = (u128::from(elapsed) << 64) / u128::from(duration);
+            let share = Share::of(elapsed, duration);
+            prop_assert!(share < WHOLE);
+            let steps = exact.abs_diff(u128::from(share.0)) >> 32;
+            prop_assert!(steps < 3, "{elapsed} of {duration}: {share:?}, not {exact}");
+        }
+        prop_assert_eq!(Share::of(duration, duration), WHOLE);
+    }
+
     #[test]
     fn pieces_begin_and_end_exactly(
         from in any::<i32>(), to in any::<i32>(), leaving in -(1 << 30)..1 << 30_i32, arriving in -(1 << 30)..1 << 30_i32,
