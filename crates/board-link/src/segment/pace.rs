@@ -2,6 +2,8 @@
 
 use trajectory::Time;
 
+use super::cruise::Cruise;
+use super::phase::StreamPhase;
 use super::player::Player;
 use super::queue::Tail;
 use crate::rate::ONE;
@@ -54,5 +56,47 @@ impl<const AXES: usize> Player<'_, AXES> {
     /// Cycles of the stream that are admitted ahead.
     pub(super) fn left(&self, tail: Tail) -> f32 {
         Time::from_cycles(tail.cycles).since(self.time).cycles()
+    }
+
+    /// One cycle as the one before; whether it was.
+    #[inline(always)]
+    pub(super) fn cruise(&mut self, out: &mut [i32]) -> bool {
+        let cruise = &self.cruise;
+        let time = self.time.after(cruise.step);
+        if time >= cruise.until || self.shared.changes() != cruise.changes {
+            return false;
+        }
+        self.time = time;
+        let elapsed = time.since(cruise.start);
+        if !self.quick.write(elapsed, out) {
+            self.write_doubts(elapsed, out);
+        }
+        self.publish_time();
+        true
+    }
+
+    /// What follows a cycle that was worked out after so many changes of the admission.
+    pub(super) fn next_cruise(&mut self, changes: u32) -> Cruise {
+        let (rate, goal) = (self.rate.bits(), self.goal_of_orders());
+        let is_steady = self.rate.is_steady() && i64::from(rate) == goal;
+        if self.phase() != StreamPhase::Moving || !is_steady || self.short_of.is_some() {
+            return Cruise::NONE;
+        }
+        let Some(head) = self.segments.peek() else {
+            return Cruise::NONE;
+        };
+        let (start, mut until) = (head.start, head.end);
+        if !self.is_ended {
+            let tail = self.shared.tail();
+            // A cycle more, for the fraction: that in which it begins to brake is worked out.
+            let way = self.way_down_to(tail.floor()) as u32 + 1;
+            until = until.min(Time::from_cycles(tail.cycles.saturating_sub(way)));
+        }
+        Cruise {
+            changes,
+            step: self.rate.advance(goal),
+            start,
+            until,
+        }
     }
 }

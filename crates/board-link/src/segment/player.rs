@@ -328,7 +328,9 @@ impl<'q, const AXES: usize> Player<'q, AXES> {
                 .for_each(|(out, at)| *out = at.counts());
             return;
         };
-        self.quick.take(head, self.axes);
+        let pieces = head.pieces.iter().zip(&head.places).take(self.axes);
+        let of = (head.generation, head.start);
+        self.quick.take(of, head.scale, pieces);
         let elapsed = self.time.since(head.start);
         if !self.quick.write(elapsed, out) {
             self.write_doubts(elapsed, out);

@@ -8,8 +8,6 @@ use core::hint::black_box;
 use trajectory::curve::Piece;
 use trajectory::{Position, Time};
 
-use super::queue::Admitted;
-
 /// The sum of all powers stays below 2^30, so that no sum overflows.
 const SUM_BITS: u32 = 30;
 const POSITION_BITS: u32 = Position::UNITS.trailing_zeros();
@@ -136,14 +134,17 @@ impl<const AXES: usize> Quick<AXES> {
         self.of = None;
     }
 
-    /// Takes a segment on, unless it has it.
-    pub(super) fn take(&mut self, segment: &Admitted<AXES>, axes: usize) {
-        let of = (segment.generation, segment.start);
+    /// Takes a segment on, unless it has it: its stream and its start, its scale, and the piece of each axis with its places.
+    pub(super) fn take<'p>(
+        &mut self,
+        of: (u16, Time),
+        scale: Scale,
+        pieces: impl Iterator<Item = (&'p Piece, &'p Places)>,
+    ) {
         if self.of == Some(of) {
             return;
         }
-        (self.of, self.scale) = (Some(of), segment.scale);
-        let pieces = segment.pieces.iter().zip(&segment.places).take(axes);
+        (self.of, self.scale) = (Some(of), scale);
         for (curve, (piece, places)) in self.curves.iter_mut().zip(pieces) {
             *curve = Curve::new(piece, *places);
         }
@@ -188,17 +189,10 @@ mod tests {
     }
 
     fn quick(piece: Piece, duration: u64) -> Quick<1> {
-        let start = Time::from_cycles(77);
         let mut quick = Quick::new();
-        let segment = Admitted {
-            generation: 1,
-            start,
-            end: start.after(Time::from_ticks(duration)),
-            scale: Scale::of(Time::from_ticks(duration)),
-            places: [Places::of(&piece)],
-            pieces: [piece],
-        };
-        quick.take(&segment, 1);
+        let scale = Scale::of(Time::from_ticks(duration));
+        let pieces = [(&piece, &Places::of(&piece))];
+        quick.take((1, Time::from_cycles(77)), scale, pieces.into_iter());
         quick
     }
 
