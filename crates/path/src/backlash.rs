@@ -47,7 +47,7 @@ impl Backlash {
         let units = position.units();
         let way = units.wrapping_sub(self.farthest);
         let turns = match self.direction {
-            0 => way != 0,
+            0 => way.wrapping_abs() > Self::TURN,
             direction => way.wrapping_mul(direction) < -Self::TURN,
         };
         if turns {

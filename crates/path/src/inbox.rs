@@ -51,12 +51,12 @@ impl<const S: usize> Inbox<S> {
         end: &[Position; S],
         feed: f32,
         join: Join,
-    ) -> Result<(), PathError> {
+    ) -> Result<bool, PathError> {
         self.add(feed, join, |request, from| request.line(from, end))
     }
 
     /// Adds an arc.
-    pub(crate) fn arc(&mut self, arc: &Arc<S>, feed: f32, join: Join) -> Result<(), PathError> {
+    pub(crate) fn arc(&mut self, arc: &Arc<S>, feed: f32, join: Join) -> Result<bool, PathError> {
         self.add(feed, join, |request, from| request.arc(from, arc))
     }
 
@@ -66,19 +66,20 @@ impl<const S: usize> Inbox<S> {
         feed: f32,
         join: Join,
         write: impl FnOnce(&mut Request<S>, &Point<S>) -> Result<bool, PathError>,
-    ) -> Result<(), PathError> {
+    ) -> Result<bool, PathError> {
         check(feed, join)?;
         let place = (self.first + self.count) % PLACES;
         let has_room = self.has_room();
         let slot = self.requests.get_mut(place).filter(|_| has_room);
         let slot = slot.ok_or(PathError::Full)?;
-        if write(slot, &self.end)? {
+        let is_piece = write(slot, &self.end)?;
+        if is_piece {
             slot.feed = feed;
             slot.join = join;
             self.end = slot.end;
             self.count += 1;
         }
-        Ok(())
+        Ok(is_piece)
     }
 
     /// Forgets everything; what comes starts at a place.

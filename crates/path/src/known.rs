@@ -18,6 +18,9 @@ const EARLY_CYCLES: f32 = EDGE_CYCLES + (LATE_CYCLES + TAKING_CYCLES) as f32;
 /// Cycles of the front that it may be behind a border when it learns of it.
 const BEHIND: f32 = (1 + SEARCH_CYCLES + TAKING_CYCLES) as f32 + 0.5;
 
+/// From here on places are counted anew at the next rest: days before they come to the end of 64 bits.
+const FAR: i64 = 1 << 61;
+
 /// What is known of the path.
 #[derive(Debug, Clone)]
 pub(crate) struct Known<const S: usize, const Q: usize> {
@@ -104,13 +107,35 @@ impl<const S: usize, const Q: usize> Known<S, Q> {
 
     /// The front at the start of a piece, from rest. Returns its first point, and how far the path should be known before it goes on.
     pub(crate) fn begin(&mut self, place: usize) -> Option<(Point<S>, i64)> {
+        self.ring.retire(place);
+        let start = self.ring.get(place)?.start;
+        if start > FAR {
+            self.count_from(start);
+        }
         let piece = self.ring.get(place)?;
         self.front.begin(place, piece);
         let (from, velocity) = (piece.shape.from, piece.velocity);
         let cycles = self.cycles + velocity / piece.acceleration;
         let until = self.front.place + length::from_units(velocity * cycles);
-        self.ring.retire(place);
         Some((from, until))
+    }
+
+    /// Places are counted from another one, where front and tool stand.
+    #[cold]
+    fn count_from(&mut self, start: i64) {
+        for index in self.ring.first()..self.ring.end() {
+            if let Some(piece) = self.ring.get_mut(index) {
+                for place in [
+                    &mut piece.start,
+                    &mut piece.enter,
+                    &mut piece.leave,
+                    &mut piece.alone,
+                ] {
+                    *place -= start;
+                }
+            }
+        }
+        self.plan.count_from(start);
     }
 
     /// Whether enough of the path is known for the front to leave the place where it stands: up to a place, or a quarter of the queue.

@@ -165,8 +165,7 @@ where
     /// [`PathError`]; the path is then what it was.
     #[inline(never)]
     pub fn line(&mut self, end: [Position; SPACE], feed: f32, join: Join) -> Result<(), PathError> {
-        self.take(LINE)?;
-        self.inbox.line(&end, feed, join)
+        self.take(LINE, |inbox| inbox.line(&end, feed, join))
     }
 
     /// An arc from the end of the path, at a feed in units per cycle.
@@ -175,15 +174,21 @@ where
     /// [`PathError`]; the path is then what it was.
     #[inline(never)]
     pub fn arc(&mut self, arc: &Arc<SPACE>, feed: f32, join: Join) -> Result<(), PathError> {
-        self.take(ARC)?;
-        self.inbox.arc(arc, feed, join)
+        self.take(ARC, |inbox| inbox.arc(arc, feed, join))
     }
 
-    const fn take(&mut self, cost: u32) -> Result<(), PathError> {
+    /// What is refused or left out is not counted: whoever asks in every cycle must not take the time of all of them.
+    fn take(
+        &mut self,
+        cost: u32,
+        add: impl FnOnce(&mut Inbox<SPACE>) -> Result<bool, PathError>,
+    ) -> Result<(), PathError> {
         if self.is_stopping {
             return Err(PathError::Stopping);
         }
-        self.spent = self.spent.saturating_add(cost);
+        if add(&mut self.inbox)? {
+            self.spent = self.spent.saturating_add(cost);
+        }
         Ok(())
     }
 
@@ -298,5 +303,37 @@ where
             self.tool.begin(place, from);
             self.until_known = Some(until);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{Cartesian, Scale};
+
+    /// After weeks without an end the way would come to the end of 64 bits: at a rest it is counted anew.
+    #[test]
+    fn a_path_goes_on_beyond_what_64_bits_hold() {
+        let limits = Limits::new(5_000.0, 20.0, 2.0).unwrap();
+        let machine = Cartesian {
+            scales: [Scale::ONE],
+        };
+        let mut path = Path::<_, 1, 1, 24>::new(machine, [limits], [Position::ZERO]).unwrap();
+        path.known.front.place = (1 << 61) - (1 << 38);
+        for stroke in 0..11 {
+            let end = if stroke % 2 == 0 { 1 << 19 } else { 0 };
+            path.line([Position::from_counts(end)], 4_000.0, Join::Exact)
+                .unwrap();
+            let mut at = path.place()[0];
+            for _ in 0..5_000 {
+                let next = path.advance()[0];
+                let step = next.distance_from(at).units().unsigned_abs();
+                assert!(step <= 4_001 * Position::UNITS as u64, "{step}");
+                at = next;
+            }
+            assert!(path.is_done());
+            assert_eq!(path.place()[0].counts(), end);
+        }
+        assert!(path.known.front.place < 1 << 60);
     }
 }

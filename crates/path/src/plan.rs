@@ -44,6 +44,13 @@ impl Plan {
         self.next = Some(last);
     }
 
+    /// Places are counted from another one.
+    pub(crate) const fn count_from(&mut self, start: i64) {
+        if let Some(guard) = &mut self.guard {
+            guard.place -= start;
+        }
+    }
+
     pub(crate) const fn is_done(&self) -> bool {
         self.next.is_none()
     }

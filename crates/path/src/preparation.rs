@@ -241,7 +241,9 @@ impl<const S: usize, const A: usize> Preparation<S, A> {
     }
 
     fn acceleration<M>(&self, axes: &Axes<M, A>, velocity: f32) -> f32 {
-        bounds::acceleration(&self.slopes, &axes.limits, velocity, axes.cycles)
+        // In whole steps, by which the front changes its velocity: it must not plan with more.
+        let acceleration = bounds::acceleration(&self.slopes, &axes.limits, velocity, axes.cycles);
+        length::velocity_units(length::velocity(acceleration.lower(length::FASTEST)))
     }
 
     fn last_end<const Q: usize>(&mut self, known: &Known<S, Q>) -> Step {

@@ -137,7 +137,7 @@ impl core::error::Error for TableError {}
 #[derive(Debug, Clone, Copy)]
 struct Knot {
     at: i64,
-    value: i32,
+    value: i64,
 }
 
 /// The follower as a curve over the master, which repeats. It is smooth, rises only where its points do, and is flat where they turn.
@@ -167,7 +167,7 @@ impl<'a> Cam<'a> {
         }
         let knot = |point: &CamPoint| Knot {
             at: point.master.into(),
-            value: point.follower,
+            value: point.follower.into(),
         };
         check_order(points.len(), points.iter().map(knot))?;
         let (Some(first), Some(last)) = (points.first(), points.last()) else {
@@ -226,7 +226,7 @@ impl<'a> Cam<'a> {
             let point = self.points.get(place_in.cast_unsigned())?;
             Some(Knot {
                 at: i64::from(point.master) + turns * self.period,
-                value: (i64::from(point.follower) + turns * self.gain) as i32,
+                value: i64::from(point.follower) + turns * self.gain,
             })
         };
         let place = point as isize;
@@ -278,8 +278,8 @@ impl Span {
             Position::from_units(units as i64)
         };
         Piece::cubic(
-            Position::from_counts(self.from.value),
-            Position::from_counts(self.to.value),
+            Position::from_units(self.from.value * Position::UNITS),
+            Position::from_units(self.to.value * Position::UNITS),
             way(self.leaving),
             way(self.arriving),
         )
@@ -288,7 +288,7 @@ impl Span {
     /// The largest slope and the largest change of the slope of a cubic are at its ends or, for the slope, between them.
     fn check(&self, point: usize, rate: f32, limits: &Limits) -> Result<(), TableError> {
         let width = self.width();
-        let mean = (i64::from(self.to.value) - i64::from(self.from.value)) as f32 / width;
+        let mean = (self.to.value - self.from.value) as f32 / width;
         let (v0, v1) = (self.leaving, self.arriving);
         // The second derivative is linear: these are its ends.
         let bends = [
@@ -324,7 +324,7 @@ fn chord(from: Knot, to: Knot) -> Chord {
     let duration = (to.at - from.at) as f32;
     Chord {
         duration,
-        velocity: (i64::from(to.value) - i64::from(from.value)) as f32 / duration,
+        velocity: (to.value - from.value) as f32 / duration,
     }
 }
 
@@ -396,7 +396,7 @@ impl<'a> TimeTable<'a> {
 fn time_knot(point: &TimePoint) -> Knot {
     Knot {
         at: point.cycle.into(),
-        value: point.position,
+        value: point.position.into(),
     }
 }
 
@@ -420,7 +420,7 @@ impl Gear {
         limits: &Limits,
     ) -> Result<Self, TableError> {
         let size = ratio.numerator().unsigned_abs() as f32 / ratio.denominator() as f32;
-        let actual = size * master_velocity + shift.velocity();
+        let actual = size * master_velocity.abs() + shift.velocity();
         if actual.is_nan() || actual > limits.velocity() {
             return Err(TableError::Velocity {
                 point: 0,

@@ -33,7 +33,12 @@ pub struct Playhead {
     is_short: bool,
     /// The share of the time to the next one that a microsecond is.
     per_us: u64,
+    /// And what that leaves out, 22 bits more.
+    more_per_us: u64,
 }
+
+/// A time between two keyframes is below 2^42 microseconds.
+const MORE_BITS: u32 = 22;
 
 /// A way of fewer counts is computed with one multiplication, which differs from the other one by 2^-11 counts at most.
 const SHORT_COUNTS: u32 = 1 << 20;
@@ -44,11 +49,13 @@ impl Playhead {
         place: usize::MAX,
         is_short: false,
         per_us: 0,
+        more_per_us: 0,
     };
 
-    /// The share that has passed, too small by 2^-64 for each microsecond at most.
+    /// The share that has passed, too small by 2^-64 for each 2^22 microseconds at most, and by another one.
     const fn share(&self, elapsed_us: u64) -> Share {
-        Share(elapsed_us.wrapping_mul(self.per_us))
+        let more = elapsed_us.wrapping_mul(self.more_per_us) >> MORE_BITS;
+        Share(elapsed_us.wrapping_mul(self.per_us).wrapping_add(more))
     }
 }
 
@@ -313,6 +320,10 @@ impl<'a, const N: usize> KeyframeMotion<'a, N> {
             place,
             is_short,
             per_us: u64::MAX.checked_div(duration_us).unwrap_or(0),
+            more_per_us: u64::MAX
+                .checked_rem(duration_us)
+                .and_then(|rest| (rest << MORE_BITS).checked_div(duration_us))
+                .unwrap_or(0),
         }
     }
 

@@ -341,3 +341,21 @@ proptest! {
         prop_assert!((f64::from(actual) - exact).abs() <= 0.51, "{} {}", actual, exact);
     }
 }
+
+/// What a share leaves out for each microsecond must not become counts.
+#[test]
+fn a_keyframe_after_a_week_is_come_to_without_a_step() {
+    // A week at 3306 counts a second.
+    let keyframes = [
+        keyframe(0, 0),
+        keyframe(604_800_000, 1_999_468_800),
+        keyframe(604_801_000, 1_999_470_453),
+    ];
+    let motion = KeyframeMotion::passing(&keyframes, &[[0], [3_306], [0]]).unwrap();
+    let end = 604_800_000_000;
+    let step = motion.position(end)[0] - motion.position(end - 1_000)[0];
+    assert!(
+        u64::from(step.unsigned_abs()) <= motion.peak_step_counts(1_000)[0],
+        "{step}"
+    );
+}
