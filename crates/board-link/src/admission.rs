@@ -19,6 +19,25 @@ struct Rates {
     before: Option<i64>,
     /// The one to the set-point.
     last: i64,
+    /// That of the mean acceleration.
+    mean: Option<MeanRate>,
+}
+
+/// The highest rate at which the mean acceleration is kept, from a place on.
+#[derive(Clone, Copy)]
+struct MeanRate {
+    from: usize,
+    rate: f32,
+}
+
+impl MeanRate {
+    /// That of both.
+    fn with(self, other: Option<Self>) -> Self {
+        other.map_or(self, |other| Self {
+            from: self.from.min(other.from),
+            rate: self.rate.min(other.rate),
+        })
+    }
 }
 
 impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
@@ -105,6 +124,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
         let last = self.last_place();
         let (mut before, mut to_last) = (2.0_f32, 1.0_f32);
         let mut has_before = false;
+        let mut mean = None;
         for (axis, (&position, limits)) in positions.iter().zip(&self.limits).enumerate() {
             let new = Point { time, position };
             let Some(here) = self.point(last, axis) else {
@@ -125,7 +145,8 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
                     .and_then(|place| self.knot(place))
                     .is_none_or(|knot| knot.rests);
                 before = before.min(check_stretch(axis, &stretch, limits, from_rest)?);
-                self.check_mean(axis, new, limits)?;
+                let rate = self.check_mean(axis, new, limits)?;
+                mean = rate.map(|rate: MeanRate| rate.with(mean)).or(mean);
             }
             let stretch = Stretch {
                 from: here,
@@ -139,6 +160,7 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
             to_last = to_last.min(stretch.highest_rate(&needs, limits));
         }
         Ok(Rates {
+            mean,
             before: has_before.then_some(of_one(before)),
             last: of_one(to_last),
         })
@@ -153,7 +175,12 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
     }
 
     /// The mean acceleration over a longer time: what rounding is on a short one is none on a long one.
-    fn check_mean(&self, axis: usize, new: Point, limits: &AxisLimits) -> Result<(), Refusal> {
+    fn check_mean(
+        &self,
+        axis: usize,
+        new: Point,
+        limits: &AxisLimits,
+    ) -> Result<Option<MeanRate>, Refusal> {
         let window = self.config.window;
         let earlier = |than: Time| {
             (0..self.knots.len()).rev().find_map(|place| {
@@ -162,18 +189,19 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
             })
         };
         let Some((_, middle)) = earlier(new.time) else {
-            return Ok(());
+            return Ok(None);
         };
         let Some((place, first)) = earlier(middle.time) else {
-            return Ok(());
+            return Ok(None);
         };
         // From rest the rate starts at zero: velocities at the set-points are not those of the axes.
         let has_rest =
             (place..self.knots.len()).any(|place| self.knot(place).is_some_and(|knot| knot.rests));
         if has_rest {
-            return Ok(());
+            return Ok(None);
         }
-        check_mean_acceleration(axis, [first, middle, new], limits)
+        let rate = check_mean_acceleration(axis, [first, middle, new], limits)?;
+        Ok(Some(MeanRate { from: place, rate }))
     }
 
     fn add(
@@ -206,6 +234,11 @@ impl<const AXES: usize, const POINTS: usize> SetPointBuffer<AXES, POINTS> {
             let before = self.knots.len().saturating_sub(3);
             if let (Some(rate), Some(knot)) = (rates.before, self.knots.get_mut(before)) {
                 knot.highest_rate = rate;
+            }
+            if let Some(MeanRate { from, rate }) = rates.mean {
+                for knot in self.knots.iter_mut().skip(from) {
+                    knot.highest_rate = knot.highest_rate.min(of_one(rate));
+                }
             }
             self.last_rate = rates.last;
             self.is_short = false;

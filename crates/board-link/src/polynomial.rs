@@ -5,11 +5,23 @@
 //! missed.
 
 use heapless::Vec;
+use trajectory::Position;
+use trajectory::curve::Share;
 
 /// More halves make no difference to a number of 24 bits.
 const HALVES: u8 = 24;
 /// Rates can be small: halves of 2 down to 2^-31.
 const HALVES_OF_ROOT: u8 = 32;
+/// Steps of a duration, for the places where an axis turns.
+const STEPS: u64 = 1 << 31;
+/// What the rounding of a [`Piece`](trajectory::curve::Piece) can make of a place where an axis turns: 25 units, and a little more.
+pub(crate) const ROUNDING_OF_PLACE: Position = Position::from_units(32);
+
+/// The share of the duration at which an axis turns.
+pub(crate) fn share_of(turn: f32) -> Share {
+    Share::of((turn * STEPS as f32) as u64, STEPS)
+}
+
 /// Zeros of a polynomial of fourth degree between 0 and 1.
 type Places = Vec<f32, 4>;
 
@@ -64,12 +76,6 @@ impl Polynomial {
             coefficients,
             cycles,
         }
-    }
-
-    /// The way at a share, in counts.
-    pub(crate) fn way(&self, u: f32) -> f32 {
-        let [c1, c2, c3, c4, c5] = self.coefficients;
-        (c1 + (c2 + (c3 + (c4 + c5 * u) * u) * u) * u) * u
     }
 
     /// The shares at which the direction changes.
@@ -158,6 +164,12 @@ mod tests {
 
     use super::*;
 
+    /// The way at a share, in counts.
+    fn way(polynomial: &Polynomial, u: f32) -> f32 {
+        let [c1, c2, c3, c4, c5] = polynomial.coefficients;
+        (c1 + (c2 + (c3 + (c4 + c5 * u) * u) * u) * u) * u
+    }
+
     #[test]
     fn a_minimum_jerk_move_needs_what_the_formulas_say() {
         let (way, h) = (1_000.0_f32, 50.0_f32);
@@ -175,7 +187,7 @@ mod tests {
         let polynomial = Polynomial::new([4.0, -4.0, 0.0, 0.0, 0.0], 1.0);
         let turns = polynomial.turns();
         assert_eq!(turns.len(), 1);
-        assert!((turns[0] - 0.5).abs() < 1e-6 && polynomial.way(turns[0]) == 1.0);
+        assert!((turns[0] - 0.5).abs() < 1e-6 && way(&polynomial, turns[0]) == 1.0);
     }
 
     /// Also where the limits allow less than the rate 1.
@@ -218,8 +230,8 @@ mod tests {
                 let bound = f64::from(bound);
                 prop_assert!(bound >= sampled - 0.01 && bound <= sampled * 1.001 + 0.1, "{bound} {sampled}");
             }
-            let farthest = polynomial.turns().iter().map(|&u| polynomial.way(u).abs()).fold(
-                polynomial.way(1.0).abs(), f32::max,
+            let farthest = polynomial.turns().iter().map(|&u| way(&polynomial, u).abs()).fold(
+                way(&polynomial, 1.0).abs(), f32::max,
             );
             let sampled = most(&|u| c1 * u + c2 * u * u + c3 * u.powi(3) + c4 * u.powi(4) + c5 * u.powi(5));
             prop_assert!((f64::from(farthest) - sampled).abs() < 0.01, "{farthest} {sampled}");

@@ -8,7 +8,7 @@ use trajectory::curve::{Border, Piece};
 use trajectory::{Position, Time};
 
 use crate::config::AxisLimits;
-use crate::polynomial::{Needs, Polynomial};
+use crate::polynomial::{Needs, Polynomial, ROUNDING_OF_PLACE, share_of};
 use crate::refusal::Refusal;
 
 /// Positions may have been rounded to whole counts: half a count either way. What that makes of the needs of a curve whose
@@ -127,18 +127,16 @@ impl Stretch {
 
     /// The lowest and the highest position on the way.
     pub(crate) fn extent(&self) -> (Position, Position) {
-        let polynomial = self.polynomial();
-        let way = counts(self.to.position.distance_from(self.from.position));
-        let turns = polynomial.turns();
-        let places = turns.iter().map(|&share| polynomial.way(share));
-        let (lowest, highest) = places.fold((way.min(0.0), way.max(0.0)), |(low, high), place| {
-            (low.min(place), high.max(place))
-        });
-        let moved = |by: f32| {
-            let units = Position::at_velocity(by, Time::from_cycles(1));
-            self.from.position.moved_by(units)
-        };
-        (moved(lowest), moved(highest))
+        let (piece, turns) = (self.piece(), self.polynomial().turns());
+        let (from, to) = (self.from.position, self.to.position);
+        let ends = (from.min(to), from.max(to));
+        turns.iter().fold(ends, |(lowest, highest), &turn| {
+            let at = piece.at(share_of(turn));
+            (
+                lowest.min(at.moved_by(ROUNDING_OF_PLACE)),
+                highest.max(at.distance_from(ROUNDING_OF_PLACE)),
+            )
+        })
     }
 
     /// The highest rate at which this axis keeps its limits on the way: at least 1 where the set-points keep them.
@@ -200,12 +198,12 @@ impl Stretch {
     }
 }
 
-/// Refuses a mean acceleration that is more than the limit of the set-points.
+/// Refuses a mean acceleration that is more than the limit of the set-points. Returns the highest rate at which it stays within it.
 pub(crate) fn check_mean_acceleration(
     axis: usize,
     [before, here, after]: [Point; 3],
     limits: &AxisLimits,
-) -> Result<(), Refusal> {
+) -> Result<f32, Refusal> {
     let (left, right) = (
         here.time.since(before.time).cycles(),
         after.time.since(here.time).cycles(),
@@ -219,5 +217,6 @@ pub(crate) fn check_mean_acceleration(
             actual,
         });
     }
-    Ok(())
+    // What needs nothing has no limit: the quotient is infinite then.
+    Ok(libm::sqrtf(expected / actual))
 }

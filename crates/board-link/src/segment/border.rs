@@ -31,6 +31,17 @@ pub(super) struct Edge {
     pub(super) position: Position,
     pub(super) slope: Slope,
     pub(super) needs: Needs,
+    /// The latest steps, the newest first.
+    pub(super) steps: [Step; 3],
+}
+
+/// A step between two segments.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Step {
+    velocity: f32,
+    in_jerk: f32,
+    /// Cycles from there to the end of the latest segment.
+    pub(super) ago: f32,
 }
 
 /// How an axis leaves and arrives in a segment.
@@ -99,17 +110,25 @@ pub(super) fn pass(
     start: Slope,
     needs: Needs,
     limits: &AxisLimits,
-) -> Result<Needs, Refused> {
+) -> Result<(Needs, Step), Refused> {
     let velocity = start.velocity.abs_diff(before.slope.velocity);
     let acceleration = start.acceleration.abs_diff(before.slope.acceleration);
-    // A second and a third difference take so much of a step of the acceleration: the highest value of the B-spline of degree two.
-    let in_jerk = acceleration - acceleration / 4;
+    let in_jerk = 0.75 * counts(acceleration);
+    let step = Step {
+        velocity: counts(velocity),
+        in_jerk: counts(velocity) + in_jerk,
+        ago: 0.0,
+    };
+    // Differences over one, two cycles see the steps just before as well.
+    let recent = |within: f32| before.steps.iter().filter(move |step| step.ago < within);
+    let before_velocity: f32 = recent(1.0).map(|step| step.velocity).sum();
+    let before_in_jerk: f32 = recent(2.0).map(|step| step.in_jerk).sum();
     let mut with_step = needs;
     if velocity > ROUNDING {
         let both = needs.acceleration.max(before.needs.acceleration);
-        with_step.acceleration = both + counts(velocity);
+        with_step.acceleration = both + step.velocity + before_velocity;
         let both = needs.jerk.max(before.needs.jerk);
-        with_step.jerk = both + counts(velocity.saturating_add(in_jerk));
+        with_step.jerk = both + step.in_jerk + before_in_jerk;
         let is_allowed = with_step.acceleration <= allowed(limits.acceleration())
             && with_step.jerk <= allowed(limits.jerk());
         if !is_allowed {
@@ -118,13 +137,13 @@ pub(super) fn pass(
         }
     } else if counts(acceleration) > TOLERANCE * limits.acceleration() {
         let both = needs.jerk.max(before.needs.jerk);
-        with_step.jerk = both + counts(in_jerk);
+        with_step.jerk = both + in_jerk + before_in_jerk;
         if with_step.jerk > allowed(limits.jerk()) {
             let (expected, actual) = (before.slope.acceleration, start.acceleration);
             return Err(Reason::AccelerationStep.at(axis, units(expected), units(actual)));
         }
     }
-    Ok(with_step)
+    Ok((with_step, step))
 }
 
 /// Whether an axis may stand still where a segment ends.

@@ -1,18 +1,14 @@
 //! What each axis of a segment must keep.
 
-use trajectory::curve::Share;
 use trajectory::{Position, TimeScale};
 
 use super::border::{Edge, check_needs, nearest_units, pass, slopes};
 use super::{AxisSegment, Segment};
 use crate::config::AxisLimits;
-use crate::polynomial::{Needs, Polynomial};
+use crate::polynomial::{Needs, Polynomial, ROUNDING_OF_PLACE, share_of};
 use crate::rate::ONE;
 use crate::reason::Reason;
 use crate::refused::Refused;
-
-/// Steps of a duration, for the places where an axis turns.
-const STEPS: u64 = 1 << 31;
 
 pub(super) fn override_rate(percent: u16) -> Result<i64, Refused> {
     let most = TimeScale::MOST_PERCENT;
@@ -28,6 +24,16 @@ pub(super) fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Resu
         return Ok(());
     }
     Err(Reason::Travel.at(axis, nearest.units(), actual.units()))
+}
+
+/// The same for a turn, whose place is rounded: an end at a limit is none beyond it.
+fn turns_inside(axis: usize, actual: Position, limits: &AxisLimits) -> Result<(), Refused> {
+    let lowest = limits.lowest.distance_from(ROUNDING_OF_PLACE);
+    let highest = limits.highest.moved_by(ROUNDING_OF_PLACE);
+    if lowest <= actual && actual <= highest {
+        return Ok(());
+    }
+    inside(axis, actual, limits)
 }
 
 /// The whole way of one axis. The edge becomes that of the new segment, but for its position; returns the highest rate.
@@ -53,12 +59,15 @@ pub(super) fn check_axis(
     let needs = polynomial.needs();
     check_needs(axis, &needs, limits)?;
     for &turn in &polynomial.turns() {
-        let share = Share::of((turn * STEPS as f32) as u64, STEPS);
-        inside(axis, piece.at(share), limits)?;
+        turns_inside(axis, piece.at(share_of(turn)), limits)?;
     }
     let [leaving, arriving] = slopes(part, from, segment);
-    let with_step = pass(axis, edge, leaving, needs, limits)?;
+    let (with_step, step) = pass(axis, edge, leaving, needs, limits)?;
     (edge.slope, edge.needs) = (arriving, needs);
+    let [one, two, _] = edge.steps;
+    edge.steps = [step, one, two];
+    let cycles = segment.time().cycles();
+    edge.steps.iter_mut().for_each(|step| step.ago += cycles);
     let most = Needs {
         velocity: limits.velocity(),
         acceleration: limits.acceleration(),

@@ -94,7 +94,7 @@ impl<M: MotionInTime> SetPointSource for TimedMotion<M> {
         let time = cycles(self.scale.advance_within(change as f32));
         self.motion.at(time, &mut self.exact);
         for (position, exact) in row.iter_mut().zip(&self.exact) {
-            *position = exact.round() as i32;
+            *position = (exact + 0.5).floor() as i32;
         }
         if time >= self.motion.duration_cycles() {
             Step::Completed

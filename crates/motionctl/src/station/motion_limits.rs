@@ -147,7 +147,7 @@ impl MotionLimits {
             min_turns: -self.max_turns,
             max_turns: self.max_turns,
             // What rounding to whole counts may add.
-            largest_step: velocity as u32 + 1,
+            largest_step: (velocity as u32).saturating_add(1),
         }
     }
 

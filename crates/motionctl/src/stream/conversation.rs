@@ -266,7 +266,7 @@ impl Conversation {
             .map(|counts| Position::from_units((counts * Position::UNITS as f64).round() as i64))
             .collect();
         if let Err(refusal) = taker.push(time, &positions) {
-            let is_first = matches!(refusal, Refusal::Start { .. });
+            let is_first = taker.counters().taken == 0;
             let clock = Clock {
                 cycle_s: self.cycle_s,
                 zero_s,
@@ -323,5 +323,88 @@ impl fmt::Display for StreamReport {
             write!(f, "; {} answers were not fetched", self.lost_answers)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use board_link::{AxisLimits, Config, SetPointBuffer};
+    use trajectory::Limits;
+
+    use super::*;
+
+    struct Taker {
+        buffer: Box<SetPointBuffer<1, 640>>,
+        is_taken: Vec<bool>,
+    }
+
+    impl SetPointTaker for Taker {
+        fn is_open(&self) -> bool {
+            true
+        }
+
+        fn credit(&self) -> usize {
+            self.buffer.credit()
+        }
+
+        fn push(&mut self, time: Time, positions: &[Position]) -> Result<(), Refusal> {
+            let taken = self.buffer.push(time, positions);
+            self.is_taken.push(taken.is_ok());
+            taken
+        }
+
+        fn end(&mut self, _: bool) {}
+
+        fn order(&mut self, _: Order) {}
+
+        fn status(&self) -> String {
+            String::new()
+        }
+
+        fn counters(&self) -> Counters {
+            *self.buffer.counters()
+        }
+    }
+
+    /// Whether each set-point was taken.
+    fn taken(set_points: &[(f64, f64)]) -> Vec<bool> {
+        let (send, lines) = std::sync::mpsc::channel();
+        let (answers, _answered) = std::sync::mpsc::sync_channel(100);
+        let mut conversation = Conversation::new(1_000, lines, answers);
+        let limits = AxisLimits {
+            motion: Limits::without_jerk(100.0, 10.0).unwrap(),
+            lowest: Position::from_counts(-1_000),
+            highest: Position::from_counts(1_000),
+        };
+        let config = Config::with_cycles_per_second(1_000);
+        let buffer = SetPointBuffer::new(&[limits], &[Position::ZERO], config).unwrap();
+        let mut taker = Taker {
+            buffer: Box::new(buffer),
+            is_taken: Vec::new(),
+        };
+        for (line, &(time_s, counts)) in (1..).zip(set_points) {
+            let set_point = TimedCounts {
+                time_s,
+                counts: vec![counts],
+            };
+            send.send(Incoming::SetPoint { line, set_point }).unwrap();
+        }
+        conversation.take_lines(&mut taker);
+        taker.is_taken
+    }
+
+    /// The clock of a stream begins with the first set-point that is taken, whatever those before were refused for.
+    #[test]
+    fn a_sender_begins_anew_after_its_first_set_point_was_refused() {
+        for (first, reason) in [(500.0, "start"), (5_000.0, "travel")] {
+            for began_s in [1_000.0, -5_000_000.0, 1.7e9] {
+                let points = [(began_s, first), (0.0, 0.0), (0.02, 1.0), (0.04, 3.0)];
+                assert_eq!(
+                    taken(&points),
+                    [false, true, true, true],
+                    "{reason} {began_s}"
+                );
+            }
+        }
     }
 }
