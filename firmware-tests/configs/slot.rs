@@ -1,6 +1,6 @@
 // Made by `motionctl keyframes`, to be included by a configuration of the firmware.
 //
-// examples/programs/slot.ngc: 7 lines, 4 moves, 1.935 s
+// examples/programs/slot.ngc: 7 lines, 4 moves, 1.936 s
 // ┌───────────────────────────────────────────────────────────────────────────┐
 // │ axis   drive   travel from the start, mm   largest step        peak speed │
 // │                                            counts in a cycle   mm/s       │
@@ -82,7 +82,7 @@ const PASSED: [trajectory::curve::Keyframe<2>; 55] = [
     passed(1815, [-2994, 172]),
     passed(1854, [-894, 15]),
     passed(1897, [-76, 0]),
-    passed(1935, [0, 0]),
+    passed(1936, [0, 0]),
 ];
 
 const PASSED_COUNTS_PER_S: [[i32; 2]; 55] = [
@@ -106,7 +106,7 @@ const PASSED_COUNTS_PER_S: [[i32; 2]; 55] = [
     [-11582, 239267],
     [-58764, 218532],
     [-85899, 188254],
-    [-106092, 150487],
+    [-106092, 150488],
     [-122683, 110210],
     [-137366, 81413],
     [-152888, 43354],
@@ -122,9 +122,9 @@ const PASSED_COUNTS_PER_S: [[i32; 2]; 55] = [
     [-208890, 0],
     [-159680, 0],
     [-160040, 1640],
-    [-160158, -1728],
+    [-160157, -1728],
     [-156547, -26948],
-    [-148565, -57791],
+    [-148566, -57791],
     [-140195, -76904],
     [-128206, -111064],
     [-113620, -155762],
