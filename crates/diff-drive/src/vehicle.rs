@@ -135,10 +135,10 @@ const fn toward(from: WheelSpeeds, to: WheelSpeeds, most_change: f64) -> WheelSp
     }
 }
 
-/// The whole number for a speed, and what it leaves over for the next cycle. At standstill nothing creeps on: what is left over is
-/// forgotten, which is less than one number for one cycle.
+/// The whole number for a speed, and what it leaves over for the next cycle. At standstill nothing creeps on, nor does a wheel that shall
+/// stand while the other one turns: what is left over is forgotten, which is less than one number for one cycle.
 const fn rounded(wanted: f64, rest: f64, stands: bool) -> (i32, f64) {
-    if stands {
+    if stands || wanted == 0.0 {
         return (0, 0.0);
     }
     let sum = wanted + rest;

@@ -42,6 +42,27 @@ fn nothing_moves_before_the_first_twist_and_after_a_stand() {
     assert_eq!(vehicle.step(10 * CYCLE_US), Command::default());
 }
 
+/// Half a number was left over when it came to rest: it is not told forward and back for ever.
+#[test]
+fn a_wheel_stands_while_the_other_one_turns() {
+    let mut vehicle = vehicle(100.0, 50.0, 1);
+    vehicle.step(0);
+    vehicle.set_twist(0, twist(1.0, 0.0));
+    for cycle in 1..=3 {
+        vehicle.step(cycle * CYCLE_US);
+    }
+    // About the left wheel; the right one at 2 r/min.
+    let omega = 2.0 * core::f64::consts::TAU * 0.1 / 60.0 / 0.4;
+    vehicle.set_twist(3 * CYCLE_US, twist(omega * 0.2, omega));
+    let commands = (4..20).map(|cycle| vehicle.step(cycle * CYCLE_US));
+    let commands: std::vec::Vec<Command> = commands.collect();
+    assert!(
+        commands[4..].iter().all(|command| command.left == 0),
+        "{commands:?}"
+    );
+    assert!(commands.iter().any(|command| command.right != 0));
+}
+
 #[test]
 fn silence_stops_the_vehicle_on_its_curve_and_says_so() {
     let mut vehicle = vehicle(100.0, 1_000.0, 10);

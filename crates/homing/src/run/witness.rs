@@ -103,6 +103,13 @@ impl Witness {
             i32::from(stop.contact_permille),
             i32::from(stop.most_permille),
         );
+        // Pulled or driven on by something else: that is no stop.
+        if error <= -i64::from(stop.most_counts) {
+            return Err(Abort::Blocked {
+                limit_counts: stop.most_counts,
+                actual_counts: -error,
+            });
+        }
         let is_held = error >= i64::from(stop.contact_counts);
         if is_held && push >= contact {
             self.contacts = self.contacts.saturating_add(is_new);
