@@ -309,7 +309,7 @@ impl Interpreter {
             let far = (column, ErrorKind::Far);
             let value = value.coordinate(self.unit).ok_or(far)?;
             *coordinate = if self.is_incremental {
-                *coordinate + value
+                coordinate.saturating_add(value)
             } else {
                 value
             };

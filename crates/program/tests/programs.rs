@@ -239,3 +239,16 @@ fn a_line_that_is_refused_changes_nothing() {
         matches!(actions[..], [Action::Move { path: Move::Line(end), .. }] if end == um([2_000.0, 0.0, 0.0]))
     );
 }
+
+/// The tool may be told to be anywhere: what is beyond every machine is refused, in both directions.
+#[test]
+fn a_start_at_the_end_of_64_bits_is_too_far() {
+    for (units, line) in [(i64::MAX - 5, "G91 G0 X1"), (i64::MIN + 5, "G91 G0 X-1")] {
+        let mut program = Interpreter::new(Settings {
+            start: [Position::from_units(units), Position::ZERO, Position::ZERO],
+            ..SETTINGS
+        });
+        let refused = program.line(line).unwrap_err();
+        assert_eq!(refused.kind, ErrorKind::Far, "{line}");
+    }
+}

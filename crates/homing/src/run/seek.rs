@@ -194,7 +194,7 @@ impl Homing {
         let unseen_us = seen_us.saturating_sub(released_us) + moved_us.unsigned_abs();
         let found = Found {
             counts: position.saturating_add(nearest(per_us * moved_us as f32)),
-            uncertainty_counts: (per_us * unseen_us as f32).abs() as u32 + 1,
+            uncertainty_counts: ((per_us * unseen_us as f32).abs() as u32).saturating_add(1),
             permille: None,
         };
         self.mover.stop(&self.config.slow)?;
