@@ -38,7 +38,9 @@ pub(super) struct Edge {
 /// A step between two segments.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Step {
+    /// Of the velocity, which an acceleration of one cycle sees.
     velocity: f32,
+    /// What a jerk over two cycles sees of the steps of velocity and acceleration.
     in_jerk: f32,
     /// Cycles from there to the end of the latest segment.
     pub(super) ago: f32,
@@ -113,6 +115,7 @@ pub(super) fn pass(
 ) -> Result<(Needs, Step), Refused> {
     let velocity = start.velocity.abs_diff(before.slope.velocity);
     let acceleration = start.acceleration.abs_diff(before.slope.acceleration);
+    // A second and a third difference take so much of a step of the acceleration: the highest value of the B-spline of degree two.
     let in_jerk = 0.75 * counts(acceleration);
     let step = Step {
         velocity: counts(velocity),

@@ -178,3 +178,60 @@ fn the_motion_waits_for_set_points_that_are_not_sent() {
     }
     assert!((48..=54).contains(&last), "{last}");
 }
+
+/// Searches with an axis that is so far ahead of its set-points, with the torque that pulls it back. Returns how it ends.
+fn search_ahead(direction: Direction, ahead_counts: i32) -> Progress {
+    let mut homing =
+        Homing::new(config(Method::HardStop(HardStop { direction, ..STOP })), 0).unwrap();
+    let (mut sent_counts, sign) = (0, direction.sign());
+    for cycle in 0..60_000 {
+        let at_us = cycle * 1_000;
+        let offset = if sent_counts == 0 {
+            0
+        } else {
+            sign * ahead_counts
+        };
+        let inputs = Inputs {
+            sent_counts,
+            position: Some(Reading {
+                value: sent_counts + offset,
+                at_us,
+            }),
+            torque_permille: Some(Reading {
+                value: (-sign * ahead_counts.signum() * 100) as i16,
+                at_us,
+            }),
+            switch: None,
+        };
+        match homing.cycle(at_us, &inputs) {
+            Progress::Target(target) => sent_counts = target,
+            end => return end,
+        }
+    }
+    panic!("it never ended");
+}
+
+#[test]
+fn an_axis_that_runs_ahead_is_no_less_wrong_than_one_that_stays_behind() {
+    for direction in [Direction::Positive, Direction::Negative] {
+        let Progress::Failed(Abort::Blocked {
+            limit_counts,
+            actual_counts,
+        }) = search_ahead(direction, 5_000)
+        else {
+            panic!("{direction:?}: {:?}", search_ahead(direction, 5_000));
+        };
+        assert_eq!((limit_counts, actual_counts), (STOP.most_counts, 5_000));
+        let behind = search_ahead(direction, -5_000);
+        assert!(
+            matches!(behind, Progress::Failed(Abort::ErrorWithoutTorque { .. })),
+            "{behind:?}"
+        );
+        // A little ahead is what an axis in motion may be.
+        let little = search_ahead(direction, 100);
+        assert!(
+            matches!(little, Progress::Failed(Abort::NotFound { .. })),
+            "{little:?}"
+        );
+    }
+}
