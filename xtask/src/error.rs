@@ -37,6 +37,13 @@ pub(crate) enum Error {
         /// What was expected of it.
         expected: &'static str,
     },
+    /// Nothing ran in a context.
+    Context {
+        /// The context that was asked for.
+        actual: String,
+        /// Those in which something ran.
+        known: Vec<String>,
+    },
     /// There is no way to compile for the target on this machine.
     NoToolchain {
         /// The target.
@@ -132,6 +139,11 @@ impl fmt::Display for Error {
             Self::Start { program, reason } => write!(f, "cannot run {program}: {reason}"),
             Self::Failed { program, status } => write!(f, "{program} failed ({status})"),
             Self::Answer { program, expected } => write!(f, "{program} did not print {expected}"),
+            Self::Context { actual, known } => write!(
+                f,
+                "--context: expected one of {}, in which something ran, got {actual}",
+                known.join(", ")
+            ),
             Self::UnknownPackage { package } => write!(
                 f,
                 "the workspace has no package {package}: `cargo metadata --no-deps` lists them"

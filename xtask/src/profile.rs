@@ -133,10 +133,20 @@ pub(crate) fn table(
 }
 
 fn read(answer: &Value, context: Option<&str>) -> Result<Profile, Error> {
-    Profile::read(answer, context).ok_or_else(|| Error::Answer {
+    let profile = Profile::read(answer, context).ok_or_else(|| Error::Answer {
         program: "the emulator's program `profile`".into(),
         expected: "instructions by function and context",
-    })
+    })?;
+    if let Some(actual) = context
+        && profile.contexts.is_empty()
+    {
+        let all = read(answer, None)?.contexts.into_iter();
+        return Err(Error::Context {
+            actual: actual.into(),
+            known: all.map(|(name, _)| name).collect(),
+        });
+    }
+    Ok(profile)
 }
 
 /// How often what was executed.
@@ -251,8 +261,8 @@ mod tests {
 
     use super::*;
 
-    fn profile() -> Profile {
-        let answer = json!({
+    fn answer() -> Value {
+        json!({
             "milliseconds": 3,
             "instructions": 1_000,
             "worst_millisecond": 400,
@@ -261,8 +271,25 @@ mod tests {
                 {"function": "a", "file": "a.rs", "instructions": {"CAN1_TX": 600}},
                 {"function": "c", "file": "c.rs", "instructions": {"thread": 99}},
             ],
-        });
-        Profile::read(&answer, None).unwrap()
+        })
+    }
+
+    fn profile() -> Profile {
+        Profile::read(&answer(), None).unwrap()
+    }
+
+    #[test]
+    fn a_context_is_shown_alone_and_an_unknown_one_is_refused_with_the_known_ones() {
+        let table = read(&answer(), Some("thread")).unwrap().table(40);
+        assert!(table.starts_with("100.0 instructions a cycle"), "{table}");
+        assert!(!table.contains("a.rs"), "{table}");
+        let Err(refused) = read(&answer(), Some("TIM3")) else {
+            panic!("nothing ran there");
+        };
+        assert_eq!(
+            refused.to_string(),
+            "--context: expected one of CAN1_TX, thread, in which something ran, got TIM3"
+        );
     }
 
     #[test]
