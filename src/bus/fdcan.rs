@@ -62,6 +62,7 @@ impl Bus {
     }
 
     /// Whether there may be something to receive.
+    #[inline(always)]
     pub(crate) fn has_news(&self) -> bool {
         self.controller.has_received() || self.latest_error.is_some()
     }

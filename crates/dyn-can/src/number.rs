@@ -28,6 +28,7 @@ impl Form {
     }
 
     /// The shortest two's-complement form of a number.
+    #[inline(always)]
     pub(crate) const fn shortest(value: i32) -> Self {
         if value as i8 as i32 == value {
             Self::ONE
@@ -42,11 +43,13 @@ impl Form {
 }
 
 /// The shortest two's-complement form.
+#[inline(always)]
 pub(crate) const fn encode(value: i32, order: ByteOrder) -> Payload {
     encode_in(value, Form::shortest(value), order)
 }
 
 /// The two's-complement form in so many bytes, which must hold the value.
+#[inline(always)]
 pub(crate) const fn encode_in(
     value: i32,
     Form { len, unused_bits }: Form,

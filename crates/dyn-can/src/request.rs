@@ -166,6 +166,7 @@ impl Request {
 
     /// The reply that the drive sends, `None` where it sends nothing.
     #[must_use]
+    #[inline(always)]
     pub const fn reply_kind(&self) -> Option<ReplyKind> {
         Some(match self {
             Self::ReadDriveId => ReplyKind::DriveId,

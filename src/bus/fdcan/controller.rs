@@ -46,6 +46,14 @@ impl Controller {
         self.registers.rxfs(0).read().ffl() | self.registers.rxfs(1).read().ffl() > 0
     }
 
+    #[inline(always)]
+    fn word(&self, fifo: usize, place: usize) -> u32 {
+        match fifo {
+            0 => self.memory.rxfifo0(place).read(),
+            _ => self.memory.rxfifo1(place).read(),
+        }
+    }
+
     /// Takes the oldest frame of a FIFO.
     #[inline]
     pub(super) fn read(&self, fifo: usize) -> Option<DataFrame> {
@@ -55,12 +63,8 @@ impl Controller {
         }
         let element = status.fgi();
         let first = usize::from(element).min(RECEIVE_DEPTH - 1) * ELEMENT_WORDS;
-        let word = |place: usize| match fifo {
-            0 => self.memory.rxfifo0(first + place).read(),
-            _ => self.memory.rxfifo1(first + place).read(),
-        };
-        let (header, control) = (word(0), word(1));
-        let data = [word(2), word(3)];
+        let (header, control) = (self.word(fifo, first), self.word(fifo, first + 1));
+        let data = [self.word(fifo, first + 2), self.word(fifo, first + 3)];
         self.registers
             .rxfa(fifo)
             .write(|acknowledge| acknowledge.set_fai(element));

@@ -270,7 +270,7 @@ impl<F: Family> Axis<F> {
             }
             _ => {}
         }
-        if before.has_own_move() && !after.has_own_move() {
+        if F::MAKES_MOVES && before.has_own_move() && !after.has_own_move() {
             let how = match change.input {
                 Input::MoveEnded(end) => Some(end),
                 _ => None,

@@ -56,6 +56,9 @@ pub trait Family: Debug + Clone + Copy + PartialEq + Eq + 'static {
     /// Each drive gets a frame in every cycle, whether it moves or not; its switches and its stop travel in that frame.
     const HAS_CYCLE_FRAMES: bool;
 
+    /// A drive may make motions by itself ([`Drive::admit_move`]). Where this is false, nothing of them is in the image.
+    const MAKES_MOVES: bool = true;
+
     /// The plan for these axes.
     fn plan<'a>(config: &Self::Config, axes: &'a [Self::AxisConfig]) -> Self::Plan<'a>;
 

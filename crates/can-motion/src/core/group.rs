@@ -130,6 +130,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
 
     /// As [`Stamp::keep`](crate::core::stamp::Stamp::keep), for every axis.
     #[cold]
+    #[inline(never)]
     pub(crate) fn keep_stamps(&mut self, now: Instant, is_long_ago: bool) {
         self.events.keep_stamps(now, is_long_ago);
         for axis in &mut self.list {
@@ -245,6 +246,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
         self.list.get_mut(index)
     }
 
+    #[inline(always)]
     pub(crate) fn index_of(&self, frame: &F::Frame) -> Option<usize> {
         let address = F::address(frame)?;
         let place = *self.axis_of.get(usize::from(address))?;
@@ -298,7 +300,8 @@ impl<const N: usize, F: Family> Axes<N, F> {
         self.changes = self.changes.wrapping_add(1);
         let bit = 1 << index;
         // A command for a motion of its own may still lie in the controller.
-        self.take_back |= before.goal.is_move() && !view.goal.is_move() && view.has_own_move();
+        let gives_up_move = before.goal.is_move() && !view.goal.is_move() && view.has_own_move();
+        self.take_back |= F::MAKES_MOVES && gives_up_move;
         if before.sends_set_points() && !view.sends_set_points() {
             // The set-point of this cycle is void, or replaced by the frame that stops the drive.
             self.due &= !bit;
@@ -448,7 +451,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             self.apply(now, index, Change::of(Input::Checked));
         }
         self.learn_position(now, index, meaning);
-        match meaning.own_move {
+        match meaning.own_move.filter(|_| F::MAKES_MOVES) {
             Some(MoveReport::LoadSeen) => self.arm(now, index),
             Some(MoveReport::Ended(end)) => {
                 self.apply(now, index, Change::of(Input::MoveEnded(end)));

@@ -133,7 +133,7 @@ impl<const N: usize, F: Family> Master<N, F> {
     }
 
     /// Lets no stamp of an axis grow so old that it looks young.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn keep_stamps(&mut self, now: Instant) {
         let pause_us = now.us_since(self.kept_at);
         if pause_us >= u64::from(KEPT_EVERY_US) {

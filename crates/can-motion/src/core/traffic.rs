@@ -101,7 +101,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             self.frame_of_bus_due = true;
             return;
         }
-        if F::is_trigger(frame) {
+        if F::MAKES_MOVES && F::is_trigger(frame) {
             self.axes.trigger_returned(now);
             self.schedule.returned();
             self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
@@ -125,7 +125,7 @@ impl<const N: usize, F: Family> BusUser for Master<N, F> {
             Some(Returned::Switch(class)) => {
                 let input = Input::Displaced(class);
                 self.axes.apply(now, index, Change::of(input));
-                if class.is_of_own_move() {
+                if F::MAKES_MOVES && class.is_of_own_move() {
                     self.schedule.returned();
                     self.schedule.choose(now, self.cycle.cycles, &mut self.axes);
                 }
@@ -339,7 +339,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         if wanted.class == Class::Repair && axis.view.facts.work == Work::None {
             self.axes.start_work(now, index, Work::Repair);
         }
-        if wanted.class == Class::Trigger && !self.axes.may_be_triggered(index) {
+        if F::MAKES_MOVES && wanted.class == Class::Trigger && !self.axes.may_be_triggered(index) {
             // Something came up since the moves were loaded: they stay where they are.
             let group = self.axes.get(index)?.drive.group();
             self.axes.end_motion(now, group, Input::Halt);
@@ -410,7 +410,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         });
         self.schedule.accepted(index);
         // A question changes no fact.
-        if class == Class::Trigger {
+        if F::MAKES_MOVES && class == Class::Trigger {
             self.axes.trigger_accepted(now, index);
         } else if !matches!(class, Class::Reading | Class::Poll) {
             self.axes

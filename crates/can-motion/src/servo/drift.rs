@@ -59,7 +59,7 @@ impl DriftWatch {
     }
 
     /// A set-point went out.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn stepped(&mut self, step_counts: i16, sent_counts: i32, now: Instant) {
         if step_counts != 0 {
             if self.is_asked {

@@ -193,7 +193,7 @@ impl Drive for Servo {
         Ok(go_relative_pos_pd(self.config.drive, step, order))
     }
 
-    #[inline]
+    #[inline(always)]
     fn cycle_frame_accepted(&mut self, now: Instant) {
         let step = self.ledger.accepted();
         self.drift.stepped(step, self.ledger.sent_counts(), now);
@@ -201,7 +201,7 @@ impl Drive for Servo {
     }
 
     /// Without the stuff bits of the checksum.
-    #[inline]
+    #[inline(always)]
     fn cycle_frame_bits(&self) -> u8 {
         let backlog = self.ledger.backlog_counts();
         match u8::try_from(backlog.wrapping_add(128)) {

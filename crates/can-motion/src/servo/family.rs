@@ -33,6 +33,7 @@ impl Family for Dyn {
     type Snapshot = AxisSnapshot;
 
     const HAS_CYCLE_FRAMES: bool = false;
+    const MAKES_MOVES: bool = cfg!(feature = "procedures");
 
     fn plan<'a>(config: &MasterConfig, axes: &'a [AxisConfig]) -> BusPlan<'a> {
         BusPlan::new(config, axes)

@@ -150,6 +150,7 @@ impl Servo {
     }
 
     /// The request that asks for a reading.
+    #[inline(always)]
     pub(super) fn request(&self, kind: ReplyKind) -> Request {
         match kind {
             ReplyKind::DriveId => Request::ReadDriveId,
@@ -177,6 +178,7 @@ impl Servo {
     }
 
     /// The frame of a request. Procedures were checked against the revision when they started, and readings exist in both.
+    #[inline(always)]
     pub(super) fn frame_of(&self, request: Request) -> Option<DataFrame> {
         let address = Address::Drive(self.config.drive);
         request.encode(address, &self.dialect).ok()

@@ -145,7 +145,7 @@ impl Ledger {
     }
 
     /// The controller accepted the frame that was offered; returns its step.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn accepted(&mut self) -> i16 {
         let step = self.offered_step.get();
         self.sent_counts = self.sent_counts.wrapping_add(i32::from(step));

@@ -32,6 +32,7 @@ impl PollKind {
 
     /// The reply that answers this poll.
     #[must_use]
+    #[inline(always)]
     pub const fn reply_kind(self) -> ReplyKind {
         match self {
             Self::Status => ReplyKind::DriveStatus,
@@ -44,10 +45,16 @@ impl PollKind {
 
     /// The poll that a reply answers.
     #[must_use]
-    pub fn of_reply(reply: ReplyKind) -> Option<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|kind| kind.reply_kind() == reply)
+    #[inline(always)]
+    pub const fn of_reply(reply: ReplyKind) -> Option<Self> {
+        Some(match reply {
+            ReplyKind::DriveStatus => Self::Status,
+            ReplyKind::Position => Self::Position,
+            ReplyKind::Torque => Self::Torque,
+            ReplyKind::MotorSpeed => Self::Speed,
+            ReplyKind::DiagnosticCounter => Self::Counter,
+            _ => return None,
+        })
     }
 }
 

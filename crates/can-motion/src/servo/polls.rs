@@ -101,9 +101,10 @@ impl PollClock {
 
     fn find_first(&mut self, cycle: u32) {
         let (mut first, mut longest) = (None, i32::MIN);
-        for ((next, period), kind) in self.next.iter().zip(&self.period).zip(PollKind::ALL) {
-            if *period != 0 {
-                let overdue = overdue(*next, (*period).into(), cycle);
+        for kind in PollKind::ALL {
+            let [next, period] = self.of(kind);
+            if period != 0 {
+                let overdue = overdue(next, period, cycle);
                 if overdue > longest {
                     (first, longest) = (Some(kind), overdue);
                 }

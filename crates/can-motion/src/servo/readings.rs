@@ -297,6 +297,7 @@ impl Servo {
     }
 
     /// The position that was read last, in command counts.
+    #[inline(always)]
     pub(super) fn located(&self) -> Result<i32, Fault> {
         let read_back = self.feedback.position().unwrap_or(0);
         let travel = &self.config.limits.travel;
@@ -332,6 +333,7 @@ impl Servo {
 }
 
 /// Whether the checks wait for this reading.
+#[inline(always)]
 fn is_asked(view: &View, kind: ReplyKind) -> bool {
     view.facts.is_checking() && stage_reading(view.stage) == Some(kind)
 }

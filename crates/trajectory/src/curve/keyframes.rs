@@ -493,12 +493,12 @@ fn passing<const N: usize>(
 /// As [`between`], for short ways.
 #[inline]
 fn shortly_between<const N: usize>(from: &Keyframe<N>, to: &Keyframe<N>, share: Share) -> [i32; N] {
-    let mut counts = from.positions_counts;
-    for (start, end) in counts.iter_mut().zip(&to.positions_counts) {
-        let way = end.wrapping_sub(*start);
-        *start = start.wrapping_add(share.of_few_counts(way));
-    }
-    counts
+    let mut ways = from.positions_counts.iter().zip(&to.positions_counts);
+    core::array::from_fn(|_| {
+        ways.next().map_or(0, |(start, end)| {
+            start.wrapping_add(share.of_few_counts(end.wrapping_sub(*start)))
+        })
+    })
 }
 
 /// The position at a share of the way between two keyframes.

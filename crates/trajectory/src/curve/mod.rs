@@ -56,9 +56,7 @@ impl Share {
     pub const fn with_minimum_jerk(self) -> Self {
         /// The highest coefficient, 15 of these, stays below 2^62.
         const WAY_BITS: u32 = 57;
-        let way = Position::from_units(1 << WAY_BITS);
-        let passed = Piece::minimum_jerk(Position::from_units(0), way).at(self);
-        let passed = passed.units().cast_unsigned();
+        let passed = way_at(minimum_jerk(1 << WAY_BITS), self).cast_unsigned();
         if passed >= 1 << WAY_BITS {
             return WHOLE;
         }
@@ -128,16 +126,9 @@ impl Piece {
     /// in the middle, is 15/8 of the mean one.
     #[must_use]
     pub const fn minimum_jerk(from: Position, to: Position) -> Self {
-        let way = distance(from, to);
         Self {
             start: from,
-            coefficients: [
-                0,
-                0,
-                way.wrapping_mul(10),
-                way.wrapping_mul(-15),
-                way.wrapping_mul(6),
-            ],
+            coefficients: minimum_jerk(distance(from, to)),
         }
     }
 
@@ -156,19 +147,35 @@ impl Piece {
     /// The position at a share of the duration.
     #[must_use]
     pub const fn at(&self, share: Share) -> Position {
-        let [one, two, three, four, five] = self.coefficients;
-        if share.0 == WHOLE.0 {
-            let three = three.wrapping_add(four).wrapping_add(five);
-            let way = one.wrapping_add(two).wrapping_add(three);
-            return self.start.moved_by(Position::from_units(way));
-        }
-        let way = part_of(five, share.0).wrapping_add(four);
-        let way = part_of(way, share.0).wrapping_add(three);
-        let way = part_of(way, share.0).wrapping_add(two);
-        let way = part_of(way, share.0).wrapping_add(one);
-        let way = part_of(way, share.0);
+        let way = way_at(self.coefficients, share);
         self.start.moved_by(Position::from_units(way))
     }
+}
+
+/// The coefficients of [`Piece::minimum_jerk`].
+#[inline(always)]
+const fn minimum_jerk(way: i64) -> [i64; 5] {
+    [
+        0,
+        0,
+        way.wrapping_mul(10),
+        way.wrapping_mul(-15),
+        way.wrapping_mul(6),
+    ]
+}
+
+/// The way that has passed at a share of the duration, from coefficients of the powers 1 to 5. Inlined: constant ones take less.
+#[inline(always)]
+const fn way_at([one, two, three, four, five]: [i64; 5], share: Share) -> i64 {
+    if share.0 == WHOLE.0 {
+        let three = three.wrapping_add(four).wrapping_add(five);
+        return one.wrapping_add(two).wrapping_add(three);
+    }
+    let way = part_of(five, share.0).wrapping_add(four);
+    let way = part_of(way, share.0).wrapping_add(three);
+    let way = part_of(way, share.0).wrapping_add(two);
+    let way = part_of(way, share.0).wrapping_add(one);
+    part_of(way, share.0)
 }
 
 /// How a piece leaves or arrives.

@@ -171,18 +171,19 @@ fn counts(value: i32) -> Option<Counts28> {
 
 /// Whether a request is about a motion of the drive itself.
 pub(super) const fn concerns_own_move(request: &Request) -> bool {
-    matches!(
-        request,
-        Request::GoAbsolutePosPtp(_)
-            | Request::GoRelativePosPtp(_)
-            | Request::TurnConstSpeed(_)
-            | Request::SquareWave(_)
-            | Request::SinWave(_)
-            | Request::SsFrequency(_)
-            | Request::GoAbsolutePosSync(_)
-            | Request::GoRelativePosSync(_)
-            | Request::SyncTrigger(_)
-    )
+    cfg!(feature = "procedures")
+        && matches!(
+            request,
+            Request::GoAbsolutePosPtp(_)
+                | Request::GoRelativePosPtp(_)
+                | Request::TurnConstSpeed(_)
+                | Request::SquareWave(_)
+                | Request::SinWave(_)
+                | Request::SsFrequency(_)
+                | Request::GoAbsolutePosSync(_)
+                | Request::GoRelativePosSync(_)
+                | Request::SyncTrigger(_)
+        )
 }
 
 /// Whether a frame is the trigger for every drive.
