@@ -25,7 +25,8 @@ pub(crate) struct DriftWatch {
     moved_at: Stamp,
     /// Largest steps forward and backward lately: they go into the others when these are needed.
     lately: [i16; 2],
-    /// Largest step in either direction before the reading before, and since.
+    /// Largest step in either direction before the reading before, which fades from one reading to the next, and since. A lag counts
+    /// as the step from which it comes.
     peak: [i16; 2],
     /// Largest steps forward and backward since the position was last confirmed at standstill.
     moved: [i16; 2],
@@ -122,23 +123,36 @@ impl DriftWatch {
         None
     }
 
-    /// Whether the error grew by more than a drive can lag. An error that gets smaller is a drive that catches up.
+    /// Whether the error grew by more than a drive can lag. An error that gets smaller is a drive that catches up, and one that swings to
+    /// the other side gets there by no more than it was off before.
     fn jump(&mut self, error: i32, window: u32, limits: &Limits) -> Option<Fault> {
         let before = core::mem::replace(&mut self.error_before, error);
+        let off_before = before.unsigned_abs();
+        let lag = self
+            .lag_lately(off_before)
+            .max(off_before.saturating_mul(2));
         if !core::mem::replace(&mut self.has_error, true) {
             return None;
         }
         let counts = error.saturating_sub(before);
-        if error.signum() != -before.signum() && error.unsigned_abs() <= before.unsigned_abs() {
+        if error.signum() != -before.signum() && error.unsigned_abs() <= off_before {
             return None;
         }
-        let [earlier, latest] = self.peak;
-        self.peak = [latest, 0];
-        let lag = LAG_CYCLES * u32::from(earlier.max(latest).unsigned_abs());
         let allowed = window
             .saturating_add(lag)
             .saturating_add(limits.drift_tolerance_counts);
         (counts.unsigned_abs() > allowed).then_some(Fault::PositionJump { counts })
+    }
+
+    /// How far a drive may lag after the steps before the latest reading, when it lagged by so many counts before. A quarter of what was
+    /// earlier is forgotten with every reading: a drive that was slow to follow a fast motion swings for longer than from one to the next.
+    fn lag_lately(&mut self, before: u32) -> u32 {
+        let [earlier, latest] = self.peak;
+        // It is not negative, and becomes 0.
+        let faded = earlier - earlier / 4 - i16::from(earlier > 0);
+        let lagged = i16::try_from(before / LAG_CYCLES).unwrap_or(i16::MAX);
+        self.peak = [latest.max(faded).max(lagged), 0];
+        LAG_CYCLES * u32::from(earlier.max(latest).unsigned_abs())
     }
 
     /// As [`Stamp::keep`].
@@ -271,6 +285,77 @@ mod tests {
                     "{position}"
                 );
                 watch.asked(sign * 300, sign * 300);
+            }
+        }
+    }
+
+    /// Readings after each 10 steps of so many counts, of a drive that lags by so many of these counts.
+    fn follows(
+        watch: &mut DriftWatch,
+        sent: &mut i32,
+        (step, behind): (i16, i32),
+        at_us: &mut u64,
+    ) {
+        for _ in 0..10 {
+            *sent += i32::from(step);
+            *at_us += 1_000;
+            watch.stepped(step, *sent, Instant::from_us(*at_us));
+        }
+        let now = Instant::from_us(*at_us);
+        let fault = watch.judge(*sent - behind, now, &LIMITS, u32::MAX);
+        assert_eq!(fault, None, "{behind}");
+        watch.asked(*sent, *sent - i32::from(step));
+    }
+
+    #[test]
+    fn a_jump_in_slow_motion_is_noticed_after_a_fast_one() {
+        for sign in [1, -1] {
+            for lag in [0, 20] {
+                let mut watch = DriftWatch::default();
+                watch.anchor(Instant::default());
+                watch.asked(0, 0);
+                let (mut sent, mut at_us) = (0, 0);
+                for step in [100; 50].into_iter().chain([1; 10]) {
+                    let behind = i32::from(sign * step) * lag;
+                    follows(&mut watch, &mut sent, (sign * step, behind), &mut at_us);
+                }
+                let jump = i32::from(sign) * 5_000;
+                let fault = judge(&mut watch, sent - i32::from(sign) * lag - jump, at_us);
+                assert!(
+                    matches!(fault, Some(Fault::PositionJump { .. })),
+                    "{fault:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_drive_that_swings_when_its_motion_ends_does_not_jump() {
+        // It catches up slowly, and its error swings around 0 and becomes less and less.
+        let swing = [
+            2_000, 1_900, 1_700, 1_400, 1_000, 600, 200, -150, -350, -450, -380, -200, 0, 120, 180,
+            150, 60, -20,
+        ];
+        for sign in [1, -1] {
+            let mut watch = DriftWatch::default();
+            watch.anchor(Instant::default());
+            watch.asked(0, 0);
+            let (mut sent, mut at_us) = (0, 0);
+            for _ in 0..20 {
+                follows(
+                    &mut watch,
+                    &mut sent,
+                    (sign * 100, i32::from(sign) * 2_000),
+                    &mut at_us,
+                );
+            }
+            for behind in swing {
+                follows(
+                    &mut watch,
+                    &mut sent,
+                    (0, i32::from(sign) * behind),
+                    &mut at_us,
+                );
             }
         }
     }
