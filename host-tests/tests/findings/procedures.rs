@@ -1,7 +1,7 @@
 //! Writes and resets beside the cycle leave only while their drive is off, and an aborted one does not leave at all.
 
 use can_motion::{Procedure, Reaction};
-use dyn_can::{Alarm, FunctionCode};
+use dyn_can::{Alarm, FunctionCode, MaxAcceleration, MaxSpeed, Request, SetParamGroup2};
 
 use crate::support::servos::{Servos, Told, servo, writes};
 use crate::support::wheels::{Wheels, hubs};
@@ -128,6 +128,29 @@ fn a_command_whose_procedure_was_aborted_does_not_leave() {
         }
     }
     assert_none(&found);
+}
+
+/// What comes back unsent and goes out again wears the drive once.
+#[test]
+fn a_write_that_was_displaced_is_counted_once() {
+    let both = SetParamGroup2 {
+        max_speed: MaxSpeed::new(17).ok(),
+        max_acceleration: MaxAcceleration::new(9).ok(),
+    };
+    let mut machine = Servos::new(&[servo(1)]);
+    machine.become_ready();
+    machine.start(0, Procedure::WriteGroup2(both)).unwrap();
+    for _ in 0..100 {
+        if machine.eeprom_writes_counted(0) != 0 {
+            break;
+        }
+        machine.run(1);
+    }
+    assert_eq!(machine.eeprom_writes_counted(0), 2);
+    machine.command_comes_back(0, Request::SetParamGroup2(both));
+    assert_eq!(machine.eeprom_writes_counted(0), 0);
+    machine.run(200);
+    assert_eq!(machine.eeprom_writes_counted(0), 2);
 }
 
 fn wrote(machine: &Servos) -> bool {

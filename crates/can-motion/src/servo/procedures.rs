@@ -104,10 +104,13 @@ impl Servo {
         }
     }
 
-    /// The controller gave the command of the procedure back unsent.
+    /// The controller gave the command of the procedure back unsent: nothing was written, and it is counted when it leaves.
     pub(super) fn command_returned(&mut self) {
-        if let Some(run) = self.procedures.run_mut() {
-            run.returned();
+        if let Some(run) = self.procedures.run_mut()
+            && run.returned()
+        {
+            let wear = run.procedure().wear();
+            self.counters.eeprom_writes = self.counters.eeprom_writes.saturating_sub(wear);
         }
     }
 

@@ -369,11 +369,23 @@ impl Servos {
 
     /// Another master makes the present position the zero of a drive.
     pub(crate) fn stranger_sets_origin(&mut self, stranger: drive_sim::NodeId, axis: usize) {
-        let to = dyn_can::Address::Drive(self.drive_id(axis));
-        let frame = Request::SetOrigin
-            .encode(to, &dyn_can::Dialect::V1_6A)
-            .unwrap();
+        self.stranger_asks(stranger, axis, Request::SetOrigin);
+    }
+
+    /// Another master tells or asks a drive something.
+    pub(crate) fn stranger_asks(
+        &mut self,
+        stranger: drive_sim::NodeId,
+        axis: usize,
+        request: Request,
+    ) {
+        let frame = self.request_frame(axis, request);
         self.stranger_sends(stranger, frame.id(), frame.data());
+    }
+
+    fn request_frame(&self, axis: usize, request: Request) -> DataFrame {
+        let to = dyn_can::Address::Drive(self.drive_id(axis));
+        request.encode(to, &dyn_can::Dialect::V1_6A).unwrap()
     }
 
     /// Another master switches a drive.
@@ -387,10 +399,7 @@ impl Servos {
             true => dyn_can::ServoSwitch::Enable,
             false => dyn_can::ServoSwitch::Disable,
         };
-        let to = dyn_can::Address::Drive(self.drive_id(axis));
-        Request::ServoDisable(switch)
-            .encode(to, &dyn_can::Dialect::V1_6A)
-            .unwrap()
+        self.request_frame(axis, Request::ServoDisable(switch))
     }
 
     /// Cycles until the master has just asked an axis for this, and its drive has not answered yet. Drives of such a machine answer
@@ -451,6 +460,13 @@ impl Servos {
             .bus_mut()
             .faults_mut()
             .drop_next(node, which, count);
+    }
+
+    /// The controller gives a command of a procedure back unsent.
+    pub(crate) fn command_comes_back(&mut self, axis: usize, request: Request) {
+        let frame = self.request_frame(axis, request);
+        let now = self.0.now();
+        can_motion::BusUser::on_displaced(&mut self.0.master, now, &frame);
     }
 
     /// The controller gives a command to switch back unsent.

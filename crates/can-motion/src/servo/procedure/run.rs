@@ -84,9 +84,11 @@ impl Run {
         };
     }
 
-    /// The controller gave the command back unsent.
-    pub(crate) fn returned(&mut self) {
+    /// The controller gave the command back unsent. Returns whether it had accepted it.
+    pub(crate) fn returned(&mut self) -> bool {
+        let was_sent = self.explains_data_error();
         self.phase = Phase::Writing;
+        was_sent
     }
 
     /// Time passes; the end of a procedure without a reading.
@@ -158,8 +160,9 @@ mod tests {
         ));
         run.sent(at(0));
         assert_eq!((run.wanted_command(), run.wanted_reading()), (None, None));
-        run.returned();
+        assert!(run.returned());
         assert!(run.wanted_command().is_some());
+        assert!(!run.returned(), "it has left once");
         run.sent(at(1_000));
         assert!(run.explains_data_error());
         assert_eq!(run.tick(at(20_999)), None);
