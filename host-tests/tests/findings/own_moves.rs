@@ -5,7 +5,10 @@ use can_motion::{
     AxisState, DriveMove, EventKind, Fault, MoveError, MoveRefusal, Outcome, Procedure, Reason,
     Sink, WaveShape,
 };
-use dyn_can::{DataFrame, FunctionCode, MaxAcceleration, MaxSpeed, ParamGroup2, ServoMode};
+use dyn_can::{
+    Counts28, DataFrame, FunctionCode, MaxAcceleration, MaxSpeed, ParamGroup2, Request, ServoMode,
+    SpeedRpm,
+};
 
 use crate::support::servos::{Servo, Servos, Told, servo, servos};
 use crate::support::{Call, id_of};
@@ -56,6 +59,18 @@ impl Servos {
     ) -> Result<(), MoveError<Fault>> {
         let now = self.0.now();
         self.0.master.start_moves(now, moves)
+    }
+
+    /// Another master moves the drive of an axis that holds by so many counts.
+    fn rests_beside(&mut self, axis: usize, counts: i32) {
+        let stranger = self.add_stranger();
+        let by = Counts28::new(counts).unwrap();
+        self.stranger_asks(stranger, axis, Request::GoRelativePosPtp(by));
+        self.run(300);
+        assert_eq!(
+            (self.fault(axis), self.position(axis)),
+            (None, counts.into())
+        );
     }
 
     pub(crate) fn position(&self, axis: usize) -> i64 {
@@ -753,6 +768,62 @@ fn constant_speed_is_stopped_before_the_end_of_the_travel() {
     let mut machine = holding(&[slow_servo(1).travel(-20_000, 20_000)]);
     let refused = refusal(machine.lets_move(0, DriveMove::Speed(120)));
     assert!(matches!(refused, MoveRefusal::Travel { .. }), "{refused:?}");
+}
+
+/// A drive that turns the other way comes to the other end of the travel.
+#[test]
+fn constant_speed_is_stopped_before_either_end_of_the_travel() {
+    for sign in [1, -1] {
+        let mut machine = holding(&[slow_servo(1).travel(-60_000, 60_000)]);
+        let stranger = machine.add_stranger();
+        machine.lets_move(0, DriveMove::Speed(sign * 120)).unwrap();
+        machine.until(0, AxisState::DriveMoving);
+        let other = SpeedRpm::new(-sign * 120).unwrap();
+        machine.stranger_asks(stranger, 0, Request::TurnConstSpeed(other));
+        for _ in 0..5_000 {
+            if machine.fault(0).is_some() {
+                break;
+            }
+            machine.run(1);
+        }
+        assert!(
+            matches!(machine.fault(0), Some(Fault::TravelEnd { .. })),
+            "{:?}",
+            machine.fault(0)
+        );
+        machine.run(3_000);
+        let at = machine.position(0) * i64::from(-sign);
+        assert!((20_000..=60_000).contains(&at), "{at}");
+    }
+}
+
+/// An axis that holds at the end of its travel, its shaft a little outside.
+#[test]
+fn constant_speed_leads_away_from_an_end_beside_which_the_drive_rests() {
+    for (sign, travel) in [(1, (0, 300_000)), (-1, (-300_000, 0))] {
+        let mut machine = holding(&[slow_servo(1).travel(travel.0, travel.1)]);
+        machine.rests_beside(0, -10 * sign);
+        machine.lets_move(0, DriveMove::Speed(sign * 120)).unwrap();
+        machine.until(0, AxisState::DriveMoving);
+        machine.run(500);
+        assert_eq!(machine.fault(0), None);
+    }
+}
+
+#[test]
+fn a_short_move_of_a_drive_that_rests_beside_its_set_point_arrives() {
+    for sign in [1, -1] {
+        for by in [1, 4, 8, 12, 19] {
+            let mut machine = held(1);
+            // 10 counts are within the tolerance of 16.
+            machine.rests_beside(0, -10 * sign);
+            machine.lets_move(0, DriveMove::By(sign * by)).unwrap();
+            machine.until(0, AxisState::DriveMoving);
+            machine.until(0, AxisState::Holding);
+            assert_eq!(machine.fault(0), None, "{by}");
+            assert_eq!(machine.axis_sent(0), i64::from(sign * by));
+        }
+    }
 }
 
 #[test]

@@ -14,7 +14,7 @@ use crate::servo::drive::Servo;
 /// The longest move, by the formulas: the master tells times of up to 17 minutes apart.
 const LONGEST_MS: u64 = 500_000;
 /// So many times as long as the formulas say a motion may take.
-const MARGIN: u64 = 2;
+pub(super) const MARGIN: u64 = 2;
 /// A position that is this old still shows in time that constant speed comes to the end of the travel: polls come at 20 ms.
 const READING_AGE_MS: u64 = 60;
 /// Counts of excursion of one unit of amplitude: 4096 are 180 degrees of the motor (1.6A section 6, #11). Where that is the whole swing,

@@ -4,6 +4,7 @@ use bus_user::Instant;
 use dyn_can::{DriveStatus, Reply, ServoMode};
 
 use super::Kind;
+use super::admit::MARGIN;
 use super::tell::ms;
 use crate::core::drive_move::{MoveEnd, MoveReport};
 use crate::core::facts::{Goal, Latch, Motion};
@@ -111,9 +112,12 @@ impl Servo {
             return (None, None);
         };
         let off = position.abs_diff(own.end_counts);
-        // The start of a short move may lie within the tolerance of its end.
-        let has_left =
-            own.start_counts == own.end_counts || off < position.abs_diff(own.start_counts);
+        // The start of a short move may lie within the tolerance of its end: what is no nearer to the end has left when its time is over, as
+        // a drive that rests beside its set-points is there without being nearer.
+        let time_us = own.limit_ms.saturating_mul(1_000 / MARGIN as u32);
+        let has_left = own.start_counts == own.end_counts
+            || off < position.abs_diff(own.start_counts)
+            || context.view.has_lasted(context.log.now, time_us);
         let is_there = off <= limits.drift_tolerance_counts && has_left;
         let end = if is_there {
             MoveEnd::Arrived
@@ -148,7 +152,9 @@ impl Servo {
                     base.saturating_add(swing),
                 )
             }
-            Kind::Speed(speed) => self.travel_end(position, i32::from(speed.get())),
+            Kind::Speed(speed) => {
+                self.travel_end(position, own.start_counts, i32::from(speed.get()))
+            }
         };
         (None, fault)
     }
@@ -163,11 +169,19 @@ impl Servo {
         (counts.unsigned_abs() > most).then_some(Fault::FollowingError { counts })
     }
 
-    /// Constant speed that could not be stopped within the travel any more if it went on.
-    fn travel_end(&self, position: i32, rpm: i32) -> Option<Fault> {
+    /// Constant speed that could not be stopped within the travel any more if it went on. A drive that is behind its start turns the other
+    /// way, and comes to the other end.
+    fn travel_end(&self, position: i32, start: i32, rpm: i32) -> Option<Fault> {
         let travel = self.config.limits.travel;
-        let reach = self.speed_reach(rpm, self.own_curve()?);
-        let end = i64::from(position) + reach;
+        let (at, start) = (i64::from(position), i64::from(start));
+        // It may rest a little beside its start.
+        let tolerance = i64::from(self.config.limits.drift_tolerance_counts);
+        let is_behind = match rpm < 0 {
+            true => at > start + tolerance,
+            false => at < start - tolerance,
+        };
+        let rpm = if is_behind { -rpm } else { rpm };
+        let end = at + self.speed_reach(rpm, self.own_curve()?);
         let is_inside = match rpm < 0 {
             true => end >= i64::from(travel.min_counts),
             false => end <= i64::from(travel.max_counts),
