@@ -199,6 +199,14 @@ pub enum Refusal {
         /// Where it would rest, in the counts of the axis.
         actual: i64,
     },
+    /// The zero of the axis may be where no drive can count.
+    #[error(
+        "the reference may be found where the zero of the axis is at {actual} counts of the drive, which are more than 32 bits: choose another position of the reference"
+    )]
+    OriginTooFar {
+        /// Where the drive would report the zero.
+        actual: i64,
+    },
     /// The way of the search leaves 32 bit.
     #[error("the search may lead to {actual} counts, which are more than 32 bits")]
     WayTooFar {
@@ -338,16 +346,27 @@ impl Config {
     /// # Errors
     /// [`Refusal::WayTooFar`].
     pub fn reach(&self, start_counts: i32) -> Result<Travel, Refusal> {
-        let overrun = match self.method {
+        let searched = i64::from(self.way_counts) + i64::from(self.back_off_counts);
+        let way = match self.method {
+            // Nothing moves.
             Method::Here => 0,
-            Method::HardStop(stop) => i64::from(stop.most_counts),
-            Method::Switch(switch) => i64::from(switch.most_counts),
+            Method::HardStop(stop) => searched + i64::from(stop.most_counts),
+            Method::Switch(switch) => searched + i64::from(switch.most_counts),
         };
-        let way = i64::from(self.way_counts) + i64::from(self.back_off_counts) + overrun;
         let end = |actual: i64| i32::try_from(actual).map_err(|_| Refusal::WayTooFar { actual });
         Ok(Travel {
             min_counts: end(i64::from(start_counts) - way)?,
             max_counts: end(i64::from(start_counts) + way)?,
         })
+    }
+    /// Whether a drive can count to the zero of the axis, wherever on its way the reference is found.
+    pub(crate) fn check_origin(&self, reach: Travel) -> Result<(), Refusal> {
+        for found in [reach.min_counts, reach.max_counts] {
+            let actual = i64::from(found) - i64::from(self.reference_counts);
+            if i32::try_from(actual).is_err() {
+                return Err(Refusal::OriginTooFar { actual });
+            }
+        }
+        Ok(())
     }
 }

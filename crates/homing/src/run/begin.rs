@@ -74,7 +74,7 @@ impl Homing {
             Method::Switch(switch) if self.witness.is_operated(&switch, inputs) => {
                 let target = self.behind(self.start_counts, way);
                 self.mover.go_to(target, &self.config.search)?;
-                self.phase = Phase::Leave;
+                self.phase = Phase::Leave(Settling::default());
                 Ok(())
             }
             Method::Switch(_) => self.search(),

@@ -60,7 +60,7 @@ enum Phase {
     /// It stands, and what is needed is read.
     Ready(Ready),
     /// Off a switch that was operated at the start.
-    Leave,
+    Leave(Settling),
     /// A little further, so that the search starts beside the edge.
     Clear(Settling),
     /// Fast towards the reference.
@@ -103,7 +103,7 @@ impl Homing {
     /// [`Refusal`]: what cannot work, before anything moves.
     pub fn new(config: Config, sent_counts: i32) -> Result<Self, Refusal> {
         config.check()?;
-        config.reach(sent_counts)?;
+        config.check_origin(config.reach(sent_counts)?)?;
         Ok(Self {
             config,
             mover: Mover::at_rest(sent_counts),
@@ -237,7 +237,11 @@ impl Homing {
     }
 
     fn finish(&mut self, found: Found) -> Result<(), Abort> {
-        let origin = found.counts.wrapping_sub(self.config.reference_counts);
+        // It was checked for the reach; a drive that reports a place beyond it has found nothing.
+        let origin = found.counts.checked_sub(self.config.reference_counts);
+        let origin = origin.ok_or(Abort::NotFound {
+            way_counts: self.config.way_counts,
+        })?;
         self.phase = Phase::Over(Ok(Home {
             frame: Frame::new(origin, self.config.travel),
             found_counts: found.counts,

@@ -91,7 +91,7 @@ impl Homing {
         if push < i32::from(stop.contact_permille) {
             return Ok(true);
         }
-        if self.is_late(settling, now_us) {
+        if self.had_its_time(settling, now_us) {
             return Err(Abort::StillPressed {
                 limit_permille: stop.contact_permille,
                 actual_permille: push as i16,
@@ -120,16 +120,12 @@ impl Homing {
         let back = self.config.back_off_counts;
         let phase = self.phase;
         match phase {
-            Phase::Leave if !is_operated => {
+            Phase::Leave(_) if !is_operated => {
                 let target = self.behind(position, back);
                 self.mover.go_to(target, &self.config.search)?;
                 self.phase = Phase::Clear(Settling::default());
             }
-            Phase::Leave if self.mover.is_at_rest() => {
-                return Err(Abort::SwitchStuck {
-                    way_counts: self.config.way_counts,
-                });
-            }
+            Phase::Leave(settling) => return self.leave_on(settling, now_us),
             Phase::Clear(mut settling) => {
                 if self.is_off(is_operated, &mut settling, now_us, inputs)? {
                     return self.search();
@@ -172,7 +168,7 @@ impl Homing {
         inputs: &Inputs,
     ) -> Result<bool, Abort> {
         let has_arrived = self.has_arrived(settling, now_us, inputs)?;
-        if has_arrived && is_operated && self.is_late(settling, now_us) {
+        if has_arrived && is_operated && self.had_its_time(settling, now_us) {
             return Err(Abort::SwitchStuck {
                 way_counts: self.config.back_off_counts,
             });
@@ -211,6 +207,17 @@ impl Homing {
         self.part(found)
     }
 
+    /// The switch may be read for the last time after the set-points rest.
+    fn leave_on(&mut self, mut settling: Settling, now_us: u64) -> Result<(), Abort> {
+        if self.is_unanswered(&mut settling, now_us) {
+            return Err(Abort::SwitchStuck {
+                way_counts: self.config.way_counts,
+            });
+        }
+        self.phase = Phase::Leave(settling);
+        Ok(())
+    }
+
     fn search_on(&mut self, mut settling: Settling, now_us: u64) -> Result<(), Abort> {
         if self.is_unanswered(&mut settling, now_us) {
             return Err(Abort::NotFound {
@@ -244,6 +251,11 @@ impl Homing {
         settling
             .rests_us(self.mover.is_at_rest(), now_us)
             .is_some_and(|rests_us| rests_us > limit_us)
+    }
+
+    /// Whether an axis should have arrived, and what is read of it would show it.
+    fn had_its_time(&self, settling: &mut Settling, now_us: u64) -> bool {
+        self.is_late(settling, now_us) && self.is_unanswered(settling, now_us)
     }
 
     /// Off the place where something was found.

@@ -235,3 +235,136 @@ fn an_axis_that_runs_ahead_is_no_less_wrong_than_one_that_stays_behind() {
         );
     }
 }
+
+#[test]
+fn an_origin_that_leaves_32_bits_is_refused() {
+    let far = |method, reference_counts, start| {
+        let travel = Travel {
+            min_counts: i32::MIN,
+            max_counts: i32::MAX,
+        };
+        let config = Config {
+            reference_counts,
+            travel,
+            ..config(method)
+        };
+        Homing::new(config, start).err()
+    };
+    let stop = Method::HardStop(STOP);
+    // The reach of the search is 11,800 counts to either side, that to a switch 10,800.
+    let most = i32::MAX - 11_800;
+    assert_eq!(far(stop, most, 0), None);
+    assert_eq!(
+        far(stop, most + 2, 0),
+        Some(Refusal::OriginTooFar {
+            actual: i64::from(i32::MIN) - 1
+        })
+    );
+    assert_eq!(far(switch(), most + 1_000, 0), None);
+    assert_eq!(
+        far(Method::Here, -1, i32::MAX),
+        Some(Refusal::OriginTooFar {
+            actual: i64::from(i32::MAX) + 1
+        })
+    );
+}
+
+#[test]
+fn an_axis_that_stays_where_it_is_needs_no_way() {
+    for start in [i32::MIN, i32::MIN + 1, 0, i32::MAX] {
+        let here = config(Method::Here);
+        let ends = Travel {
+            min_counts: start,
+            max_counts: start,
+        };
+        assert_eq!(here.reach(start), Ok(ends));
+        let mut homing = Homing::new(here, start).unwrap();
+        let (end, _) = Plant::new(start, i32::MAX).run(&mut homing);
+        let Progress::Found(home) = end else {
+            panic!("{end:?}")
+        };
+        assert_eq!(home.frame.origin_counts(), start);
+    }
+}
+
+/// A drive that reports a position which it cannot have: the origin does not wrap.
+#[test]
+fn a_place_far_beyond_the_reach_is_not_found() {
+    let here = Config {
+        reference_counts: 10,
+        ..config(Method::Here)
+    };
+    let mut homing = Homing::new(here, 0).unwrap();
+    let mut plant = Plant::new(0, i32::MAX);
+    for cycle in 0..2_000_u64 {
+        let at_us = cycle * 1_000;
+        let value = i32::MIN;
+        plant.inputs.position = Some(Reading { value, at_us });
+        let end = homing.cycle(at_us, &plant.inputs);
+        if end != Progress::Target(0) {
+            assert!(
+                matches!(end, Progress::Failed(Abort::NotFound { .. })),
+                "{end:?}"
+            );
+            return;
+        }
+    }
+    panic!("no end: {homing:?}");
+}
+
+/// From a switch that is operated down to this edge and read every 80 ms, at most 300 counts off it and then 40 back.
+fn home_beside_an_edge(start: i32, edge: i32, settle_us: u32) -> Progress {
+    let short = Config {
+        search: Limits::new(0.3, 0.2, 0.02).unwrap(),
+        slow: Limits::new(0.3, 0.2, 0.02).unwrap(),
+        way_counts: 300,
+        back_off_counts: 40,
+        watch: Watch {
+            max_age_us: 100_000,
+            settle_us,
+            ..Watch::DEFAULT
+        },
+        ..config(switch())
+    };
+    let mut homing = Homing::new(short, start).unwrap();
+    let mut plant = Plant::new(start, i32::MAX);
+    for cycle in 0..100_000_u64 {
+        let now_us = cycle * 1_000;
+        plant.read(now_us);
+        if cycle % 80 == 0 {
+            plant.inputs.switch = Some(Reading {
+                value: plant.inputs.sent_counts >= edge,
+                at_us: now_us,
+            });
+        }
+        match homing.cycle(now_us, &plant.inputs) {
+            Progress::Target(target) => plant.inputs.sent_counts = target,
+            end => return end,
+        }
+    }
+    panic!("no end: {homing:?}");
+}
+
+/// The way off the switch ends just behind its edge.
+#[test]
+fn a_switch_at_the_end_of_the_way_off_it_has_time_to_be_read() {
+    let end = home_beside_an_edge(2_290, 2_000, 1_000_000);
+    let Progress::Found(home) = end else {
+        panic!("{end:?}");
+    };
+    assert!(home.found_counts.abs_diff(2_000) <= 30, "{home:?}");
+    let end = home_beside_an_edge(2_290, 1_500, 1_000_000);
+    assert_eq!(
+        end,
+        Progress::Failed(Abort::SwitchStuck { way_counts: 300 })
+    );
+}
+
+/// Where an axis comes to rest in less time than a reading takes.
+#[test]
+fn a_switch_that_was_left_has_time_to_be_read() {
+    for start in 2_200..2_299 {
+        let end = home_beside_an_edge(start, 2_000, 1_000);
+        assert!(matches!(end, Progress::Found(_)), "{start}: {end:?}");
+    }
+}

@@ -59,9 +59,11 @@ impl Plan {
             speed_rpm: (arguments.search.rpm * 1.25).ceil() as u32 + 1,
             acceleration_rpm_per_s: arguments.search.max_acceleration.ceil() as u32,
         };
+        // A shaft that stands may be read a little beside where it was seen.
+        let still = SERVO.still_counts.cast_signed();
         let travel = Travel {
-            min_counts: reach.min_counts,
-            max_counts: reach.max_counts,
+            min_counts: reach.min_counts.saturating_sub(still),
+            max_counts: reach.max_counts.saturating_add(still),
         };
         let limits = Limits::of_motor(motor, travel, gear, cycle_us)
             .map_err(|error| HomeError::Limits(error.to_string()))?;

@@ -71,8 +71,13 @@ impl Plan {
             // The homing sees it first, and says more.
             following_error: most.saturating_mul(2),
             ..WheelLimits::position(
-                reach.min_counts,
-                reach.max_counts,
+                // A shaft that stands may be read a little beside where it was seen.
+                reach
+                    .min_counts
+                    .saturating_sub(HUB.still_counts.cast_signed()),
+                reach
+                    .max_counts
+                    .saturating_add(HUB.still_counts.cast_signed()),
                 step.max(1.0) as u32,
                 config.search.acceleration().ceil().max(1.0) as u32,
             )
