@@ -53,7 +53,7 @@ pub(crate) fn around(
 pub(crate) fn through(
     start: [i64; 2],
     end: [i64; 2],
-    radius_um: f64,
+    radius: i64,
     clockwise: bool,
 ) -> Result<Round, ErrorKind> {
     if start == end {
@@ -61,7 +61,7 @@ pub(crate) fn through(
     }
     let way = point([end[0] - start[0], end[1] - start[1]]);
     let chord = libm::hypot(way[0], way[1]);
-    let size = libm::fabs(radius_um);
+    let (size, is_longer) = (radius.unsigned_abs() as f64 / UNITS, radius < 0);
     let least = 0.5 * chord;
     if size < least - LEAST_DIFFERENCE_UM.min(DIFFERENCE_SHARE * size) {
         return Err(ErrorKind::ArcRadius {
@@ -71,11 +71,7 @@ pub(crate) fn through(
     }
     let height = libm::sqrt((size * size - least * least).max(0.0));
     // To the left of the way for the shorter arc counterclockwise.
-    let side = if clockwise == (radius_um < 0.0) {
-        1.0
-    } else {
-        -1.0
-    };
+    let side = if clockwise == is_longer { 1.0 } else { -1.0 };
     let offset = [
         0.5 * way[0] - side * height * way[1] / chord,
         0.5 * way[1] + side * height * way[0] / chord,
@@ -84,11 +80,12 @@ pub(crate) fn through(
         // Rounded to 2^-24 micrometres.
         start[place].wrapping_add(libm::round(offset[place] * UNITS) as i64)
     });
-    let from = [-offset[0], -offset[1]];
-    let to = [way[0] - offset[0], way[1] - offset[1]];
+    // Not from the radii: of a tiny way they are the same, also where nearly a whole turn is between them.
+    let shorter = libm::round(2.0 * libm::atan2(least, height) / core::f64::consts::TAU * TURN);
+    let turned = if is_longer { TURN - shorter } else { shorter } as i64;
     Ok(Round {
         centre: centre.map(Position::from_units),
-        sweep: sweep(from, to, false, clockwise),
+        sweep: if clockwise { -turned } else { turned },
     })
 }
 

@@ -78,7 +78,7 @@ pub enum ErrorKind {
         /// X, Y or Z.
         letter: char,
     },
-    /// A coordinate beyond ±268 m.
+    /// A coordinate or a radius beyond ±268 m.
     Far,
     /// An arc without a centre or a radius, or with both.
     ArcForm,
@@ -158,7 +158,7 @@ impl fmt::Display for ErrorKind {
             Self::NoFeed => f.write_str("no feed is given: expected an F word here or before"),
             Self::Feed => f.write_str("a feed must be above 0"),
             Self::NoAxis { letter } => write!(f, "the machine has no axis {letter}"),
-            Self::Far => f.write_str("a coordinate must be -268 m to 268 m"),
+            Self::Far => f.write_str("a coordinate or a radius must be -268 m to 268 m"),
             Self::ArcForm => f.write_str(
                 "an arc needs its centre (I, J, K of its plane) or its radius (R), and not both",
             ),

@@ -6,6 +6,7 @@ use trajectory::Position;
 use crate::arc;
 use crate::block::{Block, Group};
 use crate::error::{ErrorKind, ProgramError};
+use crate::number::Decimal;
 use crate::words::At;
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -15,8 +16,8 @@ const CENTRES: [char; 3] = ['I', 'J', 'K'];
 const MILLIMETRE: u32 = 10_000;
 const INCH: u32 = 254_000;
 
-/// Longest dwell in seconds.
-const LONGEST_DWELL_S: f64 = 3_600.0;
+/// Longest dwell in milliseconds.
+const LONGEST_DWELL_MS: u32 = 3_600_000;
 /// Farthest coordinate, in 2^-24 micrometres: that of a path.
 const FARTHEST: u64 = 1 << 52;
 
@@ -336,20 +337,15 @@ impl Interpreter {
         let offsets = centres.map(|letter| block.take(letter));
         let round = match (block.take('R'), offsets) {
             (Some((radius, column)), [None, None]) => {
-                let um = radius.value() * f64::from(self.unit) * 0.1;
-                arc::through(start, end, um, clockwise).map_err(|kind| (column, kind))?
+                let radius = within(radius, self.unit, column)?;
+                arc::through(start, end, radius, clockwise).map_err(|kind| (column, kind))?
             }
             (None, [None, None]) | (Some(_), _) => return Err((column, ErrorKind::ArcForm)),
             (None, offsets) => {
                 let mut offset = [0; 2];
                 for (to, given) in offset.iter_mut().zip(offsets) {
                     if let Some((value, column)) = given {
-                        let far = (column, ErrorKind::Far);
-                        let value = value.coordinate(self.unit).ok_or(far)?;
-                        if value.unsigned_abs() > FARTHEST {
-                            return Err(far);
-                        }
-                        *to = value;
+                        *to = within(value, self.unit, column)?;
                     }
                 }
                 arc::around(start, end, offset, clockwise).map_err(|kind| (column, kind))?
@@ -365,15 +361,20 @@ impl Interpreter {
     }
 }
 
+/// A distance that a path can have, in 2^-24 micrometres.
+fn within(value: Decimal, unit: u32, column: u32) -> Result<i64, At> {
+    value
+        .coordinate(unit)
+        .filter(|value| value.unsigned_abs() <= FARTHEST)
+        .ok_or((column, ErrorKind::Far))
+}
+
 fn dwell(block: &mut Block, column: u32) -> Result<Action, At> {
     let Some((seconds, at)) = block.take('P') else {
         return Err((column, ErrorKind::Dwell));
     };
-    let seconds = seconds.value();
-    if !(0.0..=LONGEST_DWELL_S).contains(&seconds) {
-        return Err((at, ErrorKind::Dwell));
+    match seconds.milliseconds() {
+        Some(ms) if ms <= LONGEST_DWELL_MS => Ok(Action::Dwell { ms }),
+        _ => Err((at, ErrorKind::Dwell)),
     }
-    Ok(Action::Dwell {
-        ms: libm::ceil(seconds * 1e3) as u32,
-    })
 }

@@ -68,6 +68,13 @@ impl Decimal {
         u32::try_from(self.0 / tenth).ok()
     }
 
+    /// Of a number of seconds that is not negative: its milliseconds, a part of one as a whole one.
+    pub(crate) fn milliseconds(self) -> Option<u32> {
+        const MILLIONTH: u64 = BILLION as u64 / 1_000;
+        let billionths = u64::try_from(self.0).ok()?;
+        u32::try_from(billionths.div_ceil(MILLIONTH)).ok()
+    }
+
     pub(crate) fn value(self) -> f64 {
         self.0 as f64 / BILLION as f64
     }

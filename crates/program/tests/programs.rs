@@ -220,6 +220,12 @@ fn errors_name_line_and_column() {
         of(&[&"X".repeat(300)]),
         (1, 256, ErrorKind::Long { actual: 300 })
     ));
+    // Beyond what a path can have, and beyond what 64 bits hold of 2^-24 um.
+    for radius in ["R268500", "R-268500", "R999999999", "R-999999999"] {
+        let line = format!("G2 F1 X10 {radius}");
+        assert_eq!(of(&[&line]), (1, 11, ErrorKind::Far), "{radius}");
+    }
+    assert_eq!(of(&["G20 G3 F1 X10 R10600"]), (1, 15, ErrorKind::Far));
     let error = run(&["G0 X1", "G5 X1"]).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -250,5 +256,40 @@ fn a_start_at_the_end_of_64_bits_is_too_far() {
         });
         let refused = program.line(line).unwrap_err();
         assert_eq!(refused.kind, ErrorKind::Far, "{line}");
+    }
+}
+
+#[test]
+fn a_dwell_of_whole_milliseconds_is_no_longer() {
+    let dwell = |text: &str| {
+        let [Action::Dwell { ms }] = run(&[text]).unwrap()[..] else {
+            panic!("{text}");
+        };
+        ms
+    };
+    for ms in 0..=36_000 {
+        let text = format!("G4 P{}.{:03}", ms / 1_000, ms % 1_000);
+        assert_eq!(dwell(&text), ms, "{text}");
+    }
+    // Part of one is a whole one.
+    assert_eq!(dwell("G4 P0.000000001"), 1);
+    assert_eq!(dwell("G4 P1.0000001"), 1_001);
+    assert_eq!(dwell("G4 P3600"), 3_600_000);
+    assert!(run(&["G4 P3600.000000001"]).is_err());
+}
+
+#[test]
+fn the_longer_arc_of_a_tiny_way_is_nearly_a_circle() {
+    for (code, sign) in [("G2", -1.0), ("G3", 1.0)] {
+        for way in ["X0.0000001", "X-0.000001", "Y0.00001", "Y-0.001", "X1 Y2"] {
+            for radius in ["-10", "-1000", "-268000"] {
+                let line = format!("{code} F100 {way} R{radius}");
+                let sweep = moves(&[&line])[0].1 * sign;
+                assert!((0.9..=1.0).contains(&sweep), "{line}: {sweep}");
+                let line = line.replace("R-", "R");
+                let sweep = moves(&[&line])[0].1 * sign;
+                assert!((0.0..0.1).contains(&sweep), "{line}: {sweep}");
+            }
+        }
     }
 }
