@@ -80,7 +80,7 @@ pub enum SdoBusy {
         /// When the client is free again.
         until_us: u64,
     },
-    /// The same object has just been answered.
+    /// The same object has just been answered, or two others.
     Settling {
         /// When it can be asked again.
         until_us: u64,
@@ -97,7 +97,10 @@ impl fmt::Display for SdoBusy {
                 write!(f, "a late reply may come until {until_us} us")
             }
             Self::Settling { until_us } => {
-                write!(f, "the same object can be asked again at {until_us} us")
+                write!(
+                    f,
+                    "what was just answered can be asked again at {until_us} us"
+                )
             }
             Self::NoTransfer => f.write_str("an abort starts no transfer"),
         }
@@ -209,6 +212,8 @@ pub struct SdoClient {
     phase: Phase,
     /// The latest one.
     request: SdoRequest,
+    /// The object that was answered before the latest request began, and settles with it.
+    settling: Option<ObjectAddress>,
     /// When the phase ends, unless it is idle.
     until_us: u64,
 }
@@ -225,6 +230,7 @@ impl SdoClient {
             },
             phase: Phase::Idle,
             request: objects::STATUS_WORD.read(),
+            settling: None,
             until_us: 0,
         }
     }
@@ -242,7 +248,7 @@ impl SdoClient {
         self.node
     }
 
-    /// Whether a transfer of this object could start now.
+    /// Whether a transfer of this object could start now. While two objects settle none does: that is shorter than a transfer takes.
     ///
     /// # Errors
     /// [`SdoBusy`] with the reason.
@@ -253,7 +259,9 @@ impl SdoClient {
                 address: self.request.address(),
             }),
             Phase::Quarantined if !is_over => Err(SdoBusy::Quarantined { until_us }),
-            Phase::Settling if !is_over && self.request.address() == address => {
+            Phase::Settling
+                if !is_over && (self.request.address() == address || self.settling.is_some()) =>
+            {
                 Err(SdoBusy::Settling { until_us })
             }
             _ => Ok(()),
@@ -269,6 +277,9 @@ impl SdoClient {
             return Err(SdoBusy::NoTransfer);
         }
         self.ready(now_us, request.address())?;
+        // Its repeated reply may still come, and is not to answer the transfer after this one.
+        let is_settling = self.phase == Phase::Settling && now_us < self.until_us;
+        self.settling = is_settling.then(|| self.request.address());
         self.request = request;
         self.enter(Phase::Pending, now_us, self.timeouts.reply_us);
         Ok(request.encode(self.node))
@@ -342,8 +353,16 @@ impl SdoClient {
 
     /// The controller gave the request back unsent: no reply will come.
     pub fn withdraw(&mut self) {
-        if self.phase == Phase::Pending {
-            self.phase = Phase::Idle;
+        if self.phase != Phase::Pending {
+            return;
+        }
+        self.phase = Phase::Idle;
+        if let Some(address) = self.settling.take() {
+            self.request = SdoRequest::Read(address);
+            let began_us = self
+                .until_us
+                .saturating_sub(u64::from(self.timeouts.reply_us));
+            self.enter(Phase::Settling, began_us, self.timeouts.settle_us);
         }
     }
 

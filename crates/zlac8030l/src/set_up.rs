@@ -26,6 +26,9 @@ use identity::identity;
 /// How often a read is asked before the drive counts as silent.
 const ATTEMPTS: u8 = 3;
 
+/// The longest list of steps; one more is its own.
+const MOST_STEPS: usize = 254;
+
 /// What a set-up did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -101,7 +104,8 @@ impl SetUp {
         }
     }
 
-    /// The transfer that it waits for; `None` when it has ended. `steps` must be the same at every call.
+    /// The transfer that it waits for; `None` when it has ended. `steps` must be the same at every call; more than 254 are refused when the
+    /// first transfer has ended, before anything is written.
     #[must_use]
     pub fn wanted(&self, steps: &[SetUpStep]) -> Option<SdoRequest> {
         match self.stage {
@@ -129,6 +133,10 @@ impl SetUp {
         };
         let address = request.address();
         let result = match (request, end) {
+            _ if steps.len() > MOST_STEPS => Err(SetUpError::TooManySteps {
+                most: MOST_STEPS,
+                actual: steps.len(),
+            }),
             (_, SdoEnd::Aborted(code)) => Err(SetUpError::Refused { address, code }),
             (SdoRequest::Read(_), SdoEnd::Value(data)) => self.on_value(steps, data),
             (SdoRequest::Write(..), SdoEnd::Written) => self.on_write(steps, address, true),

@@ -222,7 +222,7 @@ fn refusals_and_ends_say_what_happened() {
     let texts = [
         "the transfer of 606Ch:00 has not ended",
         "a late reply may come until 7 us",
-        "the same object can be asked again at 8 us",
+        "what was just answered can be asked again at 8 us",
         "an abort starts no transfer",
     ];
     assert_eq!(busy.map(|busy| std::format!("{busy}")), texts);
@@ -272,4 +272,53 @@ proptest! {
         let _ = client.poll(2 * REPLY_US);
         prop_assert_eq!(client.poll_at_us(), None);
     }
+}
+
+/// A client whose write of the speed was confirmed at 100 us, and that asks for the mode at 200 us.
+fn asking_behind_a_write() -> SdoClient {
+    let mut client = writing_speed();
+    let right = frame(0x584, &[0x60, 0xFF, 0x60, 0, 0, 0, 0, 0]);
+    assert_eq!(ended(client.on_frame(100, &right)), SdoEnd::Written);
+    client.start(200, objects::MODE.read()).unwrap();
+    client
+}
+
+#[test]
+fn an_object_settles_while_another_one_is_asked() {
+    let mut client = asking_behind_a_write();
+    let mode = frame(0x584, &[0x4F, 0x60, 0x60, 0, 3, 0, 0, 0]);
+    assert!(matches!(
+        ended(client.on_frame(300, &mode)),
+        SdoEnd::Value(_)
+    ));
+    let until_us = 1_300;
+    let settling = Err(SdoBusy::Settling { until_us });
+    let mut other = client;
+    // The repeated confirmation would answer this write.
+    assert_eq!(client.start(400, objects::TARGET_SPEED.write(0)), settling);
+    assert_eq!(client.start(400, objects::MODE.read()), settling);
+    // It could not be told which of three settles.
+    assert_eq!(client.start(400, objects::STATUS_WORD.read()), settling);
+    assert!(
+        client
+            .start(until_us, objects::TARGET_SPEED.write(0))
+            .is_ok()
+    );
+    other.poll(until_us);
+    other.start(until_us, objects::STATUS_WORD.read()).unwrap();
+    let status = frame(0x584, &[0x4B, 0x41, 0x60, 0, 0, 0, 0, 0]);
+    let _ = ended(other.on_frame(1_400, &status));
+    assert!(other.start(1_500, objects::MODE.read()).is_ok());
+}
+
+#[test]
+fn an_object_settles_also_when_the_next_request_is_withdrawn() {
+    let mut client = asking_behind_a_write();
+    client.withdraw();
+    let until_us = 1_200;
+    assert_eq!(
+        client.start(300, objects::TARGET_SPEED.write(0)),
+        Err(SdoBusy::Settling { until_us })
+    );
+    assert!(client.start(300, objects::MODE.read()).is_ok());
 }

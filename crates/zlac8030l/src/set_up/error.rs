@@ -48,6 +48,13 @@ pub enum SetUpError {
         /// Both widths.
         error: WidthError,
     },
+    /// The list of steps is too long; nothing was written.
+    TooManySteps {
+        /// The longest.
+        most: usize,
+        /// The length of the list.
+        actual: usize,
+    },
     /// The value read back is not the one that was written.
     NotTaken {
         /// The object.
@@ -78,6 +85,10 @@ impl fmt::Display for SetUpError {
             Self::Refused { address, code } => write!(f, "the drive refuses {address}: {code}"),
             Self::Silent { address } => write!(f, "no answer about {address}"),
             Self::Width { address, error } => write!(f, "{address}: {error}"),
+            Self::TooManySteps { most, actual } => write!(
+                f,
+                "a set-up has at most {most} steps, this one has {actual}: divide it"
+            ),
             Self::NotTaken {
                 address,
                 expected,
@@ -145,6 +156,13 @@ mod tests {
                     actual,
                 },
                 "1017h:00 was written as 0x64 and reads 0xC8".into(),
+            ),
+            (
+                SetUpError::TooManySteps {
+                    most: 254,
+                    actual: 300,
+                },
+                "a set-up has at most 254 steps, this one has 300: divide it".into(),
             ),
         ];
         for (error, text) in golden {

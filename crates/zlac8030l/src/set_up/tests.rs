@@ -259,3 +259,25 @@ fn what_must_be_known_to_be_done_is_not_taken_for_done_without_its_confirmation(
     memory.mute = Some(store);
     assert_eq!(memory.run(save, &[heartbeat(100)]), silent(store));
 }
+
+#[test]
+fn a_list_of_too_many_steps_is_refused_before_anything_is_written() {
+    let steps = std::vec![heartbeat(100); 300];
+    for actual in [255, 256, 300] {
+        let mut memory = Memory::factory();
+        let error = memory.run(PLAIN, &steps[..actual]);
+        assert_eq!(error, Err(SetUpError::TooManySteps { most: 254, actual }));
+        assert_eq!(raw_writes(&memory), []);
+    }
+    let mut set_up = SetUp::new(PLAIN);
+    let mut memory = Memory::factory();
+    for _ in 0..1_000 {
+        let Some(request) = set_up.wanted(&steps[..254]) else {
+            break;
+        };
+        let end = memory.answer(request);
+        set_up.on_end(&steps[..254], end);
+    }
+    let report = set_up.outcome().unwrap().unwrap();
+    assert_eq!((report.written, report.unchanged), (2, 253));
+}
