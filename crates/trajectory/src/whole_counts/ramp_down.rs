@@ -51,10 +51,20 @@ impl RampDown {
         self.after(self.elapsed)
     }
 
-    /// The last set-point, known from the beginning.
+    /// The last set-point, known from the beginning; beyond 32 bits the end of 32 bits, so that it is inside no travel.
     #[must_use]
     pub const fn end(&self) -> i32 {
-        self.after(self.cycles)
+        // Below 2^62.
+        let way = self.way_after(self.cycles) as i64;
+        let way = if self.velocity_counts < 0 { -way } else { way };
+        let end = self.start_counts as i64 + way;
+        if end > i32::MAX as i64 {
+            i32::MAX
+        } else if end < i32::MIN as i64 {
+            i32::MIN
+        } else {
+            end as i32
+        }
     }
 
     /// The velocity in counts per cycle, rounded towards zero: what is left of the first one.
@@ -75,18 +85,23 @@ impl RampDown {
     }
 
     const fn after(&self, elapsed: u32) -> i32 {
+        let way = self.way_after(elapsed);
+        self.start_counts.wrapping_add(self.forward(way))
+    }
+
+    /// The counts that lie behind it, whatever its direction.
+    const fn way_after(&self, elapsed: u32) -> u64 {
         let (cycles, elapsed) = (self.cycles as u64, elapsed as u64);
         // Sum over k = 1..=elapsed of velocity * (1 - k / cycles). At most cycles squared.
         let doubled = 2 * cycles;
         let Some(twice) = doubled.checked_sub(elapsed + 1) else {
-            return self.start_counts;
+            return 0;
         };
-        let way = product_over(
+        product_over(
             self.velocity_counts.unsigned_abs(),
             elapsed * twice,
             doubled,
-        );
-        self.start_counts.wrapping_add(self.forward(way))
+        )
     }
 
     /// In the direction of the velocity; the lower 32 bits.
@@ -182,10 +197,22 @@ mod tests {
             set_points(i32::MAX, 10, 2),
             [i32::MIN + 4, i32::MIN + 4, i32::MIN + 4]
         );
-        let longest = RampDown::new(0, i32::MIN, u32::MAX);
-        // 2^31 * (2^32 - 2) / 2, of which 32 bits are left.
-        assert_eq!(longest.end(), i32::MIN);
         assert_eq!(size_of::<RampDown>(), 16);
+    }
+
+    #[test]
+    fn an_end_beyond_32_bits_is_the_end_of_32_bits() {
+        for (start, velocity, cycles, end) in [
+            (i32::MAX - 5, 10, 2, i32::MAX),
+            (i32::MIN + 4, -10, 2, i32::MIN),
+            (i32::MIN, 10, 2, i32::MIN + 5),
+            // The fastest step and the slowest acceleration of a drive: 3.4e10 counts.
+            (0, 16_384, 4_194_304, i32::MAX),
+            (0, i32::MIN, u32::MAX, i32::MIN),
+            (0, i32::MAX, u32::MAX, i32::MAX),
+        ] {
+            assert_eq!(RampDown::new(start, velocity, cycles).end(), end);
+        }
     }
 
     proptest! {
@@ -204,7 +231,9 @@ mod tests {
             let way = v * k * (2 * n - k - 1) / (2 * n);
             prop_assert_eq!(ramp.set_point(), (i128::from(start) + way) as i32);
             prop_assert_eq!(i128::from(ramp.velocity()), v * (n - k) / n);
-            prop_assert_eq!(ramp.end(), (i128::from(start) + v * (n - 1) / 2) as i32);
+            let end = i128::from(start) + v * (n - 1) / 2;
+            let ends = (i128::from(i32::MIN), i128::from(i32::MAX));
+            prop_assert_eq!(i128::from(ramp.end()), end.clamp(ends.0, ends.1));
             prop_assert_eq!(ramp.is_done(), elapsed == cycles);
         }
 
