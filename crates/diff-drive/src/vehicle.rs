@@ -16,6 +16,8 @@ pub struct DiffDrive {
     limits: Limits,
     /// Numbers of the drives for 1 r/min.
     per_rpm: f64,
+    /// The largest number within the limit of speed.
+    most: i32,
     twist: Twist,
     twist_at_us: Option<u64>,
     stepped_at_us: Option<u64>,
@@ -26,7 +28,8 @@ pub struct DiffDrive {
 }
 
 impl DiffDrive {
-    /// A vehicle that stands. Its drives count 1/n r/min; n below 1 is taken for 1.
+    /// A vehicle that stands. Its drives count 1/n r/min; n below 1 is taken for 1. The largest speed is a whole number of these: 100.5 r/min
+    /// are 100 r/min where they count 1 r/min.
     #[must_use]
     pub const fn new(geometry: Geometry, limits: Limits, speed_resolution: u16) -> Self {
         let n = if speed_resolution == 0 {
@@ -34,10 +37,18 @@ impl DiffDrive {
         } else {
             speed_resolution
         };
+        let per_rpm = n as f64;
+        // What 1/n lacks in binary is no reason for a number less.
+        let most = (limits.most_rpm * per_rpm + 1e-6) as i32;
+        let limits = Limits {
+            most_rpm: most as f64 / per_rpm,
+            ..limits
+        };
         Self {
             geometry,
             limits,
-            per_rpm: n as f64,
+            per_rpm,
+            most,
             twist: Twist::ZERO,
             twist_at_us: None,
             stepped_at_us: None,
@@ -99,9 +110,10 @@ impl DiffDrive {
         let most_change = rpm_per_s * step_us as f64 / US_PER_S;
         self.speeds = toward(self.speeds, wanted, most_change);
         let stands = self.speeds.fastest_rpm() == 0.0;
-        let (left, left_rest) = rounded(self.speeds.left_rpm * self.per_rpm, self.rest.0, stands);
-        let (right, right_rest) =
-            rounded(self.speeds.right_rpm * self.per_rpm, self.rest.1, stands);
+        let left = self.speeds.left_rpm * self.per_rpm;
+        let (left, left_rest) = rounded(left, self.rest.0, stands, self.most);
+        let right = self.speeds.right_rpm * self.per_rpm;
+        let (right, right_rest) = rounded(right, self.rest.1, stands, self.most);
         self.rest = (left_rest, right_rest);
         Command {
             left,
@@ -136,13 +148,16 @@ const fn toward(from: WheelSpeeds, to: WheelSpeeds, most_change: f64) -> WheelSp
 }
 
 /// The whole number for a speed, and what it leaves over for the next cycle. At standstill nothing creeps on, nor does a wheel that shall
-/// stand while the other one turns: what is left over is forgotten, which is less than one number for one cycle.
-const fn rounded(wanted: f64, rest: f64, stands: bool) -> (i32, f64) {
+/// stand while the other one turns: what is left over is forgotten, which is less than one number for one cycle. So it is beyond `most`.
+const fn rounded(wanted: f64, rest: f64, stands: bool, most: i32) -> (i32, f64) {
     if stands || wanted == 0.0 {
         return (0, 0.0);
     }
     let sum = wanted + rest;
     let whole = nearest(sum);
+    if whole > most || whole < -most {
+        return (if whole < 0 { -most } else { most }, 0.0);
+    }
     (whole, sum - whole as f64)
 }
 

@@ -176,3 +176,44 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    /// A limit between two numbers of the drives is not exceeded by what rounding has left over.
+    #[test]
+    fn no_target_is_faster_than_the_limit(
+        most_rpm in prop_oneof![0.1..200.0_f64, Just(100.5), Just(0.5), Just(99.999)],
+        resolution in 1..=10_u16,
+        twists in proptest::collection::vec((-3.0..3.0_f64, -3.0..3.0_f64), 1..5),
+    ) {
+        let mut vehicle = vehicle(most_rpm, 1_000.0, resolution);
+        vehicle.step(0);
+        let mut now_us = 0;
+        for (v, omega) in twists {
+            for _ in 0..60 {
+                vehicle.set_twist(now_us, twist(v, omega));
+                now_us += CYCLE_US;
+                let command = vehicle.step(now_us);
+                for told in [command.left, command.right] {
+                    let rpm = f64::from(told.abs()) / f64::from(resolution);
+                    prop_assert!(rpm <= most_rpm + 1e-6, "{rpm} {most_rpm}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_limit_of_whole_numbers_is_reached() {
+    for (most_rpm, resolution, most) in [(100.5, 1, 100), (100.1, 10, 1_001), (28.7, 10, 287)] {
+        let mut vehicle = vehicle(most_rpm, 10_000.0, resolution);
+        vehicle.step(0);
+        vehicle.set_twist(0, twist(-3.0, 0.0));
+        for cycle in 1..20 {
+            let command = vehicle.step(cycle * CYCLE_US);
+            assert!(command.is_limited);
+            if cycle > 5 {
+                assert_eq!((command.left, command.right), (-most, -most));
+            }
+        }
+    }
+}
