@@ -52,6 +52,16 @@ pub enum WheelConfigError {
         /// The value given.
         actual: u32,
     },
+    /// A waiting time is longer than the master keeps points in time.
+    #[error("{name} must be at most {most_us} us, about 18 minutes, got {actual_us} us")]
+    LongWait {
+        /// The field of [`WheelTimeouts`](super::WheelTimeouts).
+        name: &'static str,
+        /// The longest.
+        most_us: u32,
+        /// The value given.
+        actual_us: u32,
+    },
     /// The targets of a wheel are an empty range, or leave the range of the object: 1000 r/min, or 3FFFFFFFh counts (Z39).
     #[error("targets of node {node} must be a range within -{most}..={most}, got {min}..={max}")]
     Range {

@@ -2,9 +2,10 @@
 
 use zlac8030l::NodeId;
 
-use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode};
+use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode, WheelTimeouts};
 use crate::core::group::MOST_AXES;
 use crate::core::settings::{first_out_of_order, first_too_short};
+use crate::core::stamp::MOST_AGE_US;
 use crate::wheel::config::FeedbackTiming;
 
 /// Steps and changes of steps with which a ramp can be computed in 64 bit.
@@ -90,11 +91,34 @@ impl WheelMasterConfig {
             ("lost_after", 1, u32::from(times.lost_after)),
         ]);
         match too_short {
-            None => Ok(()),
+            None => times.validate_longest(),
             Some((name, least, actual)) => Err(WheelConfigError::Timeout {
                 name,
                 least,
                 actual,
+            }),
+        }
+    }
+}
+
+impl WheelTimeouts {
+    /// Points in time are kept for so long; what is longer would end early.
+    fn validate_longest(&self) -> Result<(), WheelConfigError> {
+        let waits = [
+            ("power_on_us", self.power_on_us),
+            ("heartbeat_lost_us", self.heartbeat_lost_us),
+            ("feedback_lost_us", self.feedback_lost_us),
+            ("standstill_us", self.standstill_us),
+            ("standstill_limit_us", self.standstill_limit_us),
+            ("confirm_us", self.confirm_us),
+            ("stuck_us", self.stuck_us),
+        ];
+        match waits.into_iter().find(|(_, us)| *us > MOST_AGE_US) {
+            None => Ok(()),
+            Some((name, actual_us)) => Err(WheelConfigError::LongWait {
+                name,
+                most_us: MOST_AGE_US,
+                actual_us,
             }),
         }
     }
@@ -158,7 +182,7 @@ impl WheelConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wheel::config::{WheelLimits, WheelTimeouts};
+    use crate::wheel::config::WheelLimits;
     use can_frame::BitRate;
     use std::string::ToString;
 
@@ -337,5 +361,38 @@ mod tests {
             ..wheel(1)
         };
         assert!(matches!(refused(far), WheelConfigError::Range { .. }));
+    }
+
+    #[test]
+    fn a_waiting_time_beyond_what_is_kept_is_refused() {
+        type Field = fn(&mut WheelTimeouts) -> &mut u32;
+        let set: [(_, Field); 7] = [
+            ("power_on_us", |times| &mut times.power_on_us),
+            ("heartbeat_lost_us", |times| &mut times.heartbeat_lost_us),
+            ("feedback_lost_us", |times| &mut times.feedback_lost_us),
+            ("standstill_us", |times| &mut times.standstill_us),
+            ("standstill_limit_us", |times| {
+                &mut times.standstill_limit_us
+            }),
+            ("confirm_us", |times| &mut times.confirm_us),
+            ("stuck_us", |times| &mut times.stuck_us),
+        ];
+        for (name, of) in set {
+            let mut config = WheelMasterConfig::DEFAULT;
+            // It is the longer of the two.
+            config.timeouts.standstill_limit_us = MOST_AGE_US;
+            *of(&mut config.timeouts) = MOST_AGE_US - 1;
+            assert_eq!(config.validate(&[wheel(1)], 1), Ok(()), "{name}");
+            if name == "standstill_us" {
+                config.timeouts.standstill_limit_us = MOST_AGE_US + 2;
+            }
+            *of(&mut config.timeouts) = MOST_AGE_US + 1;
+            let expected = WheelConfigError::LongWait {
+                name,
+                most_us: MOST_AGE_US,
+                actual_us: MOST_AGE_US + 1,
+            };
+            assert_eq!(config.validate(&[wheel(1)], 1), Err(expected));
+        }
     }
 }
