@@ -303,8 +303,10 @@ pub(crate) fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Resu
 
 fn check_extent(axis: usize, stretch: &Stretch, limits: &AxisLimits) -> Result<(), Refusal> {
     let (low, high) = stretch.extent();
-    inside(axis, low, limits)?;
-    inside(axis, high, limits)
+    [low, high]
+        .into_iter()
+        .filter(|at| !limits.admit_on_the_way(*at))
+        .try_for_each(|at| inside(axis, at, limits))
 }
 
 /// The mean velocity to a set-point, before anything is known of the curve.

@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use trajectory::{Limits, Position, Time};
 
+use crate::polynomial::ROUNDING_OF_PLACE;
+
 /// Share of the acceleration that the set-points may need; the rest is for ramps.
 const ACCELERATION_OF_MOTION: f32 = 2.0 / 3.0;
 const ACCELERATION_OF_RAMPS: f32 = 1.0 - ACCELERATION_OF_MOTION;
@@ -20,13 +22,27 @@ pub struct AxisLimits {
     /// Largest velocity, acceleration and jerk; [`Limits::without_jerk`] where no jerk is limited. The set-points may need two thirds
     /// of the acceleration and half of the jerk; the rest is what ramps, pauses and changes of the speed need on top.
     pub motion: Limits,
-    /// Lowest position.
+    /// Lowest position of a set-point that goes out. A curve between two of them may lead beyond it by less than half a count, as long as
+    /// no whole count beyond it goes out.
     pub lowest: Position,
-    /// Highest position.
+    /// Highest position, in the same way.
     pub highest: Position,
 }
 
 impl AxisLimits {
+    /// Whether a place on the way may be passed. Set-points are whole counts: between two of them a curve may lead beyond the travel by
+    /// what sends none beyond it. `at` may be off by [`ROUNDING_OF_PLACE`].
+    pub(crate) fn admit_on_the_way(&self, at: Position) -> bool {
+        let (low, high) = (
+            at.distance_from(ROUNDING_OF_PLACE),
+            at.moved_by(ROUNDING_OF_PLACE),
+        );
+        let is_inside = self.lowest <= high && low <= self.highest;
+        let sent = |at: Position| at.wide_counts().saturating_mul(Position::UNITS);
+        let (lowest, highest) = (self.lowest.units(), self.highest.units());
+        is_inside || sent(low) >= lowest && sent(high) <= highest
+    }
+
     /// Largest velocity of the set-points, in counts per cycle.
     #[must_use]
     pub fn velocity(&self) -> f32 {

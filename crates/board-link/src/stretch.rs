@@ -8,7 +8,7 @@ use trajectory::curve::{Border, Piece};
 use trajectory::{Position, Time};
 
 use crate::config::AxisLimits;
-use crate::polynomial::{Needs, Polynomial, ROUNDING_OF_PLACE, share_of};
+use crate::polynomial::{Needs, Polynomial, share_of};
 use crate::refusal::Refusal;
 
 /// Positions may have been rounded to whole counts: half a count either way. What that makes of the needs of a curve whose
@@ -132,10 +132,7 @@ impl Stretch {
         let ends = (from.min(to), from.max(to));
         turns.iter().fold(ends, |(lowest, highest), &turn| {
             let at = piece.at(share_of(turn));
-            (
-                lowest.min(at.moved_by(ROUNDING_OF_PLACE)),
-                highest.max(at.distance_from(ROUNDING_OF_PLACE)),
-            )
+            (lowest.min(at), highest.max(at))
         })
     }
 

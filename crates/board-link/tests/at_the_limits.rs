@@ -3,11 +3,13 @@
 
 mod judge;
 
+use board_link::host::{SegmentMaker, SegmentMakerConfig};
 use board_link::segment::{
     AxisSegment, Begin, Segment, SegmentConfig, SegmentPreview, SegmentQueue, Shape,
 };
-use board_link::{AxisLimits, Config, Phase, Reason, SetPointBuffer, WhenDry};
+use board_link::{AxisLimits, Config, Phase, Reason, Refusal, SetPointBuffer, WhenDry};
 use judge::Judge;
+use proptest::prelude::*;
 use trajectory::{Limits, Position, Time};
 
 fn counts(counts: f64) -> Position {
@@ -188,4 +190,163 @@ fn an_override_of_dense_set_points_keeps_the_acceleration() {
         assert_eq!(buffer.phase(), Phase::Complete);
         assert!(judge.acceleration <= 0.301, "{gap}: {}", judge.acceleration);
     }
+}
+
+/// A sampled move of minimum jerk from 0 to the end of the travel, which stands there for two set-points more.
+#[derive(Debug, Clone)]
+struct Sampled {
+    way: i32,
+    samples: u32,
+    gap: u32,
+    in_whole_counts: bool,
+}
+
+impl Sampled {
+    fn limits(&self) -> AxisLimits {
+        let end = Position::from_counts(self.way);
+        AxisLimits {
+            motion: Limits::without_jerk(1e6, 1e6).unwrap(),
+            lowest: end.min(Position::ZERO),
+            highest: end.max(Position::ZERO),
+        }
+    }
+
+    fn set_points(&self) -> impl Iterator<Item = (Time, Position)> {
+        let of = self.clone();
+        (0..=of.samples + 2).map(move |sample| {
+            let share = (f64::from(sample) / f64::from(of.samples)).min(1.0);
+            let eased = share.powi(3) * (10.0 - 15.0 * share + 6.0 * share * share);
+            let at = f64::from(of.way) * eased;
+            let at = if of.in_whole_counts { at.round() } else { at };
+            (Time::from_cycles(1_000 + sample * of.gap), counts(at))
+        })
+    }
+
+    /// How far the parabola through the last three places leads beyond the end, and a little more.
+    fn overshoot(&self) -> f64 {
+        let last_way = 10.0 * f64::from(self.way.abs()) / f64::from(self.samples).powi(3);
+        let rounded = if self.in_whole_counts { 0.5 } else { 0.0 };
+        (last_way + rounded) * 0.15
+    }
+
+    /// The counts that go out behind a board that takes the segments of a maker.
+    fn sent_in_segments(&self) -> Result<Vec<i32>, Refusal> {
+        let (limits, mut segments) = (self.limits(), Vec::new());
+        let config = SegmentMakerConfig {
+            longest_gap: Time::from_cycles(10_000),
+            kept: 56,
+            least_kept: Time::from_cycles(1),
+        };
+        let stand = [Position::ZERO];
+        let preview = SegmentPreview::<1>::new(&[limits], &stand).unwrap();
+        let mut maker = SegmentMaker::new(preview, &stand, config).unwrap();
+        for (time, at) in self.set_points() {
+            segments.extend(maker.push(time, &[at])?);
+        }
+        segments.extend(maker.finish()?);
+        let mut queue = SegmentQueue::<1, 128>::new();
+        let config = SegmentConfig::with_cycles_per_second(1_000);
+        let (mut admission, mut player) = queue.split(&[limits], config).unwrap();
+        let begin = Begin {
+            stream: 1,
+            start: None,
+            when_dry: WhenDry::End,
+            percent: 100,
+            from: [0].into_iter().collect(),
+        };
+        admission.begin(&begin, &stand, 0).unwrap();
+        for (segment, index) in segments.iter().zip(0..) {
+            admission.push(1, index, segment).unwrap();
+        }
+        admission.end(1).unwrap();
+        let (mut sent, mut out) = (Vec::new(), [0]);
+        for now in 1..10_000 {
+            player.advance_counts(now, &stand, &mut out);
+            sent.push(out[0]);
+        }
+        Ok(sent)
+    }
+
+    /// The counts that go out of a buffer of set-points.
+    fn sent_from_buffer(&self) -> Result<Vec<i32>, Refusal> {
+        let config = Config::with_cycles_per_second(1_000);
+        let stand = [Position::ZERO];
+        let buffer = SetPointBuffer::<1, 128>::new(&[self.limits()], &stand, config);
+        let mut buffer = buffer.unwrap();
+        for (time, at) in self.set_points() {
+            buffer.push(time, &[at])?;
+        }
+        buffer.end();
+        let (mut sent, mut out) = (Vec::new(), stand);
+        for _ in 0..20_000 {
+            buffer.advance(&mut out);
+            sent.push(out[0].counts());
+        }
+        Ok(sent)
+    }
+}
+
+fn sampled() -> impl Strategy<Value = Sampled> {
+    let way = prop_oneof![1..200_i32, 1..50_000, 1..300_000];
+    (way, any::<bool>(), 5..100_u32, 1..40_u32, any::<bool>()).prop_map(
+        |(way, is_negative, samples, gap, in_whole_counts)| Sampled {
+            way: if is_negative { -way } else { way },
+            samples,
+            gap,
+            in_whole_counts,
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, ..ProptestConfig::default() })]
+
+    /// What leads less than half a count beyond the end is taken, and whatever is taken sends no count beyond it.
+    #[test]
+    fn a_sampled_move_may_end_at_the_travel(sampled in sampled()) {
+        let (low, high) = (sampled.way.min(0), sampled.way.max(0));
+        for sent in [sampled.sent_in_segments(), sampled.sent_from_buffer()] {
+            match sent {
+                Ok(sent) => {
+                    prop_assert!(sent.iter().all(|at| (low..=high).contains(at)));
+                    prop_assert_eq!(sent.last(), Some(&sampled.way));
+                }
+                Err(refusal) => {
+                    prop_assert!(matches!(refusal, Refusal::Travel { .. }), "{refusal}");
+                    prop_assert!(sampled.overshoot() > 0.4, "{refusal}");
+                }
+            }
+        }
+    }
+}
+
+/// A stream that was stopped between two set-points, a little beyond the end of the travel: the next one begins there.
+#[test]
+fn a_stream_begins_where_another_was_stopped_beside_the_travel() {
+    let limits = AxisLimits {
+        motion: Limits::without_jerk(100.0, 1.0).unwrap(),
+        lowest: Position::ZERO,
+        highest: Position::from_counts(100),
+    };
+    let taken = |from: f64| {
+        let mut queue = SegmentQueue::<1, 8>::new();
+        let config = SegmentConfig::with_cycles_per_second(1_000);
+        let (mut admission, _) = queue.split(&[limits], config).unwrap();
+        let from = counts(from);
+        let begin = Begin {
+            stream: 1,
+            start: None,
+            when_dry: WhenDry::End,
+            percent: 100,
+            from: [from.units()].into_iter().collect(),
+        };
+        let stand = [Position::from_counts(from.counts())];
+        admission
+            .begin(&begin, &stand, 0)
+            .map_err(|refused| refused.reason())
+    };
+    assert_eq!(taken(100.4), Ok(()));
+    assert_eq!(taken(-0.4), Ok(()));
+    assert_eq!(taken(100.6), Err(Some(Reason::Travel)));
+    assert_eq!(taken(-0.6), Err(Some(Reason::Travel)));
 }

@@ -8,7 +8,7 @@ use trajectory::{Position, Time};
 use super::Segment;
 use super::begin::{Begin, SegmentConfig};
 use super::border::{Edge, rests, units};
-use super::checks::{check_axis, inside, override_rate};
+use super::checks::{check_axis, override_rate, passes_inside};
 use super::halves::Sender;
 use super::phase::{PlayerState, StreamPhase};
 use super::queue::{Admitted, Order, Shared, Start, Tail};
@@ -181,7 +181,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             if all.wide_counts() != stand.wide_counts() {
                 return Err(Reason::Start.at(axis, stand.units(), from));
             }
-            inside(axis, *all, limits)?;
+            passes_inside(axis, *all, limits)?;
         }
         Ok(all)
     }

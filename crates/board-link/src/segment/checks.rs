@@ -5,7 +5,7 @@ use trajectory::{Position, TimeScale};
 use super::border::{Edge, check_needs, nearest_units, pass, slopes};
 use super::{AxisSegment, Segment};
 use crate::config::AxisLimits;
-use crate::polynomial::{Needs, Polynomial, ROUNDING_OF_PLACE, share_of};
+use crate::polynomial::{Needs, Polynomial, share_of};
 use crate::rate::ONE;
 use crate::reason::Reason;
 use crate::refused::Refused;
@@ -26,11 +26,13 @@ pub(super) fn inside(axis: usize, actual: Position, limits: &AxisLimits) -> Resu
     Err(Reason::Travel.at(axis, nearest.units(), actual.units()))
 }
 
-/// The same for a turn, whose place is rounded: an end at a limit is none beyond it.
-fn turns_inside(axis: usize, actual: Position, limits: &AxisLimits) -> Result<(), Refused> {
-    let lowest = limits.lowest.distance_from(ROUNDING_OF_PLACE);
-    let highest = limits.highest.moved_by(ROUNDING_OF_PLACE);
-    if lowest <= actual && actual <= highest {
+/// The same for a place on the way, or where a way was stopped.
+pub(super) fn passes_inside(
+    axis: usize,
+    actual: Position,
+    limits: &AxisLimits,
+) -> Result<(), Refused> {
+    if limits.admit_on_the_way(actual) {
         return Ok(());
     }
     inside(axis, actual, limits)
@@ -59,7 +61,7 @@ pub(super) fn check_axis(
     let needs = polynomial.needs();
     check_needs(axis, &needs, limits)?;
     for &turn in &polynomial.turns() {
-        turns_inside(axis, piece.at(share_of(turn)), limits)?;
+        passes_inside(axis, piece.at(share_of(turn)), limits)?;
     }
     let [leaving, arriving] = slopes(part, from, segment);
     let (with_step, step) = pass(axis, edge, leaving, needs, limits)?;
