@@ -85,6 +85,15 @@ pub enum TableError {
         /// What it would need.
         actual: f32,
     },
+    /// Between this point and the next one the way is too long for exact positions.
+    LongWay {
+        /// The point, counted from 0.
+        point: usize,
+        /// The longest, in counts.
+        most: f32,
+        /// The largest velocity times the time between them.
+        actual: f32,
+    },
     /// A velocity of the master that is no positive number.
     Master {
         /// What was given.
@@ -123,6 +132,14 @@ impl fmt::Display for TableError {
                 f,
                 "behind point {point} the acceleration would be {actual} counts per cycle², the limit is {most}"
             ),
+            Self::LongWay {
+                point,
+                most,
+                actual,
+            } => write!(
+                f,
+                "behind point {point} the way would be as of {actual} counts at its fastest, at most {most} are exact: put points between"
+            ),
             Self::Master { actual } => write!(
                 f,
                 "the velocity of a master must be a positive number, got {actual}"
@@ -132,6 +149,10 @@ impl fmt::Display for TableError {
 }
 
 impl core::error::Error for TableError {}
+
+/// The longest way between two points of a time table, in counts, as it would be at its largest velocity. A share has steps of 2^-32: they are
+/// a 16th of a count then.
+const MOST_WAY: f32 = 268_435_456.0;
 
 /// A knot of a curve: where, what, and the slope there.
 #[derive(Debug, Clone, Copy)]
@@ -285,8 +306,8 @@ impl Span {
         )
     }
 
-    /// The largest slope and the largest change of the slope of a cubic are at its ends or, for the slope, between them.
-    fn check(&self, point: usize, rate: f32, limits: &Limits) -> Result<(), TableError> {
+    /// The largest slope, and the changes of the slope at both ends, between which the largest one is not.
+    fn extremes(&self) -> (f32, [f32; 2]) {
         let width = self.width();
         let mean = (self.to.value - self.from.value) as f32 / width;
         let (v0, v1) = (self.leaving, self.arriving);
@@ -300,6 +321,25 @@ impl Span {
             let share = bends[0] / (bends[0] - bends[1]);
             slope = slope.max((v0 + 0.5 * bends[0] * share * width).abs());
         }
+        (slope, bends)
+    }
+
+    /// Whether the steps of a share are small parts of a count on the whole way.
+    fn check_way(&self, point: usize) -> Result<(), TableError> {
+        let (slope, _) = self.extremes();
+        let actual = slope * self.width();
+        if actual > MOST_WAY {
+            return Err(TableError::LongWay {
+                point,
+                most: MOST_WAY,
+                actual,
+            });
+        }
+        Ok(())
+    }
+
+    fn check(&self, point: usize, rate: f32, limits: &Limits) -> Result<(), TableError> {
+        let (slope, bends) = self.extremes();
         let velocity = slope * rate;
         if velocity.is_nan() || velocity > limits.velocity() {
             return Err(TableError::Velocity {
@@ -365,6 +405,7 @@ impl<'a> TimeTable<'a> {
         check_order(points.len(), points.iter().map(time_knot))?;
         for point in 0..points.len().saturating_sub(1) {
             if let Some(span) = table.span(point) {
+                span.check_way(point)?;
                 span.check(point, 1.0, limits)?;
             }
         }

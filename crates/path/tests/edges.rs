@@ -1,7 +1,7 @@
 //! Where numbers and orders come to their edges: requests that are refused in every cycle, axes of few steps, cams beyond 32 bits.
 
 use path::machine::{Backlash, Cartesian, Scale};
-use path::tables::{Cam, CamPoint, Gear, TableError};
+use path::tables::{Cam, CamPoint, Gear, TableError, TimePoint, TimeTable};
 use path::{Join, Path, PathError};
 use trajectory::units::Ratio;
 use trajectory::{Limits, Position};
@@ -110,5 +110,36 @@ fn a_gear_has_its_limit_in_both_directions() {
             "{refused:?}"
         );
         assert!(Gear::new(ratio, velocity / 2.0, shift, &limits).is_ok());
+    }
+}
+
+/// The largest second difference over these cycles, and some of those behind.
+fn roughness(table: &TimeTable<'_>, cycles: impl Iterator<Item = u32>) -> f64 {
+    let at = |cycle| table.position(cycle).units() as f64 / Position::UNITS as f64;
+    let bend = |cycle: u32| at(cycle) - 2.0 * at(cycle + 1) + at(cycle + 2);
+    cycles.map(|cycle| bend(cycle).abs()).fold(0.0, f64::max)
+}
+
+/// Its share of the time has steps of 2^-32: what these make of the way to a point is no acceleration beyond the limit.
+#[test]
+fn a_table_with_too_long_a_way_between_two_points_is_refused() {
+    let limits = Limits::without_jerk(20.0, 0.25).unwrap();
+    let table = |cycle, position| {
+        [(0, 0), (cycle, position)].map(|(cycle, position)| TimePoint { cycle, position })
+    };
+    for (cycle, position) in [(230_000_000, 2_000_000_000), (230_000_000, -2_000_000_000)] {
+        let points = table(cycle, position);
+        let refused = TimeTable::new(&points, &limits).unwrap_err();
+        assert!(
+            matches!(refused, TableError::LongWay { point: 0, .. }),
+            "{refused}"
+        );
+    }
+    for (cycle, position) in [(230_000_000, 170_000_000), (4_000_000_000, 100_000_000)] {
+        let points = table(cycle, position);
+        let table = TimeTable::new(&points, &limits).unwrap();
+        let middle = (0..2_000).map(|place| cycle / 2 + place * 17);
+        let rough = roughness(&table, middle);
+        assert!(rough <= 0.25, "{rough}");
     }
 }
