@@ -200,7 +200,10 @@ fn duty_of(
     let duty = match app::place(parts, orders) {
         Ok(app) => duty::Duty::Motion(app),
         Err(refused) => {
+            #[cfg(not(feature = "link"))]
             defmt::error!("the configuration cannot work: {}", refused.error);
+            #[cfg(feature = "link")]
+            defmt::error!("the settings cannot work: `motionctl board settings check` says why");
             standstill(refused.status_led, refused.watchdog, led::REFUSED)
         }
     };

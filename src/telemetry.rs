@@ -111,12 +111,15 @@ pub(crate) fn run(mut thread: Thread, mut serve: impl FnMut()) -> ! {
 
 fn write(message: &Message) {
     match message {
-        Message::Event(axis, kind) => Drives::write(*axis, kind),
+        Message::Event(axis, kind) => write_event(*axis, kind),
         Message::OnTheBus => defmt::info!("on the bus"),
         Message::BusNeverIdle => {
             defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
         }
+        #[cfg(not(feature = "link"))]
         Message::Refused(action, error) => defmt::error!("{} is not possible: {}", action, error),
+        #[cfg(feature = "link")]
+        Message::Refused(action, _) => defmt::error!("{} is not possible", action),
         Message::Bus(FaultState::ErrorActive) => defmt::info!("bus: works"),
         Message::Bus(FaultState::ErrorPassive) => defmt::warn!("bus: error-passive"),
         Message::Bus(FaultState::Stuck) => defmt::error!(
@@ -136,6 +139,20 @@ fn write(message: &Message) {
             defmt::info!("the motion has ended at {} counts", COUNTS.lock(Cell::get));
         }
         Message::Second(part) => SECOND.lock(Cell::get).write(*part),
+    }
+}
+
+#[cfg(not(feature = "link"))]
+fn write_event(axis: Option<u8>, kind: &BoardEventKind) {
+    Drives::write(axis, kind);
+}
+
+/// Faults, by the numbers of the link: the host has the words for them, and for everything else that happens.
+#[cfg(feature = "link")]
+fn write_event(axis: Option<u8>, kind: &BoardEventKind) {
+    if let Some((number, detail)) = crate::orders::faults::of_event(kind) {
+        let axis = axis.map_or(-1, i16::from);
+        defmt::error!("axis {=i16}: fault {=u16} ({=i32}), see `motionctl board faults`", axis, number, detail);
     }
 }
 

@@ -196,7 +196,7 @@ impl Orders {
         }
         for (axis, set_point) in set_points.iter().enumerate() {
             if let Err(error) = master.set_target(axis, *set_point) {
-                defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
+                defmt::error!("axis {=usize}: target refused, stopping", axis);
                 master.stop(now, GROUP);
                 self.player.halt();
                 return;

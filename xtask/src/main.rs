@@ -14,6 +14,7 @@ mod module_cycles;
 mod mutants;
 mod output;
 mod peers;
+mod places;
 mod profile;
 mod proofs;
 mod size;

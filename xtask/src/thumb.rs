@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
 use crate::error::Error;
+use crate::places;
 use crate::target::Target;
 use crate::toolchain::{Preference, Toolchain};
 use crate::workspace::{Workspace, cargo};
@@ -133,7 +134,8 @@ impl Builder {
             .args(["build", "--release", "--target", TARGET.triple, "--package"])
             .arg(package)
             .arg("--target-dir")
-            .arg(&self.folder);
+            .arg(&self.folder)
+            .args(places::shorter(&self.toolchain.rustc(), TARGET.triple));
         self.toolchain.apply(&mut build);
         build
     }

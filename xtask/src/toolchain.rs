@@ -97,19 +97,21 @@ impl Toolchain {
         }
     }
 
+    /// The compiler.
+    pub(crate) fn rustc(&self) -> OsString {
+        match self {
+            Self::Installed => env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()),
+            Self::Source { rustc, .. } => rustc.into(),
+        }
+    }
+
     /// The version of the compiler, and where the core library comes from: what has the same one makes the same code.
     pub(crate) fn version(&self) -> String {
-        let usual = || env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-        let (rustc, libraries) = match self {
-            Self::Installed => (usual(), "core as installed".to_owned()),
-            Self::Source {
-                rustc, libraries, ..
-            } => (
-                rustc.clone().into_os_string(),
-                format!("{libraries} from source"),
-            ),
+        let libraries = match self {
+            Self::Installed => "core as installed".to_owned(),
+            Self::Source { libraries, .. } => format!("{libraries} from source"),
         };
-        let output = Command::new(rustc).arg("--version").output();
+        let output = Command::new(self.rustc()).arg("--version").output();
         let version = output.map_or_else(
             |_| "unknown".to_owned(),
             |output| String::from_utf8_lossy(&output.stdout).trim().to_owned(),

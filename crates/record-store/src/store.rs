@@ -54,14 +54,12 @@ struct Found {
 /// Records of at most `MOST` bytes.
 #[derive(Debug)]
 pub struct Store<F, const MOST: usize> {
-    flash: F,
+    slots: Slots<F>,
 }
 
 impl<F: Flash, const MOST: usize> Store<F, MOST> {
-    /// Bytes of a slot: the head, and the data in whole units.
-    const SLOT: usize = Head::BYTES + MOST.next_multiple_of(F::UNIT);
     /// Slots of an area: as many older records are kept at least, while the flash is sound.
-    pub const SLOTS: usize = F::AREA_BYTES / Self::SLOT;
+    pub const SLOTS: usize = Slots::<F>::in_area(MOST);
 
     /// The records of a flash. Nothing is read yet.
     pub const fn new(flash: F) -> Self {
@@ -69,12 +67,13 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
             assert!(F::UNIT == 4 || F::UNIT == 8, "a unit has 4 or 8 bytes");
             assert!(Self::SLOTS > 0, "an area must have room for a record");
         }
-        Self { flash }
+        let slots = Slots { flash, most: MOST };
+        Self { slots }
     }
 
     /// The flash.
     pub const fn flash(&mut self) -> &mut F {
-        &mut self.flash
+        &mut self.slots.flash
     }
 
     /// A record: 0 is the latest, 1 the one before it. `None` where there is none.
@@ -82,6 +81,65 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
     /// # Errors
     /// Of the driver, or when the record does not fit the room.
     pub fn read<'a>(&mut self, index: usize, room: &'a mut [u8]) -> Result<Option<&'a [u8]>, F> {
+        self.slots.read(index, room)
+    }
+
+    /// Hands over every whole record with its number, in the order of their places: one look at the flash for all.
+    ///
+    /// # Errors
+    /// Of the driver.
+    pub fn for_each(&mut self, each: impl FnMut(u32, &[u8])) -> Result<(), F> {
+        self.slots.for_each(&mut [0; MOST], each)
+    }
+
+    /// The number of the latest record; 0 where there is none.
+    ///
+    /// # Errors
+    /// Of the driver.
+    pub fn sequence(&mut self) -> Result<u32, F> {
+        let newest = self.slots.newest(u32::MAX)?;
+        Ok(newest.map_or(0, |found| found.head.sequence))
+    }
+
+    /// Whether the next record needs an erase before it, which takes long.
+    ///
+    /// # Errors
+    /// Of the driver.
+    pub fn is_full(&mut self) -> Result<bool, F> {
+        match self.slots.newest(u32::MAX)? {
+            Some(found) => Ok(self.slots.blank_behind(found.slot)?.is_none()),
+            None => Ok(true),
+        }
+    }
+
+    /// Appends a record. Until it returns, the one before it or this one is the latest after a cut of the supply; then it is this one.
+    ///
+    /// # Errors
+    /// When it is too long, the flash is worn, or of the driver. The latest record is the one before then.
+    pub fn append(&mut self, data: &[u8]) -> Result<(), F> {
+        self.slots.append(data)
+    }
+}
+
+/// The work of a [`Store`]. The length of its records is a value, so that stores of different records share the code.
+#[derive(Debug)]
+struct Slots<F> {
+    flash: F,
+    /// Bytes of the longest record.
+    most: usize,
+}
+
+impl<F: Flash> Slots<F> {
+    /// Bytes of a slot: the head, and the data in whole units.
+    const fn bytes(most: usize) -> usize {
+        Head::BYTES + most.next_multiple_of(F::UNIT)
+    }
+
+    const fn in_area(most: usize) -> usize {
+        F::AREA_BYTES / Self::bytes(most)
+    }
+
+    fn read<'a>(&mut self, index: usize, room: &'a mut [u8]) -> Result<Option<&'a [u8]>, F> {
         let mut found = self.newest(u32::MAX)?;
         for _ in 0..index {
             let Some(newer) = found else {
@@ -96,20 +154,15 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
         let bytes = room
             .get_mut(..expected)
             .ok_or(StoreError::Room { expected, actual })?;
-        let offset = Self::offset(slot) + Head::BYTES;
+        let offset = self.offset(slot) + Head::BYTES;
         self.flash
             .read(slot.area, offset, bytes)
             .map_err(StoreError::Flash)?;
         Ok(Some(bytes))
     }
 
-    /// Hands over every whole record with its number, in the order of their places: one look at the flash for all.
-    ///
-    /// # Errors
-    /// Of the driver.
-    pub fn for_each(&mut self, mut each: impl FnMut(u32, &[u8])) -> Result<(), F> {
-        let mut room = [0; MOST];
-        for slot in Self::slots() {
+    fn for_each(&mut self, room: &mut [u8], mut each: impl FnMut(u32, &[u8])) -> Result<(), F> {
+        for slot in self.all() {
             let Some(head) = self.head(slot)? else {
                 continue;
             };
@@ -117,7 +170,7 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
                 continue;
             };
             if self.is_whole(slot, head)? {
-                let offset = Self::offset(slot) + Head::BYTES;
+                let offset = self.offset(slot) + Head::BYTES;
                 self.flash
                     .read(slot.area, offset, bytes)
                     .map_err(StoreError::Flash)?;
@@ -127,34 +180,10 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
         Ok(())
     }
 
-    /// The number of the latest record; 0 where there is none.
-    ///
-    /// # Errors
-    /// Of the driver.
-    pub fn sequence(&mut self) -> Result<u32, F> {
-        let newest = self.newest(u32::MAX)?;
-        Ok(newest.map_or(0, |found| found.head.sequence))
-    }
-
-    /// Whether the next record needs an erase before it, which takes long.
-    ///
-    /// # Errors
-    /// Of the driver.
-    pub fn is_full(&mut self) -> Result<bool, F> {
-        match self.newest(u32::MAX)? {
-            Some(found) => Ok(self.blank_behind(found.slot)?.is_none()),
-            None => Ok(true),
-        }
-    }
-
-    /// Appends a record. Until it returns, the one before it or this one is the latest after a cut of the supply; then it is this one.
-    ///
-    /// # Errors
-    /// When it is too long, the flash is worn, or of the driver. The latest record is the one before then.
-    pub fn append(&mut self, data: &[u8]) -> Result<(), F> {
-        if data.len() > MOST {
+    fn append(&mut self, data: &[u8]) -> Result<(), F> {
+        if data.len() > self.most {
             return Err(StoreError::TooLong {
-                expected: MOST,
+                expected: self.most,
                 actual: data.len(),
             });
         }
@@ -173,7 +202,7 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
         // The area with the latest record stays as it is.
         let area = newest.map_or(Area::First, |found| found.slot.area.other());
         self.flash.erase(area).map_err(StoreError::Flash)?;
-        for number in 0..Self::SLOTS {
+        for number in 0..Self::in_area(self.most) {
             let slot = Slot { area, number };
             if self.is_blank(slot)? && self.program(slot, sequence, data)? {
                 return Ok(());
@@ -182,19 +211,21 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
         Err(StoreError::Worn)
     }
 
-    const fn offset(slot: Slot) -> usize {
-        slot.number * Self::SLOT
+    const fn offset(&self, slot: Slot) -> usize {
+        slot.number * Self::bytes(self.most)
     }
 
-    fn slots() -> impl Iterator<Item = Slot> {
-        let in_area = |area| (0..Self::SLOTS).map(move |number| Slot { area, number });
+    /// Every slot.
+    fn all(&self) -> impl Iterator<Item = Slot> + use<F> {
+        let slots = Self::in_area(self.most);
+        let in_area = move |area| (0..slots).map(move |number| Slot { area, number });
         Area::BOTH.into_iter().flat_map(in_area)
     }
 
     /// The whole record with the highest sequence number below a bound.
     fn newest(&mut self, bound: u32) -> Result<Option<Found>, F> {
         let mut newest: Option<Found> = None;
-        for slot in Self::slots() {
+        for slot in self.all() {
             let head = self.head(slot)?;
             let least = newest.map_or(0, |found| found.head.sequence);
             let Some(head) = head.filter(|head| head.sequence > least && head.sequence < bound)
@@ -213,16 +244,16 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
         let mut bytes = [0; Head::BYTES];
         let reading = self
             .flash
-            .read(slot.area, Self::offset(slot), &mut bytes)
+            .read(slot.area, self.offset(slot), &mut bytes)
             .map_err(StoreError::Flash)?;
         let head = Head::of_bytes(&bytes);
-        let is_head = reading == Reading::Good && head.length as usize <= MOST;
+        let is_head = reading == Reading::Good && head.length as usize <= self.most;
         Ok(is_head.then_some(head))
     }
 
     fn is_whole(&mut self, slot: Slot, head: Head) -> Result<bool, F> {
         let mut digest = Head::begin(head.sequence, head.length);
-        let start = Self::offset(slot) + Head::BYTES;
+        let start = self.offset(slot) + Head::BYTES;
         let is_readable = self.for_each_piece(slot.area, start, head.length as usize, |piece| {
             digest.update(piece);
             true
@@ -231,14 +262,17 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
     }
 
     fn is_blank(&mut self, slot: Slot) -> Result<bool, F> {
-        self.for_each_piece(slot.area, Self::offset(slot), Self::SLOT, |piece| {
-            piece.iter().all(|byte| *byte == BLANK)
-        })
+        self.for_each_piece(
+            slot.area,
+            self.offset(slot),
+            Self::bytes(self.most),
+            |piece| piece.iter().all(|byte| *byte == BLANK),
+        )
     }
 
     /// The first blank slot behind another one, in the same area.
     fn blank_behind(&mut self, slot: Slot) -> Result<Option<Slot>, F> {
-        for number in slot.number + 1..Self::SLOTS {
+        for number in slot.number + 1..Self::in_area(self.most) {
             let next = Slot { number, ..slot };
             if self.is_blank(next)? {
                 return Ok(Some(next));
@@ -279,7 +313,7 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
             length: data.len() as u32,
             checksum: digest.finalize(),
         };
-        let start = Self::offset(slot);
+        let start = self.offset(slot);
         for (bytes, number) in data.chunks(PIECE).zip(0..) {
             let mut piece = [BLANK; PIECE];
             for (to, from) in piece.iter_mut().zip(bytes) {
