@@ -13,6 +13,7 @@ use homing::{Abort, Frame, Home, Homing as Search, Progress, Reading};
 use crate::config::{AXES, Drives};
 use crate::drives::{Board as _, BoardMaster};
 use crate::machine;
+use crate::words;
 
 /// How far the homing is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -201,7 +202,7 @@ impl<P: Plan> Sequence<P> {
             Progress::Target(counts) => match master.set_target(axis, counts) {
                 Ok(()) => Step::Wait,
                 Err(error) => {
-                    defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
+                    words::target_refused(axis, &error);
                     Step::Failed
                 }
             },

@@ -17,7 +17,7 @@
 //! | `home` | homing before it |
 //! | `machine`, `orders` | what moves, and what says how: the configuration with its built-in motion, or with `link` the settings and a host |
 //! | `store` | with `link`: settings and faults in the flash |
-//! | `telemetry`, `statistics`, `led` | what the board says |
+//! | `telemetry`, `words`, `statistics`, `led` | what the board says |
 //! | `brown_out` | the option bytes, which only the image for commissioning writes |
 //! | `last_words`, `start` | what happens after a failure |
 //! | `misbehaviour` | failures on command, for the tests |
@@ -123,6 +123,9 @@ mod statistics;
 mod store;
 #[cfg(target_os = "none")]
 mod telemetry;
+#[cfg(target_os = "none")]
+#[cfg_attr(feature = "link", path = "link/words.rs")]
+mod words;
 
 #[cfg(target_os = "none")]
 use defmt_rtt as _;
@@ -200,10 +203,7 @@ fn duty_of(
     let duty = match app::place(parts, orders) {
         Ok(app) => duty::Duty::Motion(app),
         Err(refused) => {
-            #[cfg(not(feature = "link"))]
-            defmt::error!("the configuration cannot work: {}", refused.error);
-            #[cfg(feature = "link")]
-            defmt::error!("the settings cannot work: `motionctl board settings check` says why");
+            words::unworkable(&refused.error);
             standstill(refused.status_led, refused.watchdog, led::REFUSED)
         }
     };

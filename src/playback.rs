@@ -11,6 +11,7 @@ use crate::last_words::History;
 use crate::start::Cause;
 use crate::supervisor::{Axes, Inputs, State, Supervisor};
 use crate::telemetry::{self, Message};
+use crate::words;
 
 /// Length of the motion; 32 bits of microseconds are more than an hour.
 const DURATION_US: u32 = {
@@ -117,7 +118,7 @@ impl Orders {
                 return self.end(master);
             }
             if let Err(error) = master.set_target(axis, target) {
-                defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
+                words::target_refused(axis, &error);
                 master.stop(now, GROUP);
                 return self.end(master);
             }

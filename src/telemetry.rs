@@ -8,14 +8,15 @@ use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
-use crate::config::{AXES, Drives};
-use crate::drives::{Board as _, BoardEventKind, BoardFault};
+use crate::config::AXES;
+use crate::drives::{BoardEventKind, BoardFault};
 use crate::last_words::{History, LastWords};
 use crate::orders::Thread;
 use crate::recovery::FaultState;
 use crate::start::Cause;
 use crate::statistics::{Part, Statistics};
 use crate::supervisor::{Action, State};
+use crate::words;
 
 /// Messages on their way. When it is full the master keeps its events, and the next message of another kind is lost.
 const MESSAGES: usize = 8;
@@ -111,15 +112,12 @@ pub(crate) fn run(mut thread: Thread, mut serve: impl FnMut()) -> ! {
 
 fn write(message: &Message) {
     match message {
-        Message::Event(axis, kind) => write_event(*axis, kind),
+        Message::Event(axis, kind) => words::event(*axis, kind),
         Message::OnTheBus => defmt::info!("on the bus"),
         Message::BusNeverIdle => {
             defmt::warn!("the bus is never idle: check transceiver, wiring and termination");
         }
-        #[cfg(not(feature = "link"))]
-        Message::Refused(action, error) => defmt::error!("{} is not possible: {}", action, error),
-        #[cfg(feature = "link")]
-        Message::Refused(action, _) => defmt::error!("{} is not possible", action),
+        Message::Refused(action, error) => words::refused(action, error),
         Message::Bus(FaultState::ErrorActive) => defmt::info!("bus: works"),
         Message::Bus(FaultState::ErrorPassive) => defmt::warn!("bus: error-passive"),
         Message::Bus(FaultState::Stuck) => defmt::error!(
@@ -139,20 +137,6 @@ fn write(message: &Message) {
             defmt::info!("the motion has ended at {} counts", COUNTS.lock(Cell::get));
         }
         Message::Second(part) => SECOND.lock(Cell::get).write(*part),
-    }
-}
-
-#[cfg(not(feature = "link"))]
-fn write_event(axis: Option<u8>, kind: &BoardEventKind) {
-    Drives::write(axis, kind);
-}
-
-/// Faults, by the numbers of the link: the host has the words for them, and for everything else that happens.
-#[cfg(feature = "link")]
-fn write_event(axis: Option<u8>, kind: &BoardEventKind) {
-    if let Some((number, detail)) = crate::orders::faults::of_event(kind) {
-        let axis = axis.map_or(-1, i16::from);
-        defmt::error!("axis {=i16}: fault {=u16} ({=i32}), see `motionctl board faults`", axis, number, detail);
     }
 }
 

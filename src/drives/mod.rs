@@ -9,7 +9,6 @@ use can_motion::{Instant, Master};
 use dyn_can::DataFrame;
 
 use crate::config::{AXES, Drives};
-use crate::machine;
 
 /// The master of this board.
 pub(crate) type BoardMaster = Master<AXES, Drives>;
@@ -42,21 +41,4 @@ pub(crate) trait Board: Family<Frame = DataFrame> {
 
     /// An error on the bus: without a drive that acknowledges, every frame is one.
     fn is_bus_error(kind: &Self::EventKind) -> bool;
-
-    /// Writes an event, of an axis by its place in the configuration or of the bus, as a line of the log. Users know drives by their ids,
-    /// and what to do is part of a fault.
-    fn write(axis: Option<u8>, kind: &Self::EventKind);
-}
-
-/// Who an event is about.
-struct Who(Option<u8>);
-
-impl defmt::Format for Who {
-    fn format(&self, f: defmt::Formatter<'_>) {
-        let axis = self.0.map(usize::from);
-        match axis.and_then(|axis| machine::axes().get(axis)) {
-            Some(axis) => defmt::write!(f, "drive {=u8}", Drives::address_of(axis)),
-            None => defmt::write!(f, "bus"),
-        }
-    }
 }

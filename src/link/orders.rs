@@ -16,6 +16,7 @@ use crate::drives::{Board as _, BoardFault, BoardMaster};
 use crate::machine;
 use crate::rules::{Order, Rules, Situation, board_state};
 use crate::supervisor::{Axes, Inputs, State, Supervisor};
+use crate::words;
 
 /// A command with its ticket.
 pub(crate) type Ordered = (u16, Command);
@@ -196,7 +197,7 @@ impl Orders {
         }
         for (axis, set_point) in set_points.iter().enumerate() {
             if let Err(error) = master.set_target(axis, *set_point) {
-                defmt::error!("axis {=usize}: target refused, stopping", axis);
+                words::target_refused(axis, &error);
                 master.stop(now, GROUP);
                 self.player.halt();
                 return;
