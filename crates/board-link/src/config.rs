@@ -43,6 +43,20 @@ impl AxisLimits {
         is_inside || sent(low) >= lowest && sent(high) <= highest
     }
 
+    /// The same for an axis whose positions count from another place: its travel moves by so many counts.
+    #[must_use]
+    pub fn moved_by(&self, counts: i64) -> Self {
+        let moved = |end: Position| {
+            let units = counts.saturating_mul(i64::from(Position::UNITS));
+            Position::from_units(end.units().saturating_add(units))
+        };
+        Self {
+            motion: self.motion,
+            lowest: moved(self.lowest),
+            highest: moved(self.highest),
+        }
+    }
+
     /// Largest velocity of the set-points, in counts per cycle.
     #[must_use]
     pub fn velocity(&self) -> f32 {

@@ -104,13 +104,53 @@ pub enum Reason {
     Locked = 39,
     /// The flash does not keep what is stored.
     Store = 40,
+    /// The axis has not found its origin.
+    NotHomed = 41,
+    /// No axis has a homing in the settings.
+    NoHoming = 42,
+    /// The homing was told to stop, or its host was silent.
+    HomeStopped = 43,
+    /// The way of the search is at its end.
+    HomeNotFound = 44,
+    /// The position of the drive is too old for a search.
+    HomePositionOld = 45,
+    /// The torque of the drive is too old for a search.
+    HomeTorqueOld = 46,
+    /// The axis did not stand still when its homing began.
+    HomeNotStill = 47,
+    /// The motor pushes towards the stop before it moves.
+    HomeTorqueAtRest = 48,
+    /// The torque is at its limit and the axis follows.
+    HomeTorqueOnly = 49,
+    /// The axis does not follow, without the torque of a contact.
+    HomeErrorOnly = 50,
+    /// The torque at the stop has the sign of the other direction.
+    HomeTorqueAgainst = 51,
+    /// The axis does not follow on its way to a switch.
+    HomeBlocked = 52,
+    /// The torque is above its limit on the way to a switch.
+    HomeOverload = 53,
+    /// The axis is not where it should be after a move.
+    HomeNotArrived = 54,
+    /// The motor still pushes after it has backed off.
+    HomeStillPressed = 55,
+    /// The second approach found another place, or none.
+    HomeNotRepeated = 56,
+    /// The switch stays operated although the axis has moved off.
+    HomeSwitchStuck = 57,
+    /// The switch bounces, or is only a short cam.
+    HomeSwitchUnsteady = 58,
+    /// From the origin the travel would leave the counts of the drive.
+    HomeRange = 59,
+    /// A move of the search cannot be planned.
+    HomePlan = 60,
 }
 
 /// A reason, the unit of its values, why it is refused and what to do.
 pub(crate) type Row = (Reason, Unit, &'static str, &'static str);
 
 /// Every reason.
-pub(crate) const REASONS: [Row; 40] = {
+pub(crate) const REASONS: [Row; 60] = {
     use Reason as R;
     use Unit as U;
     [
@@ -343,6 +383,126 @@ pub(crate) const REASONS: [Row; 40] = {
             U::Number,
             "the flash does not keep what is stored: its status",
             "repeat it; replace the board if it fails again",
+        ),
+        (
+            R::NotHomed,
+            U::Nothing,
+            "the axis has not found its origin",
+            "home the axes first",
+        ),
+        (
+            R::NoHoming,
+            U::Nothing,
+            "no axis has a homing in the settings",
+            "write settings with one",
+        ),
+        (
+            R::HomeStopped,
+            U::Nothing,
+            "the homing was stopped",
+            "home again",
+        ),
+        (
+            R::HomeNotFound,
+            U::Number,
+            "nothing was found within so many counts",
+            "look at direction, way and switch",
+        ),
+        (
+            R::HomePositionOld,
+            U::Number,
+            "the position was read too many microseconds ago",
+            "look at the drive, poll its position more often",
+        ),
+        (
+            R::HomeTorqueOld,
+            U::Number,
+            "the torque was read too many microseconds ago",
+            "look at the drive, poll its torque more often",
+        ),
+        (
+            R::HomeNotStill,
+            U::Number,
+            "the axis did not stand still at the start, in counts",
+            "hold it, or wait for its load",
+        ),
+        (
+            R::HomeTorqueAtRest,
+            U::Number,
+            "the motor pushes at rest already, in thousandths of its peak",
+            "move the axis off the stop, or raise the torque of a contact",
+        ),
+        (
+            R::HomeTorqueOnly,
+            U::Number,
+            "much torque, in thousandths of the peak, and the axis follows",
+            "look for friction or a brake that is closed",
+        ),
+        (
+            R::HomeErrorOnly,
+            U::Number,
+            "the axis is behind by so many counts without the torque of a contact",
+            "look for a coupling or a belt that slips",
+        ),
+        (
+            R::HomeTorqueAgainst,
+            U::Number,
+            "at the stop the torque has the wrong sign, in thousandths of the peak",
+            "is the revision of the drive right?",
+        ),
+        (
+            R::HomeBlocked,
+            U::Number,
+            "something is in the way: the axis is behind by so many counts",
+            "look at the machine",
+        ),
+        (
+            R::HomeOverload,
+            U::Number,
+            "something is in the way: thousandths of the peak torque",
+            "look at the machine",
+        ),
+        (
+            R::HomeNotArrived,
+            U::Number,
+            "the axis did not arrive, off by so many counts",
+            "look at the machine",
+        ),
+        (
+            R::HomeStillPressed,
+            U::Number,
+            "the axis sticks after backing off, in thousandths of the peak torque",
+            "look at the machine, back off farther",
+        ),
+        (
+            R::HomeNotRepeated,
+            U::Number,
+            "the second approach found another place, in counts",
+            "it was no stop, or gave way: look at the machine",
+        ),
+        (
+            R::HomeSwitchStuck,
+            U::Number,
+            "the switch is still operated after so many counts",
+            "look at the switch, its level and the back-off",
+        ),
+        (
+            R::HomeSwitchUnsteady,
+            U::Number,
+            "the switch was operated at this count and let go again",
+            "look at the switch and its cam",
+        ),
+        (
+            R::HomeRange,
+            U::Number,
+            "from there the travel leaves what the drive counts",
+            "set the zero of the drive nearer to the axis",
+        ),
+        (
+            R::HomePlan,
+            U::Nothing,
+            "the search cannot be planned",
+            "correct its speeds and ways in the settings",
         ),
     ]
 };

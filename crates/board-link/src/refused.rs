@@ -108,9 +108,9 @@ mod tests {
     use crate::reason::REASONS;
 
     #[test]
-    fn the_numbers_are_1_to_40_in_order() {
+    fn the_numbers_are_1_to_60_in_order() {
         let numbers: std::vec::Vec<u16> = Reason::all().map(Reason::number).collect();
-        assert_eq!(numbers, (1..=40).collect::<std::vec::Vec<u16>>());
+        assert_eq!(numbers, (1..=60).collect::<std::vec::Vec<u16>>());
     }
 
     #[test]

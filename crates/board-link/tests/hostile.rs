@@ -86,7 +86,7 @@ impl Hostile {
 
     fn request(&mut self, bench: &mut Bench) -> Request {
         let mut word = || self.number() as u32;
-        match word() % 24 {
+        match word() % 25 {
             0 => Request::Hello,
             1 => Request::TimeSync {
                 host_us: self.number(),
@@ -119,6 +119,7 @@ impl Hostile {
                     .map(|place| place as u8)
                     .collect::<Chunk>(),
             },
+            24 => Request::ReadOrigins,
             22 => Request::CheckSettings {
                 length: word(),
                 checksum: word(),

@@ -2,7 +2,7 @@
 
 use board_link::frame::{Losses, decode, encode};
 use board_link::message::{
-    Answer, AxisSnapshot, BoardState, Counters, Event, FaultEntry, Info, Request, Snapshot,
+    Answer, AxisSnapshot, BoardState, Counters, Event, FaultEntry, Info, Origin, Request, Snapshot,
     ToBoard, ToHost,
 };
 use board_link::segment::{AxisSegment, Begin, PlayerState, Segment, Shape, StreamPhase};
@@ -141,6 +141,7 @@ fn requests() {
         },
         &[24, 2, 1],
     );
+    asks(Request::ReadOrigins, &[25]);
 }
 
 #[test]
@@ -234,6 +235,15 @@ fn answers_and_refusals() {
     );
     answers(Answer::Taken { next: 2, credit: 3 }, &[9, 2, 3]);
     answers(Answer::Staged { received: 4 }, &[10, 4]);
+    let found = Origin::Found {
+        counts: -65,
+        uncertainty: 2,
+    };
+    let origins = [Origin::OfDrive, Origin::Unknown, found];
+    answers(
+        Answer::Origins(origins.into_iter().collect()),
+        &[11, 3, 0, 1, 2, 0x81, 0x01, 2],
+    );
     let refused = |refused| ToHost::Reply {
         number: 7,
         result: Err(refused),
@@ -269,6 +279,12 @@ fn events_and_snapshots() {
     body(&event(Event::Claimed { session: 5 }), &[1, 6, 3, 5]);
     body(&event(Event::Released { session: 5 }), &[1, 6, 4, 5]);
     body(&event(Event::SilentHost { session: 5 }), &[1, 6, 5, 5]);
+    let homed = Event::Homed {
+        axis: 1,
+        counts: -2,
+        uncertainty: 7,
+    };
+    body(&event(homed), &[1, 6, 6, 1, 3, 7]);
     let snapshot = Snapshot {
         cycle: 300,
         state: BoardState::Faulted,

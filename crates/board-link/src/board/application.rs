@@ -4,7 +4,7 @@ use crate::message::{BoardState, Event, FaultEntry, Info};
 use crate::refused::Refused;
 use crate::segment::OfAxes;
 
-use crate::message::AxisSnapshot;
+use crate::message::{AxisSnapshot, Origin};
 
 /// Something that the application shall do in one of its next cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum Command {
     Halt,
     /// Forget faults whose cause is gone.
     Clear,
-    /// Find the origins.
+    /// Find the origins. The result comes when they are found, or says why not.
     Home,
     /// Store the first bytes of [`Application::staging`] as settings.
     SaveSettings {
@@ -59,6 +59,12 @@ pub trait Application {
 
     /// The machine as of a recent cycle.
     fn machine(&mut self) -> Machine;
+
+    /// What the positions of the axes count from, in their order; none where no axis is ever homed. As of a cycle that is not older than
+    /// that of a [`Self::machine`] asked before.
+    fn origins(&mut self) -> OfAxes<Origin> {
+        OfAxes::new()
+    }
 
     /// Something that has happened, oldest first.
     fn event(&mut self) -> Option<Event>;

@@ -71,7 +71,10 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             // Never held up by a command that is under way: it may be the one that switches the drives on.
             Request::Disable => return self.post(Command::Disable, false),
             Request::Clear => return self.post(Command::Clear, true),
-            Request::Home => return self.post(Command::Home, true),
+            Request::Home => match self.check_standing() {
+                Ok(()) => return self.post(Command::Home, true),
+                Err(refused) => Err(refused),
+            },
             Request::CommitSettings { length, checksum } => {
                 match self.check_settings(*length, *checksum) {
                     Ok(()) => {
@@ -117,12 +120,23 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
         }
     }
 
+    /// Whether no stream moves the axes, or will.
+    fn check_standing(&self) -> Result<(), Refused> {
+        let admission = self.admission.as_ref();
+        match admission.filter(|admission| admission.player().phase.is_active()) {
+            Some(admission) => Err(Reason::Moving.because(admission.stream().into(), 0)),
+            None => Ok(()),
+        }
+    }
+
     fn release(&mut self) -> Result<Answer, Refused> {
         if let Some(admission) = &mut self.admission
             && admission.player().phase.is_active()
         {
             admission.stop()?;
         }
+        // It may be a homing.
+        self.owes_stop |= self.busy.is_some();
         if let Some(session) = self.session.take() {
             let session = session.number;
             self.events.add(Event::Released { session });
@@ -158,7 +172,9 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
         let stand: OfAxes<Position> = stand
             .map(|axis| Position::from_counts(axis.target))
             .collect();
+        let origins = self.app.origins();
         let admission = self.admission.as_mut().ok_or(NO_SETTINGS)?;
+        admission.set_origins(&origins)?;
         admission.begin(begin, &stand, now)
     }
 

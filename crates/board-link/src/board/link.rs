@@ -21,6 +21,8 @@ struct Pending {
     key: Key,
     ticket: u16,
     since: u64,
+    /// It takes as long as it takes.
+    is_homing: bool,
 }
 
 /// What two requests have in common when one is the repetition of the other.
@@ -149,7 +151,12 @@ impl<const OUT: usize> Link<OUT> {
             // A segment has its index: what is there already is not taken twice.
             Outcome::Answered(result) if is_segment => self.reply(key.number, result),
             Outcome::Answered(result) => self.answer(key, result),
-            Outcome::Posted(ticket) => self.wait_for(key, ticket, now),
+            Outcome::Posted(ticket) => self.wait_for(Pending {
+                key,
+                ticket,
+                since: now,
+                is_homing: message.request == Request::Home,
+            }),
         }
     }
 
@@ -165,13 +172,11 @@ impl<const OUT: usize> Link<OUT> {
         (commands || is_free || result.is_err()).then(|| result.clone())
     }
 
-    fn wait_for(&mut self, key: Key, ticket: u16, now: u64) {
-        let since = now;
-        let pending = Pending { key, ticket, since };
+    fn wait_for(&mut self, pending: Pending) {
         if !self.pending.put(pending) {
             // It is carried out; how it ends is not reported.
             self.answer(
-                key,
+                pending.key,
                 Err(Reason::Busy.because(PENDING as i64, PENDING as i64 + 1)),
             );
         }
@@ -217,7 +222,7 @@ impl<const OUT: usize> Link<OUT> {
             let Some(pending) = self.pending.get(slot) else {
                 continue;
             };
-            let is_over = now.saturating_sub(pending.since) > patience.into();
+            let is_over = !pending.is_homing && now.saturating_sub(pending.since) > patience.into();
             let result = match board.take_result(pending.ticket) {
                 Some(result) => result.map(|()| Answer::Done),
                 None if is_over => {

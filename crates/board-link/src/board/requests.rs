@@ -35,6 +35,7 @@ impl<const OUT: usize> Link<OUT> {
                     next: board.events.next(),
                 })
             }
+            Request::ReadOrigins => Ok(Answer::Origins(board.app.origins())),
             // It was asked whether it reads.
             _ => Err(Reason::Unsupported.plain()),
         }

@@ -57,8 +57,8 @@ pub struct Board<'q, A, const AXES: usize> {
     pub(super) silent_hosts: u32,
     results: Slots<(u16, Result<(), Refused>), RESULTS>,
     last_ticket: u16,
-    /// A silent host was a stop, and the application has had no room for it yet.
-    owes_stop: bool,
+    /// A silent host was a stop, or one that gave the command back, and the application has had no room for it yet.
+    pub(super) owes_stop: bool,
     /// Settings are stored: the board may stand still meanwhile, and does not hold it against the host.
     pub(super) is_storing: bool,
     reported: (u32, StreamPhase),

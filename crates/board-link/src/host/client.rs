@@ -5,7 +5,7 @@ use heapless::Deque;
 use super::clock::ClockEstimate;
 use super::connection::{Connection, Phase};
 use super::events::EventOrder;
-use super::exchange::{Exchange, Next, RequestError};
+use super::exchange::{Exchange, FOR_EVER, Next, RequestError};
 use super::incoming::{ClientConfig, Incoming};
 use super::stream::{Stream, StreamEnd};
 use crate::frame::{Decoder, Losses, decode};
@@ -167,9 +167,18 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         )
     }
 
+    /// The same for a request of the program. A homing takes as long as it takes: it is tried until the connection is lost.
+    fn limits_of_command(&self) -> (u32, u8) {
+        let (timeout_us, tries) = self.limits();
+        let command = self.command.as_ref();
+        let is_homing = command.is_some_and(|exchange| exchange.message.request == Request::Home);
+        (timeout_us, if is_homing { FOR_EVER } else { tries })
+    }
+
     /// Sends what is due.
     pub fn poll(&mut self, now_us: u64) {
-        let (patient, usual) = (self.limits(), (self.config.timeout_us, self.config.tries));
+        let patient = self.limits_of_command();
+        let usual = (self.config.timeout_us, self.config.tries);
         for is_urgent in [true, false] {
             let (slot, limits) = if is_urgent {
                 (&mut self.urgent, usual)

@@ -30,6 +30,9 @@ pub enum RequestError {
     Busy,
 }
 
+/// So many tries are no limit.
+pub(super) const FOR_EVER: u8 = u8::MAX;
+
 /// A request on its way.
 #[derive(Debug, Clone)]
 pub(super) struct Exchange {
@@ -72,7 +75,7 @@ impl Exchange {
         if !is_due {
             return Next::Wait;
         }
-        if self.tries >= most_tries {
+        if self.tries >= most_tries && most_tries != FOR_EVER {
             return Next::GiveUp { tries: self.tries };
         }
         if outbox.send(&self.message) {
@@ -80,7 +83,7 @@ impl Exchange {
                 self.first_us = now_us;
             }
             self.sent_us = now_us;
-            self.tries += 1;
+            self.tries = self.tries.saturating_add(1);
         }
         Next::Wait
     }

@@ -13,6 +13,6 @@ pub use crate::reason::{Reason, Unit};
 pub use crate::refused::Refused;
 pub use bounds::{Chunk, Text};
 pub use reply::{Answer, Counters, FaultEntry, Info};
-pub use report::{AxisSnapshot, BoardState, Event, Snapshot};
+pub use report::{AxisSnapshot, BoardState, Event, Origin, Snapshot};
 pub use request::{Request, ToBoard};
 pub use to_host::ToHost;

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Chunk, Text};
+use super::{Chunk, Origin, Text};
 use crate::frame::Losses;
+use crate::segment::OfAxes;
 
 /// The answer to a request that was carried out.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,6 +70,8 @@ pub enum Answer {
         /// Bytes that are there.
         received: u32,
     },
+    /// To `ReadOrigins`, an origin of each axis; none where no axis of the board is ever homed.
+    Origins(OfAxes<Origin>),
 }
 
 /// What a board is.

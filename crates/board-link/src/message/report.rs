@@ -64,6 +64,35 @@ pub struct AxisSnapshot {
     pub fault: u16,
 }
 
+/// What the positions of an axis count from. All positions on the link are counts of the drive: the place of the axis is that less its origin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Origin {
+    /// The zero of its drive: its settings ask for no homing.
+    #[default]
+    OfDrive,
+    /// Its settings ask for a homing, and it was not homed since its drive follows set-points. It takes no segment.
+    Unknown,
+    /// It was homed.
+    Found {
+        /// What the drive counts at the zero of the axis.
+        counts: i32,
+        /// By how much that may be off, as far as it can be seen, in counts.
+        uncertainty: u32,
+    },
+}
+
+impl Origin {
+    /// What the drive counts at the zero of the axis; `None` where that is not known.
+    #[must_use]
+    pub const fn counts(self) -> Option<i32> {
+        match self {
+            Self::OfDrive => Some(0),
+            Self::Unknown => None,
+            Self::Found { counts, .. } => Some(counts),
+        }
+    }
+}
+
 /// Something that has happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
@@ -101,5 +130,14 @@ pub enum Event {
     SilentHost {
         /// The number of the session.
         session: u32,
+    },
+    /// An axis has found its origin.
+    Homed {
+        /// The axis.
+        axis: u8,
+        /// What its drive counts there.
+        counts: i32,
+        /// By how much that may be off, in counts.
+        uncertainty: u32,
     },
 }

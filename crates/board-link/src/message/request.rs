@@ -70,7 +70,7 @@ pub enum Request {
     Disable,
     /// Forget faults whose cause is gone.
     Clear,
-    /// Find the origins.
+    /// Find the origins: each axis whose settings ask for it, one after the other. The reply comes when they are found, or says why not.
     Home,
     /// Begin a stream of segments.
     Begin(Begin),
@@ -118,6 +118,8 @@ pub enum Request {
         /// Their [`checksum`](crate::frame::checksum).
         checksum: u32,
     },
+    /// What do the positions of the axes count from? Answer: [`Answer::Origins`](super::Answer::Origins).
+    ReadOrigins,
 }
 
 impl Request {
@@ -133,6 +135,7 @@ impl Request {
                 | Self::ReadCounters
                 | Self::Snapshots { .. }
                 | Self::Events { .. }
+                | Self::ReadOrigins
         )
     }
 

@@ -14,6 +14,7 @@ use super::phase::{PlayerState, StreamPhase};
 use super::queue::{Admitted, Order, Shared, Start, Tail};
 use super::quick::{Places, Scale};
 use crate::config::AxisLimits;
+use crate::message::Origin;
 use crate::rate::ONE;
 use crate::reason::Reason;
 use crate::refused::Refused;
@@ -42,6 +43,8 @@ pub struct Admission<'q, const AXES: usize> {
     shared: &'q Shared,
     axes: usize,
     limits: [AxisLimits; AXES],
+    /// What the travels count from.
+    origins: [i32; AXES],
     config: SegmentConfig,
     edges: [Edge; AXES],
     pub(super) stream: Stream,
@@ -62,6 +65,7 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             shared,
             axes,
             limits,
+            origins: [0; AXES],
             config,
             edges: [Edge::default(); AXES],
             stream: Stream {
@@ -127,6 +131,21 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
             finished: self.shared.finished.load(Ordering::Relaxed),
             percent: ((100 * i64::from(rate) + ONE / 2) / ONE) as u16,
         }
+    }
+
+    /// What the axes count from, for the next stream: their travels move with their origins. Axes that are left out count from where they
+    /// did.
+    ///
+    /// # Errors
+    /// [`Reason::NotHomed`] for the first axis whose origin is not known.
+    pub fn set_origins(&mut self, origins: &[Origin]) -> Result<(), Refused> {
+        let axes = origins.iter().zip(&mut self.origins).zip(&mut self.limits);
+        for (axis, ((origin, before), limits)) in axes.enumerate() {
+            let counts = origin.counts().ok_or(Reason::NotHomed.at(axis, 0, 0))?;
+            *limits = limits.moved_by(i64::from(counts) - i64::from(*before));
+            *before = counts;
+        }
+        Ok(())
     }
 
     /// Begins a stream, at `now` in cycles, for axes whose set-points stand at `stand`.

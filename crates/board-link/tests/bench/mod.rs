@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use board_link::board::{Application, Board, BoardConfig, Command, Link, Machine};
 use board_link::host::{Client, ClientConfig, Incoming};
-use board_link::message::{AxisSnapshot, BoardState, Event, FaultEntry, Info};
+use board_link::message::{AxisSnapshot, BoardState, Event, FaultEntry, Info, Origin};
 use board_link::segment::{
     AxisSegment, Begin, OfAxes, Player, Segment, SegmentConfig, SegmentQueue, Shape,
 };
@@ -43,6 +43,10 @@ pub(crate) struct Mock {
     pub(crate) staging: Vec<u8>,
     /// The cycle does not come to commands.
     pub(crate) is_stuck: bool,
+    /// What the axes count from; none without a homing.
+    pub(crate) origins: OfAxes<Origin>,
+    /// A homing that goes on.
+    pub(crate) homing: Option<u16>,
 }
 
 impl Mock {
@@ -59,7 +63,15 @@ impl Mock {
             stored: b"first settings".to_vec(),
             staging: vec![0; 300],
             is_stuck: false,
+            origins: OfAxes::new(),
+            homing: None,
         }
+    }
+
+    /// The homing ends so.
+    pub(crate) fn end_homing(&mut self, result: Result<(), Refused>) {
+        let ticket = self.homing.take().expect("a homing");
+        self.results.push_back((ticket, result));
     }
 
     fn carry_out(
@@ -134,6 +146,10 @@ impl Application for Mock {
 
     fn event(&mut self) -> Option<Event> {
         self.events.pop_front()
+    }
+
+    fn origins(&mut self) -> OfAxes<Origin> {
+        self.origins.clone()
     }
 
     fn settings(&self) -> &[u8] {
@@ -231,6 +247,14 @@ impl Bench {
             && let Some((ticket, command)) = mock.commands.pop_front()
         {
             mock.ordered.push(command);
+            let homes = mock.origins.contains(&Origin::Unknown);
+            if command == Command::Home && mock.state == BoardState::Enabled && homes {
+                mock.homing = Some(ticket);
+                continue;
+            }
+            if command == Command::Stop && mock.homing.is_some() {
+                mock.end_homing(Err(Reason::HomeStopped.at(0, 0, 0)));
+            }
             let result = mock.carry_out(command, &mut self.player);
             mock.results.push_back((ticket, result));
         }
