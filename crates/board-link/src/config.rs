@@ -47,7 +47,7 @@ impl AxisLimits {
     #[must_use]
     pub fn moved_by(&self, counts: i64) -> Self {
         let moved = |end: Position| {
-            let units = counts.saturating_mul(i64::from(Position::UNITS));
+            let units = counts.saturating_mul(Position::UNITS);
             Position::from_units(end.units().saturating_add(units))
         };
         Self {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::homing::HomingSettings;
+
 /// One axis. Nothing that limits its motion has a default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisSettings {
@@ -15,7 +17,7 @@ pub struct AxisSettings {
     pub acceleration_rpm_per_s: u32,
     /// Fastest change of the acceleration, r/min per second²; `None`: no limit.
     pub jerk_rpm_per_s2: Option<u32>,
-    /// Where it may go.
+    /// Where it may go: from the zero of its drive, or from the origin that its homing finds.
     pub travel: Travel,
     /// Unit of the position that the drive reports.
     pub read_back: ReadBack,
@@ -34,6 +36,9 @@ pub struct AxisSettings {
     pub following_error_counts: Option<u32>,
     /// The same at standstill; `None`: 16 counts.
     pub drift_tolerance_counts: Option<u32>,
+    /// How it finds its origin; `None`: its positions are those of its drive.
+    #[serde(with = "crate::homing")]
+    pub homing: Option<HomingSettings>,
 }
 
 impl AxisSettings {
@@ -55,13 +60,14 @@ impl AxisSettings {
             dialect: Dialect::Detect,
             following_error_counts: None,
             drift_tolerance_counts: None,
+            homing: None,
         }
     }
 }
 
 pub use can_motion::MotorLimits;
 
-/// Where an axis may go, from the origin of its drive.
+/// Where an axis may go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Travel {
     /// In thousandths of a degree of the motor. Rounded towards 0 to counts.

@@ -14,6 +14,8 @@ use trajectory::Position;
 
 use crate::axis::{AxisSettings, Dialect, MotorLimits, Polls, ReadBack, Travel};
 use crate::board::Board;
+#[cfg(feature = "homing")]
+use crate::configs_of_homing::AxisHoming;
 use crate::refusal::{Kind, Refusal};
 use crate::refusal_of_master::axis_count;
 use crate::settings::{MOST_AXES, Settings};
@@ -30,6 +32,9 @@ pub struct Configs {
     pub limits: Vec<AxisLimits, MOST_AXES>,
     /// An enable input is connected.
     pub enable_fitted: bool,
+    /// How the axes find their origins. One that does has a master with the widest travel; its limits count from its origin.
+    #[cfg(feature = "homing")]
+    pub homings: Vec<Option<AxisHoming>, MOST_AXES>,
 }
 
 impl Configs {
@@ -54,11 +59,25 @@ impl Settings {
         }
         let master = self.master(board)?;
         let (mut axes, mut limits) = (Vec::new(), Vec::new());
+        #[cfg(feature = "homing")]
+        let mut homings = Vec::new();
+        #[cfg(not(feature = "homing"))]
+        if let Some(place) = self.axes.iter().position(|axis| axis.homing.is_some()) {
+            return Err(Kind::NoHoming.at(place, 0, 1));
+        }
         for (place, axis) in self.axes.iter().enumerate() {
-            let (config, limit) = axis.config(board.cycle_us).map_err(|refusal| Refusal {
+            let at_axis = |refusal| Refusal {
                 axis: Some(place as u8),
                 ..refusal
-            })?;
+            };
+            #[cfg_attr(not(feature = "homing"), allow(unused_mut))]
+            let (mut config, limit) = axis.config(board.cycle_us).map_err(at_axis)?;
+            #[cfg(feature = "homing")]
+            {
+                let homing = axis.homing_of(&mut config, board.cycle_us);
+                // As below.
+                let _ = homings.push(homing.map_err(at_axis)?);
+            }
             // Both lists have the room of the settings.
             let _ = axes.push(config);
             let _ = limits.push(limit);
@@ -69,6 +88,8 @@ impl Settings {
             axes,
             limits,
             enable_fitted: self.inputs.enable_fitted,
+            #[cfg(feature = "homing")]
+            homings,
         };
         let admitted = configs.plan().admit(MOST_AXES);
         admitted.map_err(|error| Refusal::of_master(&error, board.cycle_us, &configs.axes))?;
@@ -137,6 +158,32 @@ impl AxisSettings {
         };
         let link = self.link_limits(&limits, gear, cycle_us)?;
         Ok((config, link))
+    }
+
+    /// The homing, where there is one; the master is told of no other travel than what it can read back then.
+    #[cfg(feature = "homing")]
+    fn homing_of(
+        &self,
+        config: &mut AxisConfig,
+        cycle_us: u32,
+    ) -> Result<Option<AxisHoming>, Refusal> {
+        let Some(homing) = &self.homing else {
+            return Ok(None);
+        };
+        let travel = config.limits.travel;
+        let widest = can_motion::Travel::WHOLE;
+        if travel.min_counts > travel.max_counts {
+            return Err(Kind::Travel.because(travel.min_counts.into(), travel.max_counts.into()));
+        }
+        for end in [travel.min_counts, travel.max_counts] {
+            let nearest = end.clamp(widest.min_counts, widest.max_counts);
+            if nearest != end {
+                return Err(Kind::Travel.because(nearest.into(), end.into()));
+            }
+        }
+        let search = self.search(homing, &config.limits, config.gear, cycle_us)?;
+        config.limits.travel = widest_travel(config.read_back);
+        Ok(Some(search))
     }
 
     fn limits(&self, gear: GearNumber, cycle_us: u32) -> Result<Limits, Refusal> {
@@ -268,6 +315,20 @@ impl ReadBack {
                 command_counts,
             },
         }
+    }
+}
+
+/// All positions that can be read back.
+#[cfg(feature = "homing")]
+fn widest_travel(read_back: ReadBackScale) -> can_motion::Travel {
+    let most = i64::from(can_motion::Travel::WHOLE.max_counts);
+    // A scale of 0 is refused by the master.
+    let divisor = i64::from(read_back.read_back_counts).max(1);
+    let reached = most * i64::from(read_back.command_counts) / divisor;
+    let end = reached.min(most) as i32;
+    can_motion::Travel {
+        min_counts: -end,
+        max_counts: end,
     }
 }
 

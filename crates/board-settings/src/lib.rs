@@ -9,8 +9,11 @@ mod axis;
 mod board;
 mod bytes;
 mod configs;
+#[cfg(feature = "homing")]
+mod configs_of_homing;
 #[cfg(feature = "toml")]
 pub mod file;
+mod homing;
 mod refusal;
 mod refusal_of_master;
 mod settings;
@@ -19,5 +22,8 @@ pub use axis::{AxisSettings, Dialect, MotorLimits, Polls, ReadBack, Travel};
 pub use board::Board;
 pub use bytes::{LONGEST, VERSION};
 pub use configs::Configs;
+#[cfg(feature = "homing")]
+pub use configs_of_homing::AxisHoming;
+pub use homing::{HomingDirection, HomingMethod, HomingSearch, HomingSettings, SwitchLevel};
 pub use refusal::{Kind, Refusal};
 pub use settings::{BusSettings, Inputs, MOST_AXES, Name, Settings};

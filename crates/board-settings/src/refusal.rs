@@ -80,10 +80,42 @@ pub enum Kind {
     Cycle = 1028,
     /// The master refuses the configuration for a reason that this version has no number for.
     Master = 1029,
+    /// The firmware has no homing.
+    NoHoming = 1030,
+    /// The speed of a search is 0 or more than that of the axis.
+    HomingSpeed = 1031,
+    /// The second approach is faster than the search, or stands.
+    HomingSlowSpeed = 1032,
+    /// The acceleration of a search is 0 or more than that of the axis.
+    HomingAcceleration = 1033,
+    /// The torque of a contact is 0 or more than the most of the search.
+    HomingTorque = 1034,
+    /// The torque that ends a search is not within the peak.
+    HomingMostTorque = 1035,
+    /// The following error of a contact is 0 or not below the most of the search.
+    HomingContact = 1036,
+    /// The following error that ends a search is 0 or not below that of the axis.
+    HomingMost = 1037,
+    /// The way of a search is empty or too far.
+    HomingWay = 1038,
+    /// The back-off is 0 or longer than the way of the search.
+    HomingBackOff = 1039,
+    /// The axis would rest outside its travel.
+    HomingRest = 1040,
+    /// The position is read too seldom for a search.
+    HomingPositionPoll = 1041,
+    /// The torque is read too seldom for a search.
+    HomingTorquePoll = 1042,
+    /// The following error would be at its limit before a contact is seen.
+    HomingTooFast = 1043,
+    /// There is no such pin for a switch.
+    HomingPin = 1044,
+    /// The homing cannot work for a reason that this version has no number for.
+    HomingSearch = 1045,
 }
 
 /// Number, key in a file, text and advice of each kind.
-const KINDS: [(Kind, &str, &str, &str); 29] = {
+const KINDS: [(Kind, &str, &str, &str); 45] = {
     use Kind as K;
     [
         (
@@ -260,6 +292,102 @@ const KINDS: [(Kind, &str, &str, &str); 29] = {
             "the master refuses the configuration",
             "compare with an example",
         ),
+        (
+            K::NoHoming,
+            "homing",
+            "the firmware has no homing: version of the settings",
+            "build it with `cargo fw --link --homing`, or leave the homing out",
+        ),
+        (
+            K::HomingSpeed,
+            "homing_speed_rpm",
+            "the speed of a homing in r/min is not 1 to that of the axis",
+            "choose another speed",
+        ),
+        (
+            K::HomingSlowSpeed,
+            "homing_slow_speed_rpm",
+            "the speed of the second approach in r/min is not 1 to that of the search",
+            "choose another speed",
+        ),
+        (
+            K::HomingAcceleration,
+            "homing_acceleration_rpm_per_s",
+            "the acceleration of a homing in r/min per second is not 1 to that of the axis",
+            "choose another acceleration",
+        ),
+        (
+            K::HomingTorque,
+            "homing_torque_permille",
+            "the torque of a contact in thousandths of the peak is not 1 to the most",
+            "choose another torque",
+        ),
+        (
+            K::HomingMostTorque,
+            "homing_most_torque_permille",
+            "the torque that ends a homing is not 1 to 1000 thousandths of the peak",
+            "choose another torque",
+        ),
+        (
+            K::HomingContact,
+            "homing_contact_millidegrees",
+            "the following error of a contact in counts is not 1 to less than the most",
+            "choose another following error",
+        ),
+        (
+            K::HomingMost,
+            "homing_most_millidegrees",
+            "the following error that ends a homing in counts is not 1 to less than that of the axis",
+            "make it smaller, or following_error_counts larger",
+        ),
+        (
+            K::HomingWay,
+            "homing_way_millidegrees",
+            "the way of a homing in counts is not 1 to 2^26",
+            "choose another way",
+        ),
+        (
+            K::HomingBackOff,
+            "homing_back_off_millidegrees",
+            "the back-off in counts is not 1 to the way of the homing",
+            "choose another back-off",
+        ),
+        (
+            K::HomingRest,
+            "homing_reference_millidegrees",
+            "after its homing the axis would rest outside its travel, in counts",
+            "choose another reference, back-off or travel",
+        ),
+        (
+            K::HomingPositionPoll,
+            "position_poll_us",
+            "a homing needs the position at least every so many microseconds",
+            "poll it, or more often",
+        ),
+        (
+            K::HomingTorquePoll,
+            "torque_poll_us",
+            "a homing to a stop needs the torque at least every so many microseconds",
+            "poll it, or more often",
+        ),
+        (
+            K::HomingTooFast,
+            "homing_speed_rpm",
+            "the homing is too fast for a contact to be seen in time, in r/min",
+            "choose a slower one, or a larger homing_most_millidegrees",
+        ),
+        (
+            K::HomingPin,
+            "homing_switch_pin",
+            "a switch hangs on a pin of port C, 3 to 12",
+            "choose one of them",
+        ),
+        (
+            K::HomingSearch,
+            "homing",
+            "the homing cannot work",
+            "compare with an example",
+        ),
     ]
 };
 
@@ -372,9 +500,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_are_1001_to_1029_in_order() {
+    fn the_numbers_are_1001_to_1045_in_order() {
         let numbers: Vec<u16> = Kind::all().map(Kind::number).collect();
-        assert_eq!(numbers, (1001..=1029).collect::<Vec<u16>>());
+        assert_eq!(numbers, (1001..=1045).collect::<Vec<u16>>());
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::string::String;
 
 use super::FORMAT;
 use crate::axis::{AxisSettings, Dialect, Polls, ReadBack, Travel};
+use crate::homing::{HomingDirection, HomingMethod, HomingSearch, HomingSettings, SwitchLevel};
 use crate::settings::{BusSettings, Settings};
 
 /// The text of a file with these settings.
@@ -75,7 +76,89 @@ fn write_axis(text: &mut String, axis: &AxisSettings) -> fmt::Result {
     };
     writeln!(text, "dialect = \"{dialect}\"")?;
     write_optional(text, "following_error_counts", axis.following_error_counts)?;
-    write_optional(text, "drift_tolerance_counts", axis.drift_tolerance_counts)
+    write_optional(text, "drift_tolerance_counts", axis.drift_tolerance_counts)?;
+    match &axis.homing {
+        Some(homing) => write_homing(text, homing),
+        None => Ok(()),
+    }
+}
+
+fn write_homing(text: &mut String, homing: &HomingSettings) -> fmt::Result {
+    let HomingSettings {
+        method,
+        order,
+        reference_millidegrees,
+    } = homing;
+    let word = match method {
+        HomingMethod::Here => "here",
+        HomingMethod::Stop { .. } => "stop",
+        HomingMethod::Switch { .. } => "switch",
+    };
+    writeln!(text, "# The travel counts from the origin that it finds.")?;
+    writeln!(text, "homing = \"{word}\"")?;
+    writeln!(text, "homing_order = {order}")?;
+    writeln!(
+        text,
+        "homing_reference_millidegrees = {reference_millidegrees}"
+    )?;
+    match method {
+        HomingMethod::Here => Ok(()),
+        HomingMethod::Stop {
+            search,
+            torque_permille,
+            contact_millidegrees,
+        } => {
+            write_search(text, search)?;
+            writeln!(text, "homing_torque_permille = {torque_permille}")?;
+            writeln!(text, "homing_contact_millidegrees = {contact_millidegrees}")
+        }
+        HomingMethod::Switch {
+            search,
+            pin,
+            active,
+        } => {
+            write_search(text, search)?;
+            writeln!(text, "# A pin of port C.")?;
+            writeln!(text, "homing_switch_pin = {pin}")?;
+            let active = match active {
+                SwitchLevel::Low => "low",
+                SwitchLevel::High => "high",
+            };
+            writeln!(text, "homing_switch_active = \"{active}\"")
+        }
+    }
+}
+
+fn write_search(text: &mut String, search: &HomingSearch) -> fmt::Result {
+    let HomingSearch {
+        direction,
+        speed_rpm,
+        slow_speed_rpm,
+        acceleration_rpm_per_s,
+        most_torque_permille,
+        most_millidegrees,
+        way_millidegrees,
+        back_off_millidegrees,
+    } = search;
+    let direction = match direction {
+        HomingDirection::Positive => "positive",
+        HomingDirection::Negative => "negative",
+    };
+    writeln!(text, "homing_direction = \"{direction}\"")?;
+    writeln!(text, "homing_way_millidegrees = {way_millidegrees}")?;
+    writeln!(text, "homing_speed_rpm = {speed_rpm}")?;
+    writeln!(text, "homing_slow_speed_rpm = {slow_speed_rpm}")?;
+    writeln!(
+        text,
+        "homing_acceleration_rpm_per_s = {acceleration_rpm_per_s}"
+    )?;
+    writeln!(text, "# What ends the search.")?;
+    writeln!(text, "homing_most_torque_permille = {most_torque_permille}")?;
+    writeln!(text, "homing_most_millidegrees = {most_millidegrees}")?;
+    writeln!(
+        text,
+        "homing_back_off_millidegrees = {back_off_millidegrees}"
+    )
 }
 
 fn write_optional(text: &mut String, key: &str, value: Option<u32>) -> fmt::Result {

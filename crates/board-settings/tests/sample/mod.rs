@@ -82,6 +82,7 @@ fn any_axis() -> impl Strategy<Value = AxisSettings> {
             dialect,
             following_error_counts: numbers.6,
             drift_tolerance_counts: numbers.7,
+            homing: None,
         },
     )
 }
