@@ -103,11 +103,7 @@ impl<P: Plan> Homing for Sequence<P> {
             return true;
         }
         for pin in P::AXES.iter().flatten().filter_map(|axis| axis.switch_pin) {
-            let pin = usize::from(pin & 0xF);
-            GPIOC.moder().modify(|to| to.set_moder(pin, Moder::INPUT));
-            GPIOC
-                .pupdr()
-                .modify(|to| to.set_pupdr(pin, Pupdr::PULL_DOWN));
+            set_up_switch(pin);
         }
         self.axis = 0;
         self.is_cancelled = false;
@@ -174,10 +170,7 @@ impl<P: Plan> Sequence<P> {
             return Step::Failed;
         };
         let mut inputs = Drives::readings(config, &snapshot);
-        inputs.switch = plan.switch_pin.map(|pin| Reading {
-            value: GPIOC.idr().read().idr(usize::from(pin & 0xF)) == Idr::HIGH,
-            at_us: now.as_us(),
-        });
+        inputs.switch = plan.switch_pin.map(|pin| read_switch(pin, now));
         let search = match &mut self.search {
             Some(search) => search,
             None => match Search::new(plan.search, inputs.sent_counts) {
@@ -232,7 +225,25 @@ impl<P: Plan> Sequence<P> {
     }
 }
 
-fn write_abort(axis: usize, abort: &Abort) {
+/// The pin of a switch, pulled down.
+pub(crate) fn set_up_switch(pin: u8) {
+    let pin = usize::from(pin & 0xF);
+    GPIOC.moder().modify(|to| to.set_moder(pin, Moder::INPUT));
+    GPIOC
+        .pupdr()
+        .modify(|to| to.set_pupdr(pin, Pupdr::PULL_DOWN));
+}
+
+/// Its level.
+pub(crate) fn read_switch(pin: u8, now: Instant) -> Reading<bool> {
+    Reading {
+        value: GPIOC.idr().read().idr(usize::from(pin & 0xF)) == Idr::HIGH,
+        at_us: now.as_us(),
+    }
+}
+
+/// Tells the log why an axis has found nothing.
+pub(crate) fn write_abort(axis: usize, abort: &Abort) {
     match *abort {
         Abort::Cancelled => defmt::warn!("axis {=usize}: its homing was stopped", axis),
         Abort::NotFound { way_counts } => defmt::error!(

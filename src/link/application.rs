@@ -1,6 +1,8 @@
 //! What the protocol asks of the firmware, answered in the thread.
 
 use board_link::board::{Application, Command, Machine};
+#[cfg(feature = "link-homing")]
+use board_link::message::Origin;
 use board_link::message::{BoardState, Event, FaultEntry, Info, Text};
 use board_link::{Reason, Refused};
 use board_settings::LONGEST;
@@ -10,6 +12,8 @@ use heapless::spsc::{Consumer, Producer};
 use super::faults;
 use super::orders::{Ordered, Result};
 use super::shared::SHARED;
+#[cfg(feature = "link-homing")]
+use crate::config::AXES;
 use crate::config::CYCLE_US;
 use crate::machine;
 use crate::store::{Fault, Storage};
@@ -42,6 +46,9 @@ pub(crate) struct Firmware {
     stores_at: u64,
     /// As the host was told last.
     state: BoardState,
+    /// The axes of which the host was told that they are homed, a bit each.
+    #[cfg(feature = "link-homing")]
+    homed: u16,
 }
 
 impl Firmware {
@@ -60,6 +67,8 @@ impl Firmware {
             is_asking: false,
             stores_at: STORE_PERIOD,
             state: BoardState::NoSettings,
+            #[cfg(feature = "link-homing")]
+            homed: 0,
         }
     }
 
@@ -108,6 +117,28 @@ impl Firmware {
         }
     }
 
+    /// Tells of axes that have found their origins.
+    #[cfg(feature = "link-homing")]
+    fn note_origins(&mut self) {
+        let known = SHARED.known();
+        let news = known & !self.homed;
+        self.homed = known;
+        for axis in (0..AXES).filter(|axis| news >> axis & 1 != 0) {
+            if let Origin::Found {
+                counts,
+                uncertainty,
+            } = SHARED.origin(axis)
+            {
+                let axis = axis as u8;
+                self.add(Event::Homed {
+                    axis,
+                    counts,
+                    uncertainty,
+                });
+            }
+        }
+    }
+
     fn add(&mut self, event: Event) {
         if self.events.is_full() {
             self.events.pop_front();
@@ -118,6 +149,8 @@ impl Firmware {
 }
 
 impl Application for Firmware {
+    const HOMES: bool = cfg!(feature = "link-homing");
+
     fn info(&self) -> Info {
         let text = |text: &str| Text::try_from(text).unwrap_or_default();
         Info {
@@ -177,7 +210,14 @@ impl Application for Firmware {
         machine
     }
 
+    #[cfg(feature = "link-homing")]
+    fn origin(&mut self, axis: usize) -> Origin {
+        SHARED.origin(axis)
+    }
+
     fn event(&mut self) -> Option<Event> {
+        #[cfg(feature = "link-homing")]
+        self.note_origins();
         let state = SHARED.state();
         if state != self.state {
             self.state = state;

@@ -21,6 +21,9 @@ pub(crate) struct Machine {
     pub(crate) limits: Vec<AxisLimits, AXES>,
     /// An enable input is fitted.
     pub(crate) has_enable_input: bool,
+    /// How each finds its origin.
+    #[cfg(feature = "link-homing")]
+    pub(crate) homings: Vec<Option<board_settings::AxisHoming>, AXES>,
 }
 
 static MACHINE: OnceLock<Machine> = OnceLock::new();

@@ -9,6 +9,7 @@
 //! | `application` | what the protocol asks of the firmware |
 //! | `orders` | the half of the cycle: commands, and the player of the segments |
 //! | `rules` | what the inputs and the state of the machine let a command do |
+//! | `homing`, `sequence` | with `link-homing`: the axes find their origins; `no_homing` in its place |
 //! | `shared` | what the thread sees of the cycle |
 //! | `faults` | numbers of the faults |
 //!
@@ -16,6 +17,8 @@
 
 pub(crate) mod application;
 pub(crate) mod faults;
+#[cfg_attr(not(feature = "link-homing"), path = "no_homing.rs")]
+pub(crate) mod homing;
 pub(crate) mod orders;
 pub(crate) mod shared;
 pub(crate) mod stored;

@@ -1,7 +1,7 @@
 //! The half of the cycle: it carries out what the inputs permit of the commands, and plays the segments while every axis follows.
 
 use board_link::board::Command;
-use board_link::message::AxisSnapshot;
+use board_link::message::{AxisSnapshot, BoardState};
 use board_link::segment::Player;
 use board_link::{Reason, Refused};
 use can_motion::facts::{Facts, Motion, Power};
@@ -10,6 +10,7 @@ use heapless::spsc::{Consumer, Producer};
 use trajectory::Position;
 
 use super::faults;
+use super::homing::Homings;
 use super::shared::SHARED;
 use crate::config::{AXES, CYCLE_US, Drives, GROUP, Homing};
 use crate::drives::{Board as _, BoardFault, BoardMaster};
@@ -29,6 +30,7 @@ pub(crate) struct Orders {
     commands: Consumer<'static, Ordered>,
     results: Producer<'static, Result>,
     rules: Rules,
+    homings: Homings,
     situation: Situation,
     /// Whether a drive may have power, as of so many changes of the facts.
     powered: (u32, bool),
@@ -56,6 +58,7 @@ impl Orders {
             commands,
             results,
             rules: Rules::default(),
+            homings: Homings::new(),
             situation: Situation {
                 inputs: Inputs::default(),
                 axes: Axes::default(),
@@ -112,10 +115,23 @@ impl Orders {
         if let Some((ticket, result)) = self.rules.outcome(supervisor.state(), self.situation) {
             self.answer(ticket, result);
         }
+        if self.homings.is_awaited()
+            && let Some(why) = self.rules.ends_homing(supervisor.state(), self.situation)
+        {
+            self.end_homing(fault_of(master).unwrap_or(why));
+        }
         if let Some((ticket, command)) = self.commands.dequeue()
             && let Some(result) = self.rules.take(ticket, command, supervisor, self.situation)
         {
-            let result = result.and_then(|order| self.carry_out(order, master, now));
+            let result = match result {
+                // Its result comes when it ends.
+                Ok(Order::Home) => match self.homings.begin(ticket) {
+                    Ok(()) => return self.rules.contacts(supervisor, self.situation),
+                    Err(refused) => Err(refused),
+                },
+                Ok(order) => self.carry_out(order, master, now),
+                Err(refused) => Err(refused),
+            };
             self.answer(ticket, result);
         }
         self.rules.contacts(supervisor, self.situation)
@@ -128,12 +144,15 @@ impl Orders {
         now: Instant,
     ) -> core::result::Result<(), Refused> {
         match order {
-            Order::Nothing => {}
+            Order::Nothing | Order::Home => {}
+            Order::Stop => self.homings.cancel(),
             Order::Halt => {
+                self.end_homing(Reason::HomeStopped.plain());
                 self.player.halt();
                 master.halt(now, GROUP);
             }
             Order::Disable => {
+                self.end_homing(Reason::HomeStopped.plain());
                 self.player.halt();
                 master.disable(now, GROUP);
             }
@@ -149,6 +168,12 @@ impl Orders {
         let _ = self.results.enqueue((ticket, result));
     }
 
+    fn end_homing(&mut self, why: Refused) {
+        if let Some((ticket, result)) = self.homings.end(why) {
+            self.answer(ticket, result);
+        }
+    }
+
     fn is_powered(&mut self, master: &BoardMaster) -> bool {
         let changes = master.changes();
         if self.powered.0 != changes {
@@ -160,7 +185,11 @@ impl Orders {
 
     /// Tells the thread where the machine is, after the supervisor.
     pub(crate) fn note(&mut self, state: State, master: &BoardMaster) {
-        SHARED.set_state(board_state(state, self.situation));
+        SHARED.set_state(if self.homings.is_awaited() {
+            BoardState::Homing
+        } else {
+            board_state(state, self.situation)
+        });
         if let Some(axis) = SHARED.take_wanted() {
             SHARED.set_late_cycles(master.cycle_counters().late);
             note_axis(axis, master);
@@ -181,12 +210,22 @@ impl Orders {
         if !is_streaming {
             // What was ordered and has not begun yet ends, too.
             self.player.halt();
+            self.homings.forget();
             self.was_streaming = false;
             return;
         }
         if !self.was_streaming {
             self.was_streaming = true;
             self.take_stand(master);
+        }
+        if self.homings.is_active() {
+            // Nothing that is ordered meanwhile begins when it has ended.
+            self.player.halt();
+            if let Some((ticket, result)) = self.homings.cycle(master, now) {
+                self.answer(ticket, result);
+            }
+            self.take_stand(master);
+            return;
         }
         let (stand, set_points) = (
             self.stand.get(..self.axes).unwrap_or_default(),
@@ -196,6 +235,16 @@ impl Orders {
             return;
         }
         for (axis, set_point) in set_points.iter().enumerate() {
+            if !self.homings.allows(axis, *set_point) {
+                defmt::error!(
+                    "axis {=usize}: {=i32} counts are beyond its travel, stopping",
+                    axis,
+                    *set_point
+                );
+                master.stop(now, GROUP);
+                self.player.halt();
+                return;
+            }
             if let Err(error) = master.set_target(axis, *set_point) {
                 words::target_refused(axis, &error);
                 master.stop(now, GROUP);
@@ -245,6 +294,15 @@ fn note_axis(axis: usize, master: &BoardMaster) {
             fault: snapshot.fault.map_or(0, |fault| faults::number(fault).0),
         },
     );
+}
+
+/// The fault of the first axis that has one of its own.
+fn fault_of(master: &BoardMaster) -> Option<Refused> {
+    (0..AXES).find_map(|axis| {
+        let fault = master.snapshot(axis)?.fault?;
+        let is_own = fault != BoardFault::Group;
+        is_own.then(|| Reason::Faulted.at(axis, 0, faults::number(fault).0.into()))
+    })
 }
 
 /// Why the master refuses to forget its faults.

@@ -9,11 +9,18 @@ use board_link::{Reason, Refused};
 
 use crate::supervisor::{Axes, Inputs, State, Supervisor};
 
+/// Whether the image has a homing.
+const HOMES: bool = cfg!(any(test, feature = "link-homing"));
+
 /// What a command has the cycle do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
     /// Nothing at once.
     Nothing,
+    /// Slow down what moves without a stream.
+    Stop,
+    /// Find the origins: the result comes when that ends.
+    Home,
     /// End all set-points.
     Halt,
     /// Slow down and disable.
@@ -68,8 +75,8 @@ impl Rules {
                 self.is_wanted = false;
                 Ok(Order::Disable)
             }
-            // A stream slows down by its player; without one nothing moves that would not stop by itself.
-            Command::Stop => Ok(Order::Nothing),
+            // A stream slows down by its player; without one a homing moves, or nothing that would not stop by itself.
+            Command::Stop => Ok(Order::Stop),
             Command::Halt => {
                 if matches!(supervisor.state(), State::GettingReady | State::On) {
                     supervisor.refused();
@@ -77,7 +84,11 @@ impl Rules {
                 Ok(Order::Halt)
             }
             Command::Clear => clear(situation),
-            Command::Home => Err(Reason::Unsupported.plain()),
+            Command::Home if !HOMES => Err(Reason::Unsupported.plain()),
+            Command::Home => match self.ends_homing(supervisor.state(), situation) {
+                Some(refused) => Err(refused),
+                None => Ok(Order::Home),
+            },
             Command::SaveSettings { .. }
                 if situation.is_powered || situation.axes.found_on || self.enabling.is_some() =>
             {
@@ -108,6 +119,15 @@ impl Rules {
         self.is_wanted = true;
         self.enabling = Some(ticket);
         Ok(true)
+    }
+
+    /// Why the axes cannot be homed, or not any more.
+    pub(crate) fn ends_homing(&self, state: State, situation: Situation) -> Option<Refused> {
+        forbidden(state, situation).or_else(|| {
+            let actual = board_state(state, situation);
+            let (enabled, is) = (BoardState::Enabled as i64, actual as i64);
+            (actual != BoardState::Enabled).then(|| Reason::NotEnabled.because(enabled, is))
+        })
     }
 
     /// How a command ended whose result comes later; to be asked in the cycles after the one that took it.
@@ -280,6 +300,10 @@ mod tests {
             refused.reason()
         }
 
+        fn ends(&self, now: Situation) -> Option<Refused> {
+            self.rules.ends_homing(self.supervisor.state(), now)
+        }
+
         fn pass_ms(&mut self, ms: u32, now: Situation) {
             for _ in 0..1_000 * ms / CYCLE_US {
                 let inputs = self.rules.contacts(&mut self.supervisor, now);
@@ -415,6 +439,71 @@ mod tests {
         ] {
             let reason = machine.reason(command, situation(CLOSED, READY));
             assert_eq!(reason, Some(Reason::Locked), "{command:?}");
+        }
+    }
+
+    /// Only while every axis follows; with the reason of the input, the fault or the state.
+    #[test]
+    fn the_axes_are_homed_only_while_they_are_enabled_and_each_state_says_why_not() {
+        let streaming = situation(CLOSED, STREAMING);
+        let mut machine = Machine::enabled();
+        assert_eq!(
+            machine.take(Command::Home, streaming),
+            Some(Ok(Order::Home))
+        );
+        assert_eq!(machine.ends(streaming), None);
+        let open = Inputs {
+            stop_closed: false,
+            ..CLOSED
+        };
+        let inactive = Inputs {
+            enable: false,
+            ..CLOSED
+        };
+        let not_enabled = |state: BoardState| {
+            let (enabled, is) = (BoardState::Enabled as i64, state as i64);
+            Reason::NotEnabled.because(enabled, is)
+        };
+        let faulted = Reason::Faulted.because(BoardState::Off as i64, BoardState::Faulted as i64);
+        for (inputs, axes, expected) in [
+            (open, STREAMING, Reason::StopInput.plain()),
+            (inactive, STREAMING, Reason::EnableInput.plain()),
+            (CLOSED, FAULTED, faulted),
+            // An axis that does not follow any more, for whatever reason.
+            (CLOSED, READY, not_enabled(BoardState::GettingReady)),
+        ] {
+            let now = situation(inputs, axes);
+            let mut machine = Machine::enabled();
+            assert_eq!(machine.take(Command::Home, now), Some(Err(expected)));
+            assert_eq!(machine.ends(now), Some(expected));
+        }
+        let mut machine = Machine::started();
+        let off = not_enabled(BoardState::Off);
+        let ready = situation(CLOSED, READY);
+        assert_eq!(machine.take(Command::Home, ready), Some(Err(off)));
+        machine.take(Command::Enable, ready);
+        machine.pass_ms(1, situation(CLOSED, Axes::default()));
+        let getting_ready = not_enabled(BoardState::GettingReady);
+        let waiting = situation(CLOSED, Axes::default());
+        assert_eq!(
+            machine.take(Command::Home, waiting),
+            Some(Err(getting_ready))
+        );
+        // After a halt the axes may follow for a cycle more.
+        let mut machine = Machine::enabled();
+        machine.take(Command::Halt, streaming);
+        let stopping = not_enabled(BoardState::Stopping);
+        assert_eq!(machine.take(Command::Home, streaming), Some(Err(stopping)));
+        assert_eq!(machine.ends(streaming), Some(stopping));
+        machine.pass_ms(1_000, ready);
+        assert_eq!(machine.take(Command::Home, ready), Some(Err(off)));
+    }
+
+    #[test]
+    fn a_stop_is_handed_on_in_every_state_but_that_of_a_failure() {
+        for mut machine in [Machine::started(), Machine::enabled()] {
+            let now = situation(CLOSED, STREAMING);
+            assert_eq!(machine.take(Command::Stop, now), Some(Ok(Order::Stop)));
         }
     }
 

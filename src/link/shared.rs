@@ -3,6 +3,8 @@
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, AtomicU16, AtomicU32, Ordering};
 
 use board_link::board::Machine;
+#[cfg(feature = "link-homing")]
+use board_link::message::Origin;
 use board_link::message::{AxisSnapshot, BoardState};
 
 use crate::config::AXES;
@@ -28,6 +30,15 @@ struct OfAxis {
     position: AtomicI32,
     error: AtomicI32,
     fault: AtomicU16,
+    #[cfg(feature = "link-homing")]
+    origin: Origins,
+}
+
+/// What an axis counts from.
+#[cfg(feature = "link-homing")]
+struct Origins {
+    counts: AtomicI32,
+    uncertainty: AtomicU32,
 }
 
 /// The machine as the cycle has told it last.
@@ -39,6 +50,9 @@ pub(crate) struct Shared {
     /// The axes that the thread wants to know about, a bit each. The cycle tells one of them at a time.
     wanted: AtomicU32,
     axes: [OfAxis; AXES],
+    /// The axes whose origins are known, a bit each.
+    #[cfg(feature = "link-homing")]
+    known: AtomicU16,
     /// The thread stores settings: nothing is enabled meanwhile.
     is_storing: AtomicBool,
 }
@@ -54,8 +68,15 @@ pub(crate) static SHARED: Shared = Shared {
             position: AtomicI32::new(0),
             error: AtomicI32::new(0),
             fault: AtomicU16::new(0),
+            #[cfg(feature = "link-homing")]
+            origin: Origins {
+                counts: AtomicI32::new(0),
+                uncertainty: AtomicU32::new(0),
+            },
         }
     }; AXES],
+    #[cfg(feature = "link-homing")]
+    known: AtomicU16::new(0),
     is_storing: AtomicBool::new(false),
 };
 
@@ -97,6 +118,25 @@ impl Shared {
         }
     }
 
+    /// What an axis counts from, as its homing has found.
+    #[cfg(feature = "link-homing")]
+    pub(crate) fn set_origin(&self, axis: usize, counts: i32, uncertainty: u32) {
+        if let Some(of) = self.axes.get(axis) {
+            of.origin.counts.store(counts, Ordering::Relaxed);
+            of.origin.uncertainty.store(uncertainty, Ordering::Relaxed);
+            let known = self.known.load(Ordering::Relaxed) | 1 << axis;
+            self.known.store(known, Ordering::Relaxed);
+            self.note_write();
+        }
+    }
+
+    /// None is known.
+    #[cfg(feature = "link-homing")]
+    pub(crate) fn forget_origins(&self) {
+        self.known.store(0, Ordering::Relaxed);
+        self.note_write();
+    }
+
     fn note_write(&self) {
         let writes = self.writes.load(Ordering::Relaxed);
         self.writes.store(writes.wrapping_add(1), Ordering::Release);
@@ -124,6 +164,35 @@ impl Shared {
     pub(crate) fn want_axes(&self) {
         let all = (1_u32 << machine::axes().len()) - 1;
         self.wanted.fetch_or(all, Ordering::Relaxed);
+    }
+
+    /// The axes whose origins are known, a bit each.
+    #[cfg(feature = "link-homing")]
+    pub(crate) fn known(&self) -> u16 {
+        self.known.load(Ordering::Relaxed)
+    }
+
+    /// What an axis counts from.
+    #[cfg(feature = "link-homing")]
+    pub(crate) fn origin(&self, axis: usize) -> Origin {
+        let homing = machine::get().and_then(|machine| machine.homings.get(axis)?.as_ref());
+        let Some(of) = self.axes.get(axis).filter(|_| homing.is_some()) else {
+            return Origin::OfDrive;
+        };
+        loop {
+            let writes = self.writes.load(Ordering::Acquire);
+            let origin = if self.known() >> axis & 1 == 0 {
+                Origin::Unknown
+            } else {
+                Origin::Found {
+                    counts: of.origin.counts.load(Ordering::Relaxed),
+                    uncertainty: of.origin.uncertainty.load(Ordering::Relaxed),
+                }
+            };
+            if self.writes.load(Ordering::Acquire) == writes {
+                return origin;
+            }
+        }
     }
 
     /// Everything that was told. The interrupt of the cycle may come in between: then it is read anew.

@@ -12,11 +12,15 @@ pub(crate) fn read() -> Option<Machine> {
         axes,
         limits,
         enable_fitted,
+        #[cfg(feature = "link-homing")]
+        homings,
     } = store::read_settings()?;
     Some(Machine {
         master,
         axes,
         limits,
         has_enable_input: enable_fitted,
+        #[cfg(feature = "link-homing")]
+        homings,
     })
 }

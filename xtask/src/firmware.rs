@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use crate::error::Error;
-use crate::images::{Board, COMMISSION, CONFIG, LINK, LINK_USB, PACKAGE, keep_for_board};
+use crate::images::{
+    Board, COMMISSION, CONFIG, LINK, LINK_HOMING, LINK_USB, PACKAGE, keep_for_board,
+};
 use crate::output::print;
 use crate::size::Size;
 use crate::size_profile::SizeProfile;
@@ -19,6 +21,7 @@ use crate::toolchain::Preference;
     cargo fw --commission         the image that sets the option bytes of a new chip, in the place of the firmware\n  \
     cargo fw --link               the image that takes orders over a serial port\n  \
     cargo fw --link-usb           the same over USB; other pins on the stm32g474, see docs/board.md\n  \
+    cargo fw --link --homing      with homing, for axes whose settings ask for it; with --link-usb, too\n  \
     cargo fw --config press.rs    compile this file in the place of src/config.rs\n  \
     cargo fw --symbols            also where the flash goes, by crate and by symbol\n  \
     cargo fw -- --locked          hand further arguments to cargo build\n\n\
@@ -37,12 +40,16 @@ pub(crate) struct Arguments {
     commission: bool,
 
     /// The image that takes orders over a serial port; its drives and limits are settings, not src/config.rs
-    #[arg(long, conflicts_with_all = ["config", "commission"])]
+    #[arg(long, group = "orders", conflicts_with_all = ["config", "commission"])]
     link: bool,
 
     /// The same over USB, as a serial port of the class CDC-ACM; built and linted, its USB never executed
-    #[arg(long, conflicts_with_all = ["config", "commission", "link"])]
+    #[arg(long, group = "orders", conflicts_with_all = ["config", "commission", "link"])]
     link_usb: bool,
+
+    /// With --link or --link-usb: the axes can be homed as their settings say
+    #[arg(long, requires = "orders")]
+    homing: bool,
 
     /// Configuration to compile in the place of src/config.rs; it starts with `//` comments, not with `//!`
     #[arg(long, value_name = "FILE")]
@@ -70,7 +77,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             .environment
             .push((CONFIG.into(), config.display().to_string()));
     }
-    for (is_chosen, feature) in [(arguments.link, LINK), (arguments.link_usb, LINK_USB)] {
+    for (is_chosen, feature) in [
+        (arguments.link, LINK),
+        (arguments.link_usb, LINK_USB),
+        (arguments.homing, LINK_HOMING),
+    ] {
         if is_chosen {
             let chosen = ["--features", feature].map(String::from);
             variant.arguments.extend(chosen);

@@ -14,6 +14,8 @@ pub(crate) const COMMISSION: &str = "commission";
 pub(crate) const LINK: &str = "link";
 /// The feature of the same over USB.
 pub(crate) const LINK_USB: &str = "link-usb";
+/// The feature of the one that takes orders and homes its axes.
+pub(crate) const LINK_HOMING: &str = "link-homing";
 /// Configuration whose number of axes is in [`AXES`].
 const MANY_AXES: &str = "firmware-tests/configs/many_axes.rs";
 const AXES: &str = "FIRMWARE_TEST_AXES";
@@ -86,7 +88,7 @@ pub(crate) struct Image {
 impl Image {
     /// What the tests run on the emulated board, in a folder of the board's name: the image as it is shipped, one that fails on
     /// command, one with eight axes, one that homes its axes, three with hub motors, of which one homes them and one fails on command, the
-    /// one that sets the option bytes, and the two that take orders; of the default board one that plays a program, which is the same code on the other one.
+    /// one that sets the option bytes, and the three that take orders; of the default board one that plays a program, which is the same code on the other one.
     pub(crate) fn for_tests(board: Board) -> Vec<Self> {
         let many = vec![(CONFIG.into(), MANY_AXES.into()), (AXES.into(), "8".into())];
         let homing = vec![(CONFIG.into(), HOMING.into())];
@@ -104,6 +106,7 @@ impl Image {
             Self::for_test(board, "shipped", PACKAGE, &[], Vec::new()),
             Self::for_test(board, LINK, PACKAGE, &[LINK], Vec::new()),
             Self::for_test(board, LINK_USB, PACKAGE, &[LINK_USB], Vec::new()),
+            Self::for_test(board, LINK_HOMING, PACKAGE, &[LINK_HOMING], Vec::new()),
         ];
         if board == Board::Stm32f405 {
             let program = vec![(CONFIG.into(), PROGRAM.into())];

@@ -191,18 +191,23 @@ fn a_stream_that_waits_or_moves_is_ended_first() {
 #[test]
 fn everybody_may_read_the_origins() {
     let mut bench = enabled();
-    let origins: OfAxes<Origin> = [Origin::OfDrive, Origin::Unknown].into_iter().collect();
-    bench.mock().origins = origins.clone();
-    let message = ToBoard {
-        number: 4,
-        session: 0,
-        request: Request::ReadOrigins,
+    bench.mock().origins = [Origin::OfDrive, Origin::Unknown].into_iter().collect();
+    let mut read = |axis| {
+        let message = ToBoard {
+            number: u16::from(axis) + 4,
+            session: 0,
+            request: Request::ReadOrigin { axis },
+        };
+        let mut bytes = [0; 64];
+        let length = encode(&message, &mut bytes).unwrap();
+        let now = bench.now;
+        bench.link.on_bytes(&mut bench.board, now, &bytes[..length]);
+        replies(&mut bench).remove(0).1
     };
-    let mut bytes = [0; 64];
-    let length = encode(&message, &mut bytes).unwrap();
-    let now = bench.now;
-    bench.link.on_bytes(&mut bench.board, now, &bytes[..length]);
-    assert_eq!(replies(&mut bench), [(4, Ok(Answer::Origins(origins)))]);
+    assert_eq!(read(0), Ok(Answer::Origin(Origin::OfDrive)));
+    assert_eq!(read(1), Ok(Answer::Origin(Origin::Unknown)));
+    assert_eq!(read(2), Err(Reason::NoEntry.because(2, 2)));
+    assert_eq!(read(255), Err(Reason::NoEntry.because(2, 255)));
 }
 
 #[test]

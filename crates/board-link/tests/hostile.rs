@@ -119,7 +119,7 @@ impl Hostile {
                     .map(|place| place as u8)
                     .collect::<Chunk>(),
             },
-            24 => Request::ReadOrigins,
+            24 => Request::ReadOrigin { axis: word() as u8 },
             22 => Request::CheckSettings {
                 length: word(),
                 checksum: word(),

@@ -141,7 +141,7 @@ fn requests() {
         },
         &[24, 2, 1],
     );
-    asks(Request::ReadOrigins, &[25]);
+    asks(Request::ReadOrigin { axis: 3 }, &[25, 3]);
 }
 
 #[test]
@@ -239,11 +239,9 @@ fn answers_and_refusals() {
         counts: -65,
         uncertainty: 2,
     };
-    let origins = [Origin::OfDrive, Origin::Unknown, found];
-    answers(
-        Answer::Origins(origins.into_iter().collect()),
-        &[11, 3, 0, 1, 2, 0x81, 0x01, 2],
-    );
+    answers(Answer::Origin(Origin::OfDrive), &[11, 0]);
+    answers(Answer::Origin(Origin::Unknown), &[11, 1]);
+    answers(Answer::Origin(found), &[11, 2, 0x81, 0x01, 2]);
     let refused = |refused| ToHost::Reply {
         number: 7,
         result: Err(refused),

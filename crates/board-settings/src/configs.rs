@@ -181,8 +181,9 @@ impl AxisSettings {
                 return Err(Kind::Travel.because(nearest.into(), end.into()));
             }
         }
-        let search = self.search(homing, &config.limits, config.gear, cycle_us)?;
-        config.limits.travel = widest_travel(config.read_back);
+        let reach = widest_travel(config.read_back);
+        let search = self.search(homing, config, reach, cycle_us)?;
+        config.limits.travel = reach;
         Ok(Some(search))
     }
 

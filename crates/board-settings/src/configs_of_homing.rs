@@ -1,6 +1,6 @@
 //! What the homing of an axis becomes: a search, in counts and cycles.
 
-use can_motion::{Limits, Travel};
+use can_motion::{AxisConfig, Limits, Travel};
 use dyn_can::GearNumber;
 use dyn_can::units::command_counts_per_turn;
 use homing::{Config, Direction, HardStop, Level, Method, Switch, Watch};
@@ -27,6 +27,8 @@ pub struct AxisHoming {
     pub switch_pin: Option<u8>,
     /// Axes with a lower number are homed before; those with the same one in the order of the list.
     pub order: u8,
+    /// Where its drive may be: the travel of its master.
+    pub reach: homing::Travel,
 }
 
 /// Counts and cycles of an axis.
@@ -71,14 +73,15 @@ fn within(kind: Kind, actual: u32, least: u32, most: u32) -> Result<(), Refusal>
 }
 
 impl AxisSettings {
-    /// The search of this axis; `limits` are those of its master, with the travel of the settings.
+    /// The search of this axis; `config` is that of its master, but for its travel, which is that of the settings and will be `reach`.
     pub(crate) fn search(
         &self,
         homing: &HomingSettings,
-        limits: &Limits,
-        gear: GearNumber,
+        config: &AxisConfig,
+        reach: Travel,
         cycle_us: u32,
     ) -> Result<AxisHoming, Refusal> {
+        let (gear, limits) = (config.gear, &config.limits);
         let scale = Scale { gear, cycle_us };
         let watch = Watch::DEFAULT;
         self.check_polls(&homing.method, &watch)?;
@@ -116,6 +119,10 @@ impl AxisSettings {
             search: config,
             switch_pin,
             order: homing.order,
+            reach: homing::Travel {
+                min_counts: reach.min_counts,
+                max_counts: reach.max_counts,
+            },
         })
     }
 

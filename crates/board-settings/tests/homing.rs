@@ -191,6 +191,10 @@ fn what_was_said_is_what_is_searched() {
         },
         switch_pin: None,
         order: 0,
+        reach: homing::Travel {
+            min_counts: 1 - (1 << 27),
+            max_counts: (1 << 27) - 1,
+        },
     };
     assert_eq!(first, expected);
     let expected = Method::Switch(Switch {

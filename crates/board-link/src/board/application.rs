@@ -45,6 +45,9 @@ pub struct Machine {
 /// The inputs rule over the link: the cycle refuses a command that they forbid, with the reason, and halts the player when they say so. It
 /// asks the player for set-points only while every axis follows them.
 pub trait Application {
+    /// Whether axes of this application can be homed: [`Self::origin`] may be another than that of the drive.
+    const HOMES: bool = false;
+
     /// What the board is; the link adds the number of segments and the time.
     fn info(&self) -> Info;
 
@@ -60,10 +63,10 @@ pub trait Application {
     /// The machine as of a recent cycle.
     fn machine(&mut self) -> Machine;
 
-    /// What the positions of the axes count from, in their order; none where no axis is ever homed. As of a cycle that is not older than
-    /// that of a [`Self::machine`] asked before.
-    fn origins(&mut self) -> OfAxes<Origin> {
-        OfAxes::new()
+    /// What the positions of an axis count from, as of a cycle that is not older than that of a [`Self::machine`] asked before.
+    fn origin(&mut self, axis: usize) -> Origin {
+        let _ = axis;
+        Origin::OfDrive
     }
 
     /// Something that has happened, oldest first.

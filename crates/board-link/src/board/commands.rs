@@ -123,7 +123,7 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
     /// Whether no stream moves the axes, or will.
     fn check_standing(&self) -> Result<(), Refused> {
         let admission = self.admission.as_ref();
-        match admission.filter(|admission| admission.player().phase.is_active()) {
+        match admission.filter(|admission| A::HOMES && admission.player().phase.is_active()) {
             Some(admission) => Err(Reason::Moving.because(admission.stream().into(), 0)),
             None => Ok(()),
         }
@@ -136,7 +136,7 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             admission.stop()?;
         }
         // It may be a homing.
-        self.owes_stop |= self.busy.is_some();
+        self.owes_stop |= A::HOMES && self.busy.is_some();
         if let Some(session) = self.session.take() {
             let session = session.number;
             self.events.add(Event::Released { session });
@@ -172,9 +172,12 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
         let stand: OfAxes<Position> = stand
             .map(|axis| Position::from_counts(axis.target))
             .collect();
-        let origins = self.app.origins();
         let admission = self.admission.as_mut().ok_or(NO_SETTINGS)?;
-        admission.set_origins(&origins)?;
+        if A::HOMES {
+            for axis in 0..admission.axes() {
+                admission.set_origin(axis, self.app.origin(axis))?;
+            }
+        }
         admission.begin(begin, &stand, now)
     }
 

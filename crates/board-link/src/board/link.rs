@@ -155,7 +155,7 @@ impl<const OUT: usize> Link<OUT> {
                 key,
                 ticket,
                 since: now,
-                is_homing: message.request == Request::Home,
+                is_homing: matches!(message.request, Request::Home),
             }),
         }
     }

@@ -6,6 +6,7 @@ use super::shared::Board;
 use crate::message::{Answer, Counters, Request};
 use crate::reason::Reason;
 use crate::refused::Refused;
+use crate::segment::Admission;
 
 impl<const OUT: usize> Link<OUT> {
     /// Answers a request that reads.
@@ -35,8 +36,8 @@ impl<const OUT: usize> Link<OUT> {
                     next: board.events.next(),
                 })
             }
-            Request::ReadOrigins => Ok(Answer::Origins(board.app.origins())),
-            // It was asked whether it reads.
+            Request::ReadOrigin { axis } if A::HOMES => board.origin(*axis),
+            // It was asked whether it reads; a board that never homes has no origins.
             _ => Err(Reason::Unsupported.plain()),
         }
     }
@@ -65,6 +66,14 @@ impl<A: Application, const AXES: usize> Board<'_, A, AXES> {
         });
         (info.axes, info.segments, info.uptime) = (axes, segments, now);
         Answer::Info(info)
+    }
+
+    fn origin(&mut self, axis: u8) -> Result<Answer, Refused> {
+        let axes = self.admission.as_ref().map_or(0, Admission::axes);
+        if usize::from(axis) >= axes {
+            return Err(Reason::NoEntry.because(axes as i64, axis.into()));
+        }
+        Ok(Answer::Origin(self.app.origin(axis.into())))
     }
 
     fn fault(&mut self, index: u32) -> Result<Answer, Refused> {

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{Chunk, Origin, Text};
 use crate::frame::Losses;
-use crate::segment::OfAxes;
 
 /// The answer to a request that was carried out.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,8 +69,8 @@ pub enum Answer {
         /// Bytes that are there.
         received: u32,
     },
-    /// To `ReadOrigins`, an origin of each axis; none where no axis of the board is ever homed.
-    Origins(OfAxes<Origin>),
+    /// To `ReadOrigin`.
+    Origin(Origin),
 }
 
 /// What a board is.

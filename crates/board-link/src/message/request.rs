@@ -118,8 +118,11 @@ pub enum Request {
         /// Their [`checksum`](crate::frame::checksum).
         checksum: u32,
     },
-    /// What do the positions of the axes count from? Answer: [`Answer::Origins`](super::Answer::Origins).
-    ReadOrigins,
+    /// What do the positions of an axis count from? Answer: [`Answer::Origin`](super::Answer::Origin).
+    ReadOrigin {
+        /// The axis, from 0.
+        axis: u8,
+    },
 }
 
 impl Request {
@@ -135,7 +138,7 @@ impl Request {
                 | Self::ReadCounters
                 | Self::Snapshots { .. }
                 | Self::Events { .. }
-                | Self::ReadOrigins
+                | Self::ReadOrigin { .. }
         )
     }
 

@@ -133,15 +133,15 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         }
     }
 
-    /// What the axes count from, for the next stream: their travels move with their origins. Axes that are left out count from where they
-    /// did.
+    /// What an axis counts from, for the next stream: its travel moves with its origin.
     ///
     /// # Errors
-    /// [`Reason::NotHomed`] for the first axis whose origin is not known.
-    pub fn set_origins(&mut self, origins: &[Origin]) -> Result<(), Refused> {
-        let axes = origins.iter().zip(&mut self.origins).zip(&mut self.limits);
-        for (axis, ((origin, before), limits)) in axes.enumerate() {
-            let counts = origin.counts().ok_or(Reason::NotHomed.at(axis, 0, 0))?;
+    /// [`Reason::NotHomed`] when it is not known.
+    pub fn set_origin(&mut self, axis: usize, origin: Origin) -> Result<(), Refused> {
+        let counts = origin.counts().ok_or(Reason::NotHomed.at(axis, 0, 0))?;
+        if let Some(before) = self.origins.get_mut(axis)
+            && let Some(limits) = self.limits.get_mut(axis)
+        {
             *limits = limits.moved_by(i64::from(counts) - i64::from(*before));
             *before = counts;
         }

@@ -104,6 +104,8 @@ impl Mock {
 }
 
 impl Application for Mock {
+    const HOMES: bool = true;
+
     fn info(&self) -> Info {
         Info {
             board: "mock".try_into().unwrap(),
@@ -148,8 +150,8 @@ impl Application for Mock {
         self.events.pop_front()
     }
 
-    fn origins(&mut self) -> OfAxes<Origin> {
-        self.origins.clone()
+    fn origin(&mut self, axis: usize) -> Origin {
+        self.origins.get(axis).copied().unwrap_or_default()
     }
 
     fn settings(&self) -> &[u8] {
