@@ -115,13 +115,6 @@ mod packets;
 )]
 #[path = "link/rules.rs"]
 mod rules;
-#[cfg(any(test, all(target_os = "none", feature = "link-homing")))]
-#[cfg_attr(
-    not(target_os = "none"),
-    allow(dead_code, reason = "the link is not built for the host")
-)]
-#[path = "link/sequence.rs"]
-mod sequence;
 #[cfg(target_os = "none")]
 mod start;
 #[cfg(target_os = "none")]

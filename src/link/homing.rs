@@ -1,7 +1,7 @@
 //! Homing as the settings say, for a host that commands it: the sequence of the axes, with their drives and their switches.
 
 use board_link::{Reason, Refused};
-use board_settings::AxisHoming;
+use board_settings::{AxisHoming, HomingSequence, HomingStep};
 use can_motion::Instant;
 
 use super::shared::SHARED;
@@ -9,11 +9,10 @@ use crate::config::{AXES, Drives, GROUP};
 use crate::drives::{Board as _, BoardMaster};
 use crate::home;
 use crate::machine;
-use crate::sequence::{Sequence, Step};
 
 /// What the cycle knows of the origins.
 pub(super) struct Homings {
-    sequence: Sequence<AXES>,
+    sequence: HomingSequence<AXES>,
     /// The command that waits for the end.
     ticket: Option<u16>,
 }
@@ -27,7 +26,7 @@ impl Homings {
     /// Nothing is known.
     pub(super) const fn new() -> Self {
         Self {
-            sequence: Sequence::NEW,
+            sequence: HomingSequence::NEW,
             ticket: None,
         }
     }
@@ -35,7 +34,7 @@ impl Homings {
     /// Begins, for a command that waits for the end.
     ///
     /// # Errors
-    /// As [`Sequence::begin`].
+    /// As [`HomingSequence::begin`].
     pub(super) fn begin(&mut self, ticket: u16) -> Result<(), Refused> {
         self.sequence.begin(plans())?;
         SHARED.forget_origins();
@@ -70,7 +69,7 @@ impl Homings {
     /// The axes do not follow set-points any more, and are not known to be where they were.
     pub(super) fn forget(&mut self) {
         if !self.sequence.is_blank() {
-            self.sequence = Sequence::NEW;
+            self.sequence = HomingSequence::NEW;
             SHARED.forget_origins();
         }
     }
@@ -99,14 +98,14 @@ impl Homings {
             Some(inputs)
         });
         let result = match step? {
-            Step::Target(axis, counts) => {
+            HomingStep::Target(axis, counts) => {
                 let error = master.set_target(axis, counts).err()?;
                 defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
-                self.sequence = Sequence::NEW;
+                self.sequence = HomingSequence::NEW;
                 master.stop(now, GROUP);
                 Err(Reason::HomePlan.at(axis, 0, 0))
             }
-            Step::Found(axis, home) => {
+            HomingStep::Found(axis, home) => {
                 let origin = home.frame.origin_counts();
                 defmt::info!(
                     "axis {=usize}: its reference is at {=i32} counts, within {=u32}, and its zero at {=i32}",
@@ -118,8 +117,8 @@ impl Homings {
                 SHARED.set_origin(axis, origin, home.uncertainty_counts);
                 return None;
             }
-            Step::Ended(Ok(())) => Ok(()),
-            Step::Ended(Err((refused, abort))) => {
+            HomingStep::Ended(Ok(())) => Ok(()),
+            HomingStep::Ended(Err((refused, abort))) => {
                 if let Some(abort) = &abort {
                     home::write_abort(self.sequence.axis(), abort);
                 }

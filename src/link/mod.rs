@@ -9,7 +9,7 @@
 //! | `application` | what the protocol asks of the firmware |
 //! | `orders` | the half of the cycle: commands, and the player of the segments |
 //! | `rules` | what the inputs and the state of the machine let a command do |
-//! | `homing`, `sequence` | with `link-homing`: the axes find their origins; `no_homing` in its place |
+//! | `homing` | with `link-homing`: the axes find their origins; `no_homing` in its place |
 //! | `shared` | what the thread sees of the cycle |
 //! | `faults` | numbers of the faults |
 //!

@@ -16,6 +16,8 @@ pub mod file;
 mod homing;
 mod refusal;
 mod refusal_of_master;
+#[cfg(feature = "homing")]
+mod sequence;
 mod settings;
 
 pub use axis::{AxisSettings, Dialect, MotorLimits, Polls, ReadBack, Travel};
@@ -26,4 +28,6 @@ pub use configs::Configs;
 pub use configs_of_homing::AxisHoming;
 pub use homing::{HomingDirection, HomingMethod, HomingSearch, HomingSettings, SwitchLevel};
 pub use refusal::{Kind, Refusal};
+#[cfg(feature = "homing")]
+pub use sequence::{HomingSequence, HomingStep};
 pub use settings::{BusSettings, Inputs, MOST_AXES, Name, Settings};

@@ -50,6 +50,16 @@ pub(crate) enum BoardError {
     Unexpected { what: &'static str },
     /// The board has no settings.
     NoSettings { port: String },
+    /// The settings ask for no homing.
+    NoHoming,
+    /// An axis is to be homed, and is not.
+    NotHomed { drive: DriveId },
+    /// A homed axis stands elsewhere than where its motion begins.
+    Start {
+        drive: DriveId,
+        expected_turns: f64,
+        actual_turns: f64,
+    },
     /// The settings of the board are not settings.
     UnreadableSettings(board_settings::Refusal),
     /// A file of settings cannot be read.
@@ -119,6 +129,7 @@ impl Coded for BoardError {
             | Self::Refused { .. }
             | Self::NotStored
             | Self::NotReady { .. }
+            | Self::NotHomed { .. }
             | Self::Print(_) => exit::BROKEN_PROMISE,
             _ => exit::BAD_INPUT,
         }
@@ -159,6 +170,21 @@ impl fmt::Display for BoardError {
             Self::NoSettings { port } => write!(
                 f,
                 "the board at {port} has no settings, so it moves nothing: write them with `motionctl board settings set FILE`"
+            ),
+            Self::NoHoming => f.write_str(
+                "the settings of the board ask for no homing: expected homing = \"stop\", \"switch\" or \"here\" at an axis; write them with `motionctl board settings set FILE`",
+            ),
+            Self::NotHomed { drive } => write!(
+                f,
+                "the axis of drive {drive} is to be homed, and is not: run `motionctl board home` first, which leaves the drives enabled; the board forgets the origins when they are not. Nothing has moved"
+            ),
+            Self::Start {
+                drive,
+                expected_turns,
+                actual_turns,
+            } => write!(
+                f,
+                "the motion of drive {drive} begins at {expected_turns:.4} turns of its motor, and its homed axis stands at {actual_turns:.4}: let it begin there, or choose homing_reference_millidegrees or homing_back_off_millidegrees so that the axis rests there. Nothing has moved"
             ),
             Self::UnreadableSettings(refusal) => write!(
                 f,

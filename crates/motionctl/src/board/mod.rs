@@ -9,6 +9,7 @@ mod ask;
 mod error;
 mod faults;
 mod find;
+mod home;
 mod info;
 mod monitor;
 mod motion;
@@ -31,6 +32,7 @@ Examples:
   motionctl board find                              boards at USB ports
   motionctl board info --port /dev/ttyACM0
   motionctl board settings set board.toml --port /dev/ttyACM0
+  motionctl board home --port /dev/ttyACM0          where the settings ask for it
   motionctl board run plan.csv --port /dev/ttyACM0
   producer | motionctl board stream --port /dev/ttyACM0 --yes
 
@@ -55,6 +57,8 @@ enum Word {
     Info(info::Arguments),
     /// Read, check and write what a board is told: drives, limits, inputs.
     Settings(settings::Arguments),
+    /// Let the axes of a board find their origins, as its settings say.
+    Home(home::Arguments),
     /// Run a motion on a board, with the same files as `motionctl run`.
     Run(Box<run::Arguments>),
     /// Take set-points of another program while the motion runs, with the lines of `motionctl run --stream`.
@@ -71,6 +75,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
         Word::Find(arguments) => find::run(arguments),
         Word::Info(arguments) => info::run(arguments),
         Word::Settings(arguments) => settings::run(arguments),
+        Word::Home(arguments) => home::run(arguments),
         Word::Run(arguments) => run::run(arguments),
         Word::Stream(arguments) => stream::run(arguments),
         Word::Monitor(arguments) => monitor::run(arguments),
@@ -82,6 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
 pub(crate) const SCHEMAS: &[NamedSchema] = &[
     ("board-faults", faults::schema),
     ("board-find", find::schema),
+    ("board-home", home::schema),
     ("board-info", info::schema),
     ("board-monitor", monitor::schema),
     ("board-run", run::schema),

@@ -1,6 +1,6 @@
 //! What a board says, in words.
 
-use board_link::message::{BoardState, Event, FaultEntry, Refused};
+use board_link::message::{BoardState, Event, FaultEntry, Reason, Refused};
 use board_link::segment::StreamPhase;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
@@ -15,6 +15,11 @@ pub(super) fn refusal(refused: &Refused) -> String {
         Some(refusal) => refusal.to_string(),
         None => refused.to_string(),
     }
+}
+
+/// Whether the board does not know what it was asked for.
+pub(super) fn is_unknown(refused: &Refused) -> bool {
+    refused.is(Reason::Unsupported) || refused.is(Reason::Message)
 }
 
 /// Where the machine is.
@@ -119,6 +124,17 @@ pub(super) fn event(event: &Event, drive: impl Fn(u8) -> Option<u8>) -> String {
         Event::Released { session } => format!("host {session:08x} does not command any more"),
         Event::SilentHost { session } => {
             format!("host {session:08x} was silent for too long: the axes stop")
+        }
+        Event::Homed {
+            axis,
+            counts,
+            uncertainty,
+        } => {
+            let who = match drive(*axis) {
+                Some(drive) => format!("drive {drive}"),
+                None => format!("axis {axis}"),
+            };
+            format!("{who} is homed: its zero is at {counts} counts, within {uncertainty}")
         }
     }
 }

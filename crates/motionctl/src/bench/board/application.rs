@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use board_link::board::{Application, Command, Machine};
-use board_link::message::{Event, FaultEntry, Info, Reason, Refused};
+use board_link::message::{Event, FaultEntry, Info, Origin, Reason, Refused};
+use board_link::segment::OfAxes;
 use board_settings::{Board, LONGEST, Settings};
 
 use super::fault_log::FaultLog;
@@ -23,6 +24,7 @@ pub(super) struct App {
     pub(super) results: VecDeque<(u16, Result<(), Refused>)>,
     pub(super) events: VecDeque<Event>,
     pub(super) machine: Machine,
+    pub(super) origins: OfAxes<Origin>,
     pub(super) faults: FaultLog,
 }
 
@@ -45,6 +47,7 @@ impl App {
             results: VecDeque::new(),
             events: VecDeque::new(),
             machine: Machine::default(),
+            origins: OfAxes::new(),
             faults,
         }
     }
@@ -61,6 +64,8 @@ impl App {
 }
 
 impl Application for App {
+    const HOMES: bool = true;
+
     fn info(&self) -> Info {
         Info {
             faults: self.faults.count(),
@@ -83,6 +88,10 @@ impl Application for App {
 
     fn machine(&mut self) -> Machine {
         self.machine.clone()
+    }
+
+    fn origin(&mut self, axis: usize) -> Origin {
+        self.origins.get(axis).copied().unwrap_or_default()
     }
 
     fn event(&mut self) -> Option<Event> {

@@ -3,9 +3,11 @@
 use board_link::board::{Command, Machine as Told};
 use board_link::message::{AxisSnapshot as ToldAxis, BoardState, Event, Reason, Refused};
 use board_link::segment::Player;
-use board_settings::Configs;
+use board_settings::{Configs, HomingSequence, HomingStep};
 use can_motion::{AxisState, ConfigError, EventKind, Fault, GroupId, Instant, ServoMaster};
 use drive_sim::{Bench, DynDrive, NodeId};
+use dyn_can::DriveId;
+use homing::{Inputs, Reading};
 use trajectory::Position;
 
 use super::AXES;
@@ -21,6 +23,9 @@ pub(super) struct Machine<'q> {
     configs: Configs,
     groups: Vec<GroupId>,
     rules: Rules,
+    sequence: HomingSequence<AXES>,
+    /// The command that waits for the end of a homing.
+    homing: Option<u16>,
     state: BoardState,
 }
 
@@ -37,6 +42,8 @@ impl<'q> Machine<'q> {
             rules: Rules::new(configs.enable_fitted),
             configs,
             groups,
+            sequence: HomingSequence::NEW,
+            homing: None,
             state: BoardState::Off,
         })
     }
@@ -52,14 +59,26 @@ impl<'q> Machine<'q> {
         let _ = can_motion::service(&mut self.master, &mut bench.port(node), now);
     }
 
-    /// One cycle.
-    pub(super) fn cycle(&mut self, now: Instant, number: u64, inputs: Levels, app: &mut App) {
+    /// One cycle; `switch` is the level of the switch of a drive.
+    pub(super) fn cycle(
+        &mut self,
+        (now, number): (Instant, u64),
+        inputs: Levels,
+        app: &mut App,
+        switch: impl Fn(DriveId) -> bool,
+    ) {
         let axes = self.axes();
+        if self.homing.is_some()
+            && let Some(why) = self.ends_homing(inputs, &axes)
+        {
+            self.end_homing(why, app);
+        }
         while let Some((ticket, command)) = app.commands.pop_front() {
             self.obey(now, inputs, &axes, (ticket, command), app);
         }
         let act = self.rules.update(now, inputs, &axes);
         self.act(now, act);
+        self.home(now, app, switch);
         self.play(now, number);
         self.master.begin_cycle(now);
         self.report(number, inputs, app);
@@ -76,13 +95,18 @@ impl<'q> Machine<'q> {
         let result = match command {
             Command::Enable => self.rules.enable(now, inputs, axes),
             Command::Disable => {
+                self.end_homing(Reason::HomeStopped.plain(), app);
                 let act = self.rules.disable();
                 self.act(now, act);
                 Ok(())
             }
             // A stream stops by its player.
-            Command::Stop => Ok(()),
+            Command::Stop => {
+                self.sequence.cancel();
+                Ok(())
+            }
             Command::Halt => {
+                self.end_homing(Reason::HomeStopped.plain(), app);
                 self.act(now, Act::Halt);
                 Ok(())
             }
@@ -90,9 +114,101 @@ impl<'q> Machine<'q> {
                 let cleared = master.clear(now, group);
                 cleared.map_err(|_| Reason::NotReady.plain())
             }),
-            Command::Home | Command::SaveSettings { .. } => Err(Reason::Unsupported.plain()),
+            Command::Home => {
+                let begun = match self.ends_homing(inputs, axes) {
+                    Some(refused) => Err(refused),
+                    None => self.sequence.begin(&self.configs.homings),
+                };
+                match begun {
+                    // Its result comes when it ends.
+                    Ok(()) => return self.homing = Some(ticket),
+                    Err(refused) => Err(refused),
+                }
+            }
+            Command::SaveSettings { .. } => Err(Reason::Unsupported.plain()),
         };
         app.results.push_back((ticket, result));
+    }
+
+    /// Why the axes cannot be homed, or not any more.
+    fn ends_homing(&self, inputs: Levels, axes: &Axes) -> Option<Refused> {
+        if !inputs.stop_closed {
+            return Some(Reason::StopInput.plain());
+        }
+        if self.rules.is_released(inputs) {
+            return Some(Reason::EnableInput.plain());
+        }
+        if let Some((axis, number)) = axes.fault {
+            return Some(Reason::Faulted.at(axis, 0, number.into()));
+        }
+        let (enabled, is) = (BoardState::Enabled as i64, self.state as i64);
+        let follows = axes.streaming && self.rules.wants_power();
+        (!follows).then(|| Reason::NotEnabled.because(enabled, is))
+    }
+
+    /// The command does not wait any more; where set-points go on all the same, the axis slows down.
+    fn end_homing(&mut self, why: Refused, app: &mut App) {
+        if let Some(ticket) = self.homing.take() {
+            self.sequence.cancel();
+            let axis = why.axis.or(Some(self.sequence.axis() as u8));
+            let refused = Refused { axis, ..why };
+            app.results.push_back((ticket, Err(refused)));
+        }
+    }
+
+    /// The set-point of the axis that searches its origin. What is known is forgotten when the axes do not follow.
+    fn home(&mut self, now: Instant, app: &mut App, switch: impl Fn(DriveId) -> bool) {
+        if !self.axes().streaming || !self.rules.wants_power() {
+            self.sequence = HomingSequence::NEW;
+        }
+        let (master, configs) = (&self.master, &self.configs);
+        let step = self.sequence.cycle(&configs.homings, now.as_us(), |axis| {
+            let (snapshot, config) = (master.snapshot(axis)?, configs.axes.get(axis)?);
+            let read = &snapshot.feedback;
+            Some(Inputs {
+                sent_counts: snapshot.sent_counts,
+                position: read.position.and_then(|read| {
+                    Some(Reading {
+                        value: config.read_back.to_command_counts(read.value)?,
+                        at_us: read.at.as_us(),
+                    })
+                }),
+                torque_permille: read.torque.map(|read| Reading {
+                    value: read.value.permille_of_peak(),
+                    at_us: read.at.as_us(),
+                }),
+                switch: Some(Reading {
+                    value: switch(config.drive),
+                    at_us: now.as_us(),
+                }),
+            })
+        });
+        let result = match step {
+            None => return,
+            Some(HomingStep::Target(axis, counts)) => {
+                if self.master.set_target(axis, counts).is_ok() {
+                    return;
+                }
+                self.sequence = HomingSequence::NEW;
+                let _ = self.for_groups(|master, group| {
+                    master.stop(now, group);
+                    Ok(())
+                });
+                Err(Reason::HomePlan.at(axis, 0, 0))
+            }
+            Some(HomingStep::Found(axis, home)) => {
+                app.events.push_back(Event::Homed {
+                    axis: axis as u8,
+                    counts: home.frame.origin_counts(),
+                    uncertainty: home.uncertainty_counts,
+                });
+                return;
+            }
+            Some(HomingStep::Ended(result)) => result.map_err(|(refused, _)| refused),
+        };
+        if let Some(ticket) = self.homing.take() {
+            app.results.push_back((ticket, result));
+        }
     }
 
     fn for_groups(
@@ -148,14 +264,16 @@ impl<'q> Machine<'q> {
         let has_set_points = self
             .player
             .advance(number, &stand[..axes], &mut set_points[..axes]);
-        if !self.axes().streaming || !self.rules.wants_power() {
+        if !self.axes().streaming || !self.rules.wants_power() || self.sequence.is_active() {
             return self.player.halt();
         }
         if !has_set_points {
             return;
         }
         for (axis, set_point) in set_points.iter().enumerate().take(axes) {
-            if self.master.set_target(axis, set_point.counts()).is_err() {
+            let (homings, counts) = (&self.configs.homings, set_point.counts());
+            let is_allowed = self.sequence.allows(homings, axis, counts);
+            if !is_allowed || self.master.set_target(axis, counts).is_err() {
                 // Beyond what was admitted: nothing of it is sent.
                 self.player.halt();
                 for &group in &self.groups {
@@ -228,6 +346,9 @@ impl<'q> Machine<'q> {
                 .collect(),
             late_cycles: self.master.cycle_counters().late,
         };
+        app.origins = (0..self.configs.axes.len())
+            .map(|axis| self.sequence.origin(&self.configs.homings, axis))
+            .collect();
     }
 
     fn state_with(&self, inputs: Levels) -> BoardState {
@@ -244,6 +365,8 @@ impl<'q> Machine<'q> {
             BoardState::Faulted
         } else if slows_down {
             BoardState::Stopping
+        } else if self.homing.is_some() {
+            BoardState::Homing
         } else if axes.streaming && self.rules.wants_power() {
             BoardState::Enabled
         } else if self.rules.wants_power() {

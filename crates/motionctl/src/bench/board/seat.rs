@@ -218,7 +218,14 @@ impl Running<'_> {
         let app = self.board.application();
         save_settings(app, &mut seat.store, self.machine.as_ref())?;
         match &mut self.machine {
-            Some(machine) => machine.cycle(now, number, seat.inputs.levels(), app),
+            Some(machine) => {
+                let switch = |drive| {
+                    let mut devices = bench.devices();
+                    let of = devices.find(|device| device.id() == Some(drive));
+                    of.is_some_and(|device| device.switch_is_operated(bench.now_ns()))
+                };
+                machine.cycle((now, number), seat.inputs.levels(), app, switch);
+            }
             None => refuse_all(app),
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Which axis of the board each column of the motion moves.
 
 use board_link::AxisLimits;
+use board_link::message::Origin;
 use board_settings::{Board, Configs, Settings};
 use dyn_can::{DriveId, GearNumber};
 
@@ -41,6 +42,22 @@ impl OfBoard {
             limits: configs.limits.to_vec(),
             configs,
         })
+    }
+
+    /// The limits of the axes where their positions count from there.
+    ///
+    /// # Errors
+    /// [`BoardError::NotHomed`].
+    pub(in crate::board) fn limits_from(
+        &self,
+        origins: &[Origin],
+    ) -> Result<Vec<AxisLimits>, BoardError> {
+        let axes = self.limits.iter().zip(origins).zip(&self.drives);
+        axes.map(|((limits, origin), &drive)| match origin.counts() {
+            Some(counts) => Ok(limits.moved_by(counts.into())),
+            None => Err(BoardError::NotHomed { drive }),
+        })
+        .collect()
     }
 
     /// The columns of a motion with their axes.

@@ -35,6 +35,8 @@ pub(in crate::board) struct Follow<'a, M> {
     /// Its phase, from snapshots and events.
     pub(super) phase: StreamPhase,
     interrupts: u32,
+    /// The drives stay enabled when the motion is complete.
+    stays_enabled: bool,
 }
 
 /// Why the motion ends now.
@@ -47,6 +49,8 @@ pub(in crate::board) struct Followed {
     pub(super) latest: Snapshot,
     pub(super) traffic: Traffic,
     pub(super) is_off: bool,
+    /// The drives were left enabled on purpose.
+    pub(super) is_left_on: bool,
 }
 
 impl<'a, M: BoardMotion> Follow<'a, M> {
@@ -68,6 +72,15 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             stream: None,
             phase: StreamPhase::Idle,
             interrupts: 0,
+            stays_enabled: false,
+        }
+    }
+
+    /// Leaves the drives enabled when the motion is complete: the board knows the origins of homed axes no longer than that.
+    pub(in crate::board) fn staying_enabled(self, stays_enabled: bool) -> Self {
+        Self {
+            stays_enabled,
+            ..self
         }
     }
 
@@ -87,7 +100,9 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             // At once: slowing down and switching off take their time.
             tell(reason);
         }
+        let is_left_on = self.stays_enabled && end == End::Completed && self.leave_enabled();
         let is_off = match &end {
+            _ if is_left_on => false,
             End::LinkFailed(_) => self.try_to_end(),
             _ => self.end(),
         };
@@ -101,6 +116,7 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             latest: self.latest,
             traffic: self.traffic,
             is_off,
+            is_left_on,
         }
     }
 

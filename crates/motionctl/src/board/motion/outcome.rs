@@ -99,6 +99,7 @@ impl Outcome {
         followed: &Followed,
     ) -> Self {
         let (end, is_off) = (&followed.end, followed.is_off);
+        let is_as_wanted = is_off || followed.is_left_on;
         let axis = |(axis, target): (&Axis, &i32)| {
             let told = followed.latest.axes.get(axis.place);
             let told = told.copied().unwrap_or_default();
@@ -116,13 +117,13 @@ impl Outcome {
         let has_arrived = axes
             .iter()
             .all(|axis| axis.set_point_counts == axis.target_counts);
-        let completed = *end == End::Completed && has_arrived && is_off;
+        let completed = *end == End::Completed && has_arrived && is_as_wanted;
         let cause = match end {
             End::LinkFailed(_) => Cause::Unknown,
             End::Interrupted | End::Ordered => Cause::Asked,
             End::Completed | End::Stopped(_) | End::Unplayable(_) | End::RanOut => Cause::Itself,
         };
-        let warning = (!is_off).then(|| WARNING.to_owned());
+        let warning = (!is_as_wanted).then(|| WARNING.to_owned());
         Self {
             completed,
             outcome: end.to_string(),
@@ -139,7 +140,7 @@ impl Outcome {
             },
             disabled: is_off,
             warnings: warning.into_iter().collect(),
-            ending: Ending::new(cause, completed, is_off),
+            ending: Ending::new(cause, completed, is_as_wanted),
         }
     }
 

@@ -84,6 +84,13 @@ impl<M: BoardMotion> Follow<'_, M> {
         is_off
     }
 
+    /// Gives the command back, and leaves the drives as they are; whether that is enabled.
+    pub(super) fn leave_enabled(&mut self) -> bool {
+        self.recording
+            .happened(None, Kind::Phase, "the motion ends".to_owned());
+        self.latest.state == BoardState::Enabled && self.session.leave().is_ok()
+    }
+
     fn await_off(&mut self) -> bool {
         let until = Instant::now() + DISABLE_TIME;
         let mut is_fresh = false;

@@ -14,9 +14,11 @@ Examples:
   motionctl board run plan.csv --port tcp:7002 --drives 2,1 --yes --json
   motionctl board run --program part.ngc --machine machine.toml --port /dev/ttyACM0
   motionctl board run plan.csv --port /dev/ttyACM0 --csv run.csv --report out
+  motionctl board run plan.csv --port /dev/ttyACM0 --stay-enabled      after `motionctl board home`, and homed for the next one
 
 The same files, units and limits as `motionctl run`; the set-points on the bus are the same, and the board keeps their time. The motion is sent
 ahead in segments, which are checked against the settings of the board before anything is enabled.
+Of an axis that was homed (`motionctl board home`) the positions are those from its origin: it must stand at the first one.
 Ctrl-C slows down along the path, then the drives are disabled; a second Ctrl-C ends all set-points at once. A host that is killed, or whose
 cable is pulled, is silent: the board slows down along the path half a second later, and its drives stay enabled.
 
@@ -43,6 +45,9 @@ pub(in crate::board) struct Arguments {
     /// Snapshots of the board in a second, of which recordings are made.
     #[arg(long, value_name = "HZ", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     pub(super) snapshot_hz: u32,
+    /// Leave the drives enabled when the motion is complete, so that homed axes stay homed.
+    #[arg(long)]
+    pub(super) stay_enabled: bool,
     /// Start without asking.
     #[arg(long)]
     pub(super) yes: bool,

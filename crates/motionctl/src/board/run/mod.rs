@@ -9,6 +9,8 @@ mod whole;
 
 use std::process::ExitCode;
 
+use board_link::message::Origin;
+use dyn_can::units::command_counts_per_turn;
 use dyn_can::{DriveId, StepLimit};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -27,6 +29,9 @@ use crate::trajectory::{MotionReport, Plan};
 pub(super) use arguments::Arguments;
 use segments::{Played, preview, segments};
 use whole::WholeMotion;
+
+/// A homed axis may stand so far from the first position of its motion.
+const AT_START_COUNTS: f64 = 32.0;
 
 /// Everything that came of a motion.
 #[derive(Serialize, JsonSchema)]
@@ -99,13 +104,12 @@ fn prepare(
     let stand = session.snapshot()?;
     let from: Vec<i32> = stand.axes.iter().map(|axis| axis.position).collect();
     let places: Vec<usize> = axes.iter().map(|axis| axis.place).collect();
-    let played = preview(
-        &segments,
-        &of_board.limits,
-        (&places, &from),
-        cycle_us,
-        |cycle| plan.row(cycle),
-    );
+    let origins = session.origins(of_board.drives.len())?;
+    check_starts(plan, &axes, &from, &origins)?;
+    let limits = of_board.limits_from(&origins)?;
+    let played = preview(&segments, &limits, (&places, &from), cycle_us, |cycle| {
+        plan.row(cycle)
+    });
     let played = played.map_err(|refusal| {
         let axis = refusal.refused.axis.map(usize::from);
         BoardError::Preview {
@@ -116,6 +120,35 @@ fn prepare(
         }
     })?;
     Ok(WholeMotion::new(axes, segments, played, plan.last(), speed))
+}
+
+/// An axis that was homed must stand where its motion begins; the positions of the motion are its own.
+fn check_starts(
+    plan: &Plan,
+    axes: &[Axis],
+    stand: &[i32],
+    origins: &[Origin],
+) -> Result<(), BoardError> {
+    for (column, axis) in axes.iter().enumerate() {
+        let (Some(Origin::Found { counts, .. }), Some(stand)) =
+            (origins.get(axis.place), stand.get(axis.place))
+        else {
+            continue;
+        };
+        let (first, here) = (
+            plan.first_counts(column),
+            f64::from(*stand) - f64::from(*counts),
+        );
+        if (here - first).abs() > AT_START_COUNTS {
+            let turn = f64::from(command_counts_per_turn(axis.gear));
+            return Err(BoardError::Start {
+                drive: axis.drive,
+                expected_turns: first / turn,
+                actual_turns: here / turn,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Asks whether the motors may move, and listens to signals from then on.
@@ -161,7 +194,8 @@ fn play(
     {
         tell(help);
     }
-    let follow = Follow::new(&mut session, of_board, motion, &mut recording);
+    let follow = Follow::new(&mut session, of_board, motion, &mut recording)
+        .staying_enabled(arguments.stay_enabled);
     let followed = follow.run(&wishes, arguments.snapshot_hz, !arguments.json);
     drop(listening);
     let segments = motion.segments.len() as u32;

@@ -109,7 +109,9 @@ fn prepare(arguments: &Arguments, session: &mut Session) -> Result<Prepared, Boa
     let limits = &arguments.limits;
     let axes =
         of_board.axes_of_stream(&drives, &gears, |gear| limits.as_needs(gear, info.cycle_us))?;
-    let setup = setup(arguments, &info, &of_board.limits, &axes)?;
+    let origins = session.origins(of_board.drives.len())?;
+    let limits = of_board.limits_from(&origins)?;
+    let setup = setup(arguments, &info, &limits, &axes)?;
     Ok(Prepared {
         of_board,
         axes,

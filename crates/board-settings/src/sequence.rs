@@ -1,13 +1,14 @@
-//! The axes that settings want to be homed, one after the other, and what is known of their origins. Without the chip: it is told what is
-//! read, and tells the targets.
+//! The axes that settings want to be homed, one after the other, and what is known of their origins. It is told what is read, and tells the
+//! targets.
 
+use crate::configs_of_homing::AxisHoming;
+use board_link::message::Origin;
 use board_link::{Reason, Refused};
-use board_settings::AxisHoming;
 use homing::{Abort, Awaited, Frame, Home, Homing as Search, Inputs, Progress, Travel};
 
 /// What a cycle of the sequence says.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Step {
+pub enum HomingStep {
     /// Where the set-point of an axis is.
     Target(usize, i32),
     /// An axis has found its origin; the next one follows in the next cycle.
@@ -23,8 +24,9 @@ struct Known {
     uncertainty: u32,
 }
 
-/// The sequence of `N` axes at most.
-pub(crate) struct Sequence<const N: usize> {
+/// The axes of a board that are to be homed, `N` at most, one after the other, and what is known of their origins.
+#[derive(Debug)]
+pub struct HomingSequence<const N: usize> {
     search: Option<Search>,
     /// The axis that searches.
     axis: usize,
@@ -35,9 +37,9 @@ pub(crate) struct Sequence<const N: usize> {
     known: [Option<Known>; N],
 }
 
-impl<const N: usize> Sequence<N> {
+impl<const N: usize> HomingSequence<N> {
     /// Nothing is known.
-    pub(crate) const NEW: Self = Self {
+    pub const NEW: Self = Self {
         search: None,
         axis: 0,
         done: 0,
@@ -50,7 +52,7 @@ impl<const N: usize> Sequence<N> {
     ///
     /// # Errors
     /// [`Reason::NoHoming`] where no axis is to be homed, [`Reason::Busy`] while it goes on.
-    pub(crate) fn begin(&mut self, plans: &[Option<AxisHoming>]) -> Result<(), Refused> {
+    pub fn begin(&mut self, plans: &[Option<AxisHoming>]) -> Result<(), Refused> {
         if self.is_active {
             return Err(Reason::Busy.because(0, 1));
         }
@@ -63,7 +65,7 @@ impl<const N: usize> Sequence<N> {
     }
 
     /// Slows down the axis that searches, and ends.
-    pub(crate) fn cancel(&mut self) {
+    pub fn cancel(&mut self) {
         self.is_cancelled = true;
         if let Some(search) = &mut self.search {
             search.cancel();
@@ -71,22 +73,22 @@ impl<const N: usize> Sequence<N> {
     }
 
     /// Whether there is nothing to forget.
-    pub(crate) fn is_blank(&self) -> bool {
+    pub fn is_blank(&self) -> bool {
         !self.is_active && self.known.iter().all(Option::is_none)
     }
 
     /// Whether it goes on.
-    pub(crate) const fn is_active(&self) -> bool {
+    pub const fn is_active(&self) -> bool {
         self.is_active
     }
 
     /// The axis that searches.
-    pub(crate) const fn axis(&self) -> usize {
+    pub const fn axis(&self) -> usize {
         self.axis
     }
 
     /// Whether the axis may be there, in counts of its drive.
-    pub(crate) fn allows(&self, plans: &[Option<AxisHoming>], axis: usize, counts: i32) -> bool {
+    pub fn allows(&self, plans: &[Option<AxisHoming>], axis: usize, counts: i32) -> bool {
         if !matches!(plans.get(axis), Some(Some(_))) {
             return true;
         }
@@ -94,9 +96,12 @@ impl<const N: usize> Sequence<N> {
         known.is_some_and(|known| known.frame.to_axis_inside(counts).is_ok())
     }
 
-    /// What an axis counts from that is to be homed.
-    #[cfg(test)]
-    fn origin(&self, axis: usize) -> Origin {
+    /// What an axis counts from.
+    #[must_use]
+    pub fn origin(&self, plans: &[Option<AxisHoming>], axis: usize) -> Origin {
+        if !matches!(plans.get(axis), Some(Some(_))) {
+            return Origin::OfDrive;
+        }
         match self.known.get(axis).and_then(Option::as_ref) {
             Some(known) => Origin::Found {
                 counts: known.frame.origin_counts(),
@@ -108,12 +113,12 @@ impl<const N: usize> Sequence<N> {
 
     /// One cycle, at `now_us`, while every axis follows its set-points: `read` tells what is known of the axis that searches. `None` when
     /// nothing goes on.
-    pub(crate) fn cycle(
+    pub fn cycle(
         &mut self,
         plans: &[Option<AxisHoming>],
         now_us: u64,
         read: impl FnOnce(usize) -> Option<Inputs>,
-    ) -> Option<Step> {
+    ) -> Option<HomingStep> {
         if !self.is_active {
             return None;
         }
@@ -139,7 +144,7 @@ impl<const N: usize> Sequence<N> {
             },
         };
         Some(match search.cycle(now_us, &inputs) {
-            Progress::Target(counts) => Step::Target(axis, counts),
+            Progress::Target(counts) => HomingStep::Target(axis, counts),
             Progress::Found(home) => self.found(axis, &plan, home),
             Progress::Failed(abort) => self.end(Err((refused(axis, &abort), Some(abort)))),
         })
@@ -154,7 +159,7 @@ impl<const N: usize> Sequence<N> {
             .map(|(_, axis)| axis)
     }
 
-    fn found(&mut self, axis: usize, plan: &AxisHoming, home: Home) -> Step {
+    fn found(&mut self, axis: usize, plan: &AxisHoming, home: Home) -> HomingStep {
         let travel = home.frame.travel_of_drive();
         if let Some((expected, actual)) = leaves(plan.reach, travel) {
             let refused = Reason::HomeRange.at(axis, expected.into(), actual.into());
@@ -168,17 +173,17 @@ impl<const N: usize> Sequence<N> {
                 uncertainty: home.uncertainty_counts,
             });
         }
-        Step::Found(axis, home)
+        HomingStep::Found(axis, home)
     }
 
     fn stopped(&self) -> Refused {
         Reason::HomeStopped.at(self.axis, 0, 0)
     }
 
-    fn end(&mut self, result: Result<(), (Refused, Option<Abort>)>) -> Step {
+    fn end(&mut self, result: Result<(), (Refused, Option<Abort>)>) -> HomingStep {
         self.search = None;
         self.is_active = false;
-        Step::Ended(result)
+        HomingStep::Ended(result)
     }
 }
 
@@ -309,7 +314,10 @@ fn refused(axis: usize, abort: &Abort) -> Refused {
 #[cfg(test)]
 mod tests {
     use board_link::message::Origin;
-    use board_settings::{
+    use std::vec;
+    use std::vec::Vec;
+
+    use crate::{
         AxisSettings, Board, BusSettings, HomingDirection, HomingMethod, HomingSearch,
         HomingSettings, MotorLimits, Settings, SwitchLevel,
     };
@@ -366,7 +374,7 @@ mod tests {
             speed_rpm: 150,
             acceleration_rpm_per_s: 1_000,
         };
-        let travel = board_settings::Travel::Counts {
+        let travel = crate::Travel::Counts {
             min: -50_000,
             max: 50_000,
         };
@@ -404,7 +412,7 @@ mod tests {
 
     /// The sequence with its shafts.
     struct Machine {
-        sequence: Sequence<AXES>,
+        sequence: HomingSequence<AXES>,
         plans: Vec<Option<AxisHoming>>,
         shafts: [Shaft; AXES],
         now_us: u64,
@@ -417,7 +425,7 @@ mod tests {
     impl Machine {
         fn new(homings: [Option<HomingSettings>; AXES]) -> Self {
             Self {
-                sequence: Sequence::NEW,
+                sequence: HomingSequence::NEW,
                 plans: plans(homings),
                 shafts: [Shaft {
                     target: 0,
@@ -429,7 +437,11 @@ mod tests {
             }
         }
 
-        fn step(&mut self) -> Option<Step> {
+        fn origin(&self, axis: usize) -> Origin {
+            self.sequence.origin(&self.plans, axis)
+        }
+
+        fn step(&mut self) -> Option<HomingStep> {
             self.now_us += 1_000;
             if self.now_us.is_multiple_of(20_000) && !self.is_silent {
                 let at_us = self.now_us;
@@ -440,8 +452,8 @@ mod tests {
                 .sequence
                 .cycle(&self.plans, self.now_us, |axis| Some(shafts[axis].inputs()));
             match step {
-                Some(Step::Target(axis, counts)) => self.shafts[axis].target = counts,
-                Some(Step::Found(axis, _)) => self.order.push(axis),
+                Some(HomingStep::Target(axis, counts)) => self.shafts[axis].target = counts,
+                Some(HomingStep::Found(axis, _)) => self.order.push(axis),
                 _ => {}
             }
             step
@@ -450,7 +462,7 @@ mod tests {
         /// Runs to the end; what it answers, after how many cycles.
         fn run(&mut self) -> Result<(), Refused> {
             for _ in 0..200_000 {
-                if let Some(Step::Ended(result)) = self.step() {
+                if let Some(HomingStep::Ended(result)) = self.step() {
                     return result.map_err(|(refused, _)| refused);
                 }
             }
@@ -477,7 +489,7 @@ mod tests {
         assert!(machine.sequence.begin(&machine.plans).is_ok());
         assert_eq!(machine.run(), Ok(()));
         assert_eq!(machine.order, [2, 0, 1]);
-        let found = |axis| machine.sequence.origin(axis).counts().unwrap();
+        let found = |axis| machine.origin(axis).counts().unwrap();
         assert!((found(0) - STOP).abs() <= 2, "{}", found(0));
         assert!((found(1) - SWITCH).abs() <= 2, "{}", found(1));
         // It stands at a quarter of a turn of its axis.
@@ -499,7 +511,7 @@ mod tests {
         let (sequence, plans) = (&machine.sequence, &machine.plans);
         assert!(sequence.allows(plans, 0, i32::MAX));
         // From the stop on, at -2000.
-        let origin = sequence.origin(1).counts().unwrap();
+        let origin = machine.origin(1).counts().unwrap();
         assert!(sequence.allows(plans, 1, origin + 50_000));
         assert!(!sequence.allows(plans, 1, origin + 50_001));
         assert!(sequence.allows(plans, 1, origin - 50_000));
@@ -531,15 +543,15 @@ mod tests {
         assert!(machine.sequence.begin(&machine.plans).is_ok());
         assert_eq!(machine.run(), Ok(()));
         assert!(machine.sequence.begin(&machine.plans).is_ok());
-        assert_eq!(machine.sequence.origin(1), Origin::Unknown);
+        assert_eq!(machine.origin(1), Origin::Unknown);
         // What was found before it was stopped stays.
         while machine.order.len() < 3 {
             machine.step();
         }
         machine.sequence.cancel();
         assert_eq!(machine.run(), Err(Reason::HomeStopped.at(0, 0, 0)));
-        assert_ne!(machine.sequence.origin(0), Origin::Unknown);
-        assert_eq!(machine.sequence.origin(1), Origin::Unknown);
+        assert_ne!(machine.origin(0), Origin::Unknown);
+        assert_eq!(machine.origin(1), Origin::Unknown);
     }
 
     #[test]
@@ -554,7 +566,7 @@ mod tests {
             machine.sequence.cancel();
             let result = loop {
                 match machine.step() {
-                    Some(Step::Ended(result)) => break result,
+                    Some(HomingStep::Ended(result)) => break result,
                     _ => targets.push(machine.shafts[0].target),
                 }
             };
@@ -603,10 +615,10 @@ mod tests {
         let most = (1 << 27) - 1;
         for (at, is_inside) in [(most - 50_000, true), (most - 49_999, false)] {
             machine.shafts[0].target = at;
-            machine.sequence = Sequence::NEW;
+            machine.sequence = HomingSequence::NEW;
             assert!(machine.sequence.begin(&machine.plans).is_ok());
             let mut step = None;
-            while !matches!(step, Some(Step::Ended(_))) {
+            while !matches!(step, Some(HomingStep::Ended(_))) {
                 machine.now_us += 1_000;
                 let reading = Reading {
                     value: at,
@@ -627,7 +639,7 @@ mod tests {
             } else {
                 Err((Reason::HomeRange.at(0, most, most + 1), None))
             };
-            assert_eq!(step, Some(Step::Ended(expected)));
+            assert_eq!(step, Some(HomingStep::Ended(expected)));
         }
     }
 
