@@ -29,6 +29,8 @@ pub(crate) struct Machine {
 static MACHINE: OnceLock<Machine> = OnceLock::new();
 
 /// Reads the settings; to be called once, at the start. Without valid ones there is no machine.
+// Inlined, what it needs at the start would stay on the stack for ever.
+#[inline(never)]
 pub(crate) fn load() {
     if let Some(machine) = crate::link::stored::read()
         && board::prescaler(machine.master.bus.bit_rate).is_some()
