@@ -219,7 +219,10 @@ fn each_method_finds_its_origin_and_what_is_streamed_keeps_the_travel_from_there
     );
     let ticket = host.client().request(Request::Home).unwrap();
     let begins_ns = rig.board().soc().now_ns();
-    host.run_ms(&mut rig, 600);
+    host.run_until(&mut rig, 600, |_, rig| {
+        connect_switch(rig);
+        false
+    });
     assert_eq!(host.snapshot.state, BoardState::Homing);
     // One after the other: the switch is the first.
     let told = counts_told(&rig, begins_ns);
@@ -436,13 +439,19 @@ fn whatever_ends_a_homing_brings_the_axes_to_rest_and_the_answer_says_what_it_wa
             let pairs = steps.windows(2);
             let steepest = pairs.map(|two| (two[1] - two[0]).abs()).max();
             assert!(steepest <= Some(3), "{ends:?} {steps:?}");
-            assert!(steps.len() > 10, "{ends:?} {steps:?}");
+            // The search has a slow ramp; the master has that of the axis, a few cycles from this speed.
+            let by_search = matches!(ends, Ends::Stop | Ends::Release | Ends::Dies);
+            assert!(!by_search || steps.len() > 10, "{ends:?} {steps:?}");
         }
         assert!(is_near(rest, before, 900), "{ends:?}: {before} {rest}");
         host.is_dead = false;
         let stays_on = matches!(ends, Ends::Stop | Ends::Release | Ends::Dies | Ends::Halt);
-        assert_eq!(rig.are_enabled(), stays_on, "{ends:?}");
-        if ends != Ends::Dies {
+        // Of the drives whose motors have no alarm the others hold.
+        if ends != Ends::Alarm {
+            assert_eq!(rig.are_enabled(), stays_on, "{ends:?}");
+        }
+        // Who has given the command back has no connection any more to which an answer could come.
+        if !matches!(ends, Ends::Dies | Ends::Release) {
             let result = match reply(&host, ticket) {
                 Some(Err(RequestError::Refused(refused))) => refused,
                 other => panic!("{ends:?}: {other:?} {:#?}", rig.board().log()),
