@@ -119,6 +119,8 @@ pub(super) const STEPS: &[Step] = &[
             "fw --board stm32g474 --commission",
             "fw --board stm32f405 --link",
             "fw --board stm32g474 --link",
+            "fw --board stm32f405 --link --homing",
+            "fw --board stm32g474 --link --homing",
             "fw --board stm32f405 --link-usb",
             "fw --board stm32g474 --link-usb",
         ],
@@ -143,7 +145,9 @@ pub(super) const STEPS: &[Step] = &[
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --features misbehave,commission -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --features link -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,link -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --features link-homing -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --features link-usb -- -D warnings",
+            "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,link-homing -- -D warnings",
             "clippy --release -p motion-board --target thumbv7em-none-eabihf --no-default-features --features stm32g474,link-usb -- -D warnings",
         ],
     )

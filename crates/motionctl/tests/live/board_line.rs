@@ -52,6 +52,11 @@ pub(crate) struct BoardBench {
 impl BoardBench {
     /// A board with these settings, which may be empty.
     pub(crate) fn start(name: &str, settings: &str) -> Self {
+        Self::start_with(name, settings, &[])
+    }
+
+    /// The same, with more options of the bench.
+    pub(crate) fn start_with(name: &str, settings: &str, more: &[&str]) -> Self {
         let port = scratch(&format!("{name}-board"));
         let log = Scratch::new(&format!("{name}-bus.log"), "");
         let flash = Scratch::new(&format!("{name}-flash.toml"), settings);
@@ -73,6 +78,7 @@ impl BoardBench {
             "--json",
         ]);
         let mut child = command
+            .args(more)
             .stdin(Stdio::piped())
             .spawn()
             .expect("the bench starts");

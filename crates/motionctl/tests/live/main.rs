@@ -4,6 +4,7 @@ mod adapter;
 mod adapters;
 mod bench;
 mod board;
+mod board_home;
 mod board_line;
 mod board_orders;
 mod board_stream;

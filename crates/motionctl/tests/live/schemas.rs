@@ -7,6 +7,7 @@ use std::process::Output;
 use serde_json::Value;
 
 use crate::bench::{BenchProcess, Scratch, interrupt, motionctl, start_and_wait_for};
+use crate::board_home::HERE;
 use crate::board_line::{BoardBench, SETTINGS};
 use crate::tool::{Folder, text};
 use crate::undisturbed::undisturbed;
@@ -173,6 +174,14 @@ fn on_board(seen: &mut Seen) {
         "board-settings",
         &["settings", "check", bench.settings_path()],
     );
+    let homed = BoardBench::start_with("schemas-home", HERE, &[]);
+    let port_of_homed = ["--port", homed.port()];
+    seen.run(
+        "board-home",
+        &[&["board", "home", "--yes"], &port_of_homed[..]].concat(),
+    );
+    drop(homed);
+    let mut on = |name: &str, words: &[&str]| seen.run(name, &[&["board"], words, &port].concat());
     on("board-run", &["run", motion.path(), "--yes"]);
     // Nothing comes in.
     on("board-stream", &["stream", "--yes"]);
