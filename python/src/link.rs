@@ -91,7 +91,6 @@ impl Link {
             "enable" => Request::Enable,
             "disable" => Request::Disable,
             "clear" => Request::Clear,
-            "home" => Request::Home,
             "stop" => Request::Stop,
             "halt" => Request::Halt,
             "pause" => Request::Pause,
@@ -105,6 +104,20 @@ impl Link {
             }
         };
         self.ask(py, request).map(|_| ())
+    }
+
+    /// Homes the axes, and waits for the end of that.
+    fn home(&self, py: Python<'_>, timeout_s: f64) -> PyResult<()> {
+        self.ask_within(py, Request::Home, seconds(timeout_s))
+            .map(|_| ())
+    }
+
+    /// What an axis counts from.
+    fn origin<'py>(&self, py: Python<'py>, axis: u8) -> PyResult<Bound<'py, PyAny>> {
+        match self.ask(py, Request::ReadOrigin { axis })? {
+            Answer::Origin(origin) => Ok(pythonize(py, &origin)?),
+            _ => Err(no_reply(py, "the board gave another answer than an origin")),
+        }
     }
 
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

@@ -42,6 +42,8 @@ struct Made {
     settings: Vec<u8>,
     silence_cycles: u32,
     cycle_us: u32,
+    /// Where the axes that are to be homed find their origins.
+    origins: Vec<Option<i32>>,
 }
 
 /// The board, in a thread of its own, in real time.
@@ -68,6 +70,7 @@ impl SimulatedBoard {
         silence_cycles: u32,
         settings: Vec<u8>,
         port: u16,
+        origins: Vec<Option<i32>>,
     ) -> PyResult<Self> {
         if axes == 0 || axes > MOST_AXES {
             let text = format_args!("axes: expected 1 to {MOST_AXES}, got {axes}");
@@ -112,6 +115,7 @@ impl SimulatedBoard {
             settings,
             silence_cycles,
             cycle_us,
+            origins,
         };
         let shared = Arc::clone(&wishes);
         let builder = std::thread::Builder::new().name("simulated board".to_owned());

@@ -19,6 +19,7 @@ __all__ = [
     "Event",
     "Fault",
     "Info",
+    "Origin",
     "Progress",
     "Settings",
     "Snapshot",
@@ -29,6 +30,8 @@ _ACTIVE = ("Waiting", "Moving", "Dry")
 _ON = ("GettingReady", "Enabled", "Homing", "Stopping")
 # What the board says when set-points come behind the end of a stream: too late, or after a stop.
 _LATE, _ENDED, _NO_ENTRY = 12, 13, 35
+# What boards without homing, and those of before, say to a question about it.
+_UNSUPPORTED, _MESSAGE = 36, 37
 _POLL_S = 0.05
 
 
@@ -68,6 +71,20 @@ class AxisSnapshot:
     """Its following error."""
     fault: int
     """The number of its fault, 0 for none."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What the positions of an axis count from."""
+
+    is_known: bool
+    """Whether that is known: False for an axis whose settings ask for a homing, and which is not homed. It takes no set-points."""
+    is_homed: bool
+    """Whether it was homed; else its positions are those of its drive."""
+    counts: int
+    """What its drive counts at the zero of the axis; 0 where it was not homed."""
+    uncertainty: int
+    """By how much that may be off, in counts."""
 
 
 @dataclass(frozen=True)
@@ -114,9 +131,9 @@ class Event:
     number: int
     """One more than that of the event before."""
     kind: str
-    """"State", "Stream", "Fault", "Claimed", "Released", "SilentHost", or "Lost": so many events could not be kept."""
+    """"State", "Stream", "Fault", "Claimed", "Released", "SilentHost", "Homed", or "Lost": so many events could not be kept."""
     values: Dict[str, Any]
-    """What is known of it: "state"; "stream", "phase", "finished"; "axis", "code", "detail"; "session"; "count"."""
+    """What is known of it: "state"; "stream", "phase", "finished"; "axis", "code", "detail"; "session"; "axis", "counts", "uncertainty"; "count"."""
 
 
 @dataclass(frozen=True)
@@ -367,9 +384,37 @@ class Board:
         self._wait_for(off, _ON, "off", timeout_s)
 
     def home(self, timeout_s: float = 120.0) -> None:
-        """Finds the origins, and waits until they are found."""
-        self._link.command("home", 0)
-        self._wait_for(("Enabled",), ("Homing", "Stopping"), "at its origins", timeout_s)
+        """Finds the origin of each axis whose settings ask for it, one after the other, and waits until they are found.
+
+        The drives must be enabled. Their positions count from there for :meth:`stream` until they are not enabled any more. Any exception,
+        Ctrl-C included, stops the axes before it is raised.
+
+        Warning: the motors turn, as the settings say: to a switch, or against a stop.
+
+        Raises :class:`motion_board.Refused` with the axis and the reason when one is not found, or when something has ended it.
+        """
+        try:
+            self._link.home(timeout_s)
+        except Refused:
+            raise
+        except BaseException:
+            try:
+                self.stop()
+            except BoardError as reason:
+                warnings.warn(f"the homing could not be stopped: {reason}", RuntimeWarning, stacklevel=2)
+            raise
+
+    def origins(self) -> List[Origin]:
+        """What the positions of each axis count from."""
+        origins: List[Origin] = []
+        for axis in range(self.axes):
+            try:
+                origins.append(_origin(self._link.origin(axis)))
+            except Refused as refused:
+                if refused.number not in (_UNSUPPORTED, _MESSAGE):
+                    raise
+                return [_OF_DRIVE] * self.axes
+        return origins
 
     def stop(self, timeout_s: float = 30.0) -> None:
         """Slows down along the path, and waits until the axes stand."""
@@ -423,7 +468,7 @@ class Board:
         are usual.
 
         The first set-point must be where the axes stand (:attr:`Snapshot.targets`); with ``relative`` positions count from there, and
-        the first one is 0. ``counts_per_unit``: counts of a unit of the positions, for all axes or for each. ``when_dry``: what happens
+        the first one is 0. Positions of an axis that was homed count from its origin (:meth:`origins`). ``counts_per_unit``: counts of a unit of the positions, for all axes or for each. ``when_dry``: what happens
         when set-points come too late: the axes come to rest along the path in any case, and that is the "end", or they "wait" for more.
         ``percent``: speed, 0 to 200. ``progress``: is called about ten times a second.
 
@@ -497,7 +542,8 @@ class Board:
         first = next(points, None)
         if first is None:
             raise InputError("expected at least one set-point, got none")
-        base = [float(at) for at in self.snapshot().targets] if relative else [0.0] * len(factors)
+        zeros = self.snapshot().targets if relative else [origin.counts for origin in self.origins()]
+        base = [float(at) for at in zeros]
         start = first[0]
 
         def counts(row: List[float]) -> List[float]:
@@ -598,6 +644,15 @@ class Board:
                 raise BoardError(f"the board is not {words}: it is {_words(snapshot)}")
             if time.monotonic() > deadline:
                 raise BoardError(f"the board was not {words} in {timeout_s} s: it is {_words(snapshot)}")
+
+
+_OF_DRIVE = Origin(is_known=True, is_homed=False, counts=0, uncertainty=0)
+
+
+def _origin(told: Any) -> Origin:
+    if isinstance(told, dict):
+        return Origin(is_known=True, is_homed=True, **told["Found"])
+    return _OF_DRIVE if told == "OfDrive" else Origin(is_known=False, is_homed=False, counts=0, uncertainty=0)
 
 
 def _words(snapshot: Snapshot) -> str:

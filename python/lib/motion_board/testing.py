@@ -8,13 +8,14 @@
     [100, -100]
 
 It is the board's end of the link with its checks and its player, as the firmware has them, on a TCP port of this machine and in real time.
-The axes are where their set-points are: there are no drives, no bus and no homing. ``motionctl bench --board`` has those.
+The axes are where their set-points are: there are no drives, no bus, no stops and no switches; where axes find their origins you say.
+``motionctl bench --board`` has those.
 """
 
 from __future__ import annotations
 
 from types import TracebackType
-from typing import List, NamedTuple, Optional, Tuple, Type
+from typing import List, NamedTuple, Optional, Sequence, Tuple, Type
 
 from . import _native
 
@@ -47,6 +48,7 @@ class SimulatedBoard:
         silence_cycles: int = 500,
         settings: bytes = b"",
         port: int = 0,
+        origins: Sequence[Optional[int]] = (),
     ) -> None:
         """Starts it.
 
@@ -54,6 +56,7 @@ class SimulatedBoard:
         (None: not limited); of these a stream may need all of the velocity, two thirds of the acceleration, half of the jerk.
         ``travel``: lowest and highest position in counts. ``silence_cycles``: a host that is silent for so long is a stop.
         ``settings``: what it has as its settings, and does not obey. ``port``: of TCP, 0 for one that is free.
+        ``origins``: an axis with a number is one that is to be homed; its homing takes a fifth of a second, finds its origin there, and brings it there.
         """
         self._board = _native.SimulatedBoard(
             axes,
@@ -65,6 +68,7 @@ class SimulatedBoard:
             silence_cycles,
             settings,
             port,
+            list(origins),
         )
 
     @property

@@ -55,6 +55,15 @@ impl Link {
     }
 
     pub(super) fn ask(&self, py: Python<'_>, request: Request) -> PyResult<Answer> {
+        self.ask_within(py, request, ANSWER)
+    }
+
+    pub(super) fn ask_within(
+        &self,
+        py: Python<'_>,
+        request: Request,
+        most: Duration,
+    ) -> PyResult<Answer> {
         let ticket = {
             let mut state = self.shared.lock();
             if let Some(gone) = &state.gone {
@@ -68,14 +77,14 @@ impl Link {
             state.requests.push_back((ticket, request));
             ticket
         };
-        match self.wait(py, ANSWER, |state| state.replies.remove(&ticket))? {
+        match self.wait(py, most, |state| state.replies.remove(&ticket))? {
             Some(Ok(answer)) => Ok(answer),
             Some(Err(error)) => Err(request_failed(py, &error)),
             None => Err(no_reply(
                 py,
                 format_args!(
                     "no reply in {} s: read the state of the board",
-                    ANSWER.as_secs()
+                    most.as_secs()
                 ),
             )),
         }

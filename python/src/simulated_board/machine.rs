@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use board_link::board::{Application, Command, Machine};
-use board_link::message::{AxisSnapshot, BoardState, Event, FaultEntry, Info};
+use board_link::message::{AxisSnapshot, BoardState, Event, FaultEntry, Info, Origin};
 use board_link::segment::Player;
 use board_link::{Reason, Refused};
 
@@ -12,6 +12,8 @@ use super::{MOST_AXES, Made};
 const SETTINGS_ROOM: usize = 2_048;
 const FAULTS_KEPT: usize = 32;
 const COMMANDS: usize = 4;
+/// A homing takes so long.
+const HOMING_US: u32 = 200_000;
 
 pub(super) struct Axes {
     pub(super) state: BoardState,
@@ -27,6 +29,11 @@ pub(super) struct Axes {
     settings: Vec<u8>,
     staging: Vec<u8>,
     pub(super) fault_log: Vec<FaultEntry>,
+    /// Where the axes that are to be homed find their origins, and whether they have.
+    origins: Vec<Option<i32>>,
+    is_homed: bool,
+    /// The command to home, and the cycles that are left of it.
+    homing: Option<(u16, u32)>,
 }
 
 impl Axes {
@@ -45,7 +52,64 @@ impl Axes {
             settings: made.settings.clone(),
             staging: vec![0; SETTINGS_ROOM],
             fault_log: log,
+            origins: made.origins.clone(),
+            is_homed: false,
+            homing: None,
         }
+    }
+
+    /// Ends a homing early.
+    fn end_homing(&mut self, why: Refused) {
+        if let Some((ticket, _)) = self.homing.take() {
+            let axis = self.origins.iter().position(Option::is_some);
+            let axis = axis.map(|axis| axis as u8);
+            self.results
+                .push_back((ticket, Err(Refused { axis, ..why })));
+            if self.state == BoardState::Homing {
+                self.enter(BoardState::Enabled);
+            }
+        }
+    }
+
+    /// One cycle of a homing; axes that are found are there.
+    fn home(&mut self) {
+        let Some((ticket, cycles)) = self.homing else {
+            return;
+        };
+        if cycles > 0 {
+            self.homing = Some((ticket, cycles - 1));
+            return;
+        }
+        self.homing = None;
+        self.is_homed = true;
+        for (axis, (target, origin)) in self.targets.iter_mut().zip(&self.origins).enumerate() {
+            if let Some(counts) = *origin {
+                *target = counts;
+                self.events.push_back(Event::Homed {
+                    axis: axis as u8,
+                    counts,
+                    uncertainty: 0,
+                });
+            }
+        }
+        self.results.push_back((ticket, Ok(())));
+        self.enter(BoardState::Enabled);
+    }
+
+    fn begin_homing(&mut self, ticket: u16) -> Result<(), Refused> {
+        match self.state {
+            BoardState::StopOpen => return Err(Reason::StopInput.plain()),
+            BoardState::EnableInactive => return Err(Reason::EnableInput.plain()),
+            BoardState::Enabled => {}
+            state => return Err(not_enabled(state)),
+        }
+        if self.origins.iter().all(Option::is_none) {
+            return Err(Reason::NoHoming.plain());
+        }
+        self.is_homed = false;
+        self.homing = Some((ticket, HOMING_US / self.cycle_us));
+        self.enter(BoardState::Homing);
+        Ok(())
     }
 
     fn enter(&mut self, state: BoardState) {
@@ -58,8 +122,10 @@ impl Axes {
     /// The inputs rule, then the commands in their order.
     pub(super) fn before_cycle(&mut self, player: &mut Player<'_, MOST_AXES>) {
         if self.is_stop_open {
+            self.end_homing(Reason::StopInput.plain());
             self.enter(BoardState::StopOpen);
         } else if self.is_enable_inactive {
+            self.end_homing(Reason::EnableInput.plain());
             self.enter(BoardState::EnableInactive);
         } else if matches!(
             self.state,
@@ -73,30 +139,43 @@ impl Axes {
             });
         }
         while let Some((ticket, command)) = self.commands.pop_front() {
-            let result = self.carry_out(command, player);
-            self.results.push_back((ticket, result));
+            match self.carry_out(ticket, command, player) {
+                // Its result comes when it ends.
+                Ok(()) if command == Command::Home => {}
+                result => self.results.push_back((ticket, result)),
+            }
         }
+        self.home();
         if self.state != BoardState::Enabled {
             player.halt();
+        }
+        if !matches!(self.state, BoardState::Enabled | BoardState::Homing) {
+            self.is_homed = false;
         }
     }
 
     fn carry_out(
         &mut self,
+        ticket: u16,
         command: Command,
         player: &mut Player<'_, MOST_AXES>,
     ) -> Result<(), Refused> {
         match command {
             Command::Enable => self.enable(),
             Command::Disable => {
+                self.end_homing(Reason::HomeStopped.plain());
                 player.halt();
                 if matches!(self.state, BoardState::Enabled | BoardState::GettingReady) {
                     self.enter(BoardState::Off);
                 }
                 Ok(())
             }
-            Command::Stop => Ok(()),
+            Command::Stop => {
+                self.end_homing(Reason::HomeStopped.plain());
+                Ok(())
+            }
             Command::Halt => {
+                self.end_homing(Reason::HomeStopped.plain());
                 player.halt();
                 Ok(())
             }
@@ -107,10 +186,7 @@ impl Axes {
                 }
                 Ok(())
             }
-            Command::Home => match self.state {
-                BoardState::Enabled => Ok(()),
-                state => Err(not_enabled(state)),
-            },
+            Command::Home => self.begin_homing(ticket),
             Command::SaveSettings { length } => self.save(length),
         }
     }
@@ -144,6 +220,7 @@ impl Axes {
         if let Some(fault) = self.faults.get_mut(usize::from(axis)) {
             *fault = code;
         }
+        self.end_homing(Reason::Faulted.because(0, code.into()));
         let axis = Some(axis);
         self.events.push_back(Event::Fault { axis, code, detail });
         self.enter(BoardState::Faulted);
@@ -172,6 +249,8 @@ fn firmware() -> board_link::message::Text {
 }
 
 impl Application for Axes {
+    const HOMES: bool = true;
+
     fn info(&self) -> Info {
         Info {
             board: "simulated".try_into().unwrap_or_default(),
@@ -209,6 +288,17 @@ impl Application for Axes {
                 })
                 .collect(),
             late_cycles: 0,
+        }
+    }
+
+    fn origin(&mut self, axis: usize) -> Origin {
+        match self.origins.get(axis).copied().flatten() {
+            None => Origin::OfDrive,
+            Some(_) if !self.is_homed => Origin::Unknown,
+            Some(counts) => Origin::Found {
+                counts,
+                uncertainty: 0,
+            },
         }
     }
 

@@ -121,7 +121,14 @@ impl Running<'_> {
 
     fn cycle(&mut self, wishes: &Mutex<Wishes>) {
         self.now += 1;
-        self.board.application().before_cycle(&mut self.player);
+        let axes = self.board.application();
+        axes.before_cycle(&mut self.player);
+        if !self.player.phase().is_active() {
+            // A homing has brought them there.
+            let targets = axes.targets.iter();
+            self.stand = targets.map(|&at| Position::from_counts(at)).collect();
+            lock(wishes).positions.clone_from(&axes.targets);
+        }
         let mut out = self.stand.clone();
         if self.player.advance(self.now, &self.stand, &mut out) {
             let mut wishes = lock(wishes);
