@@ -1,7 +1,6 @@
 """Homing over the link: what counts from where, and what ends it."""
 
 import threading
-import time
 
 import pytest
 
@@ -51,7 +50,7 @@ def test_what_ends_a_homing_is_its_answer() -> None:
     with SimulatedBoard(axes=1, origins=[100]) as simulated, Board.open(simulated.address) as board:
         for end, number in [(board.stop, 43), (board.halt, 43), (simulated.open_stop_circuit, 25)]:
             board.enable()
-            thread = threading.Thread(target=lambda: (time.sleep(0.1), end()))
+            thread = threading.Timer(0.1, end)
             thread.start()
             with pytest.raises(Refused) as ended:
                 board.home()
