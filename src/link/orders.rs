@@ -125,14 +125,13 @@ impl Orders {
         {
             let result = match result {
                 // Its result comes when it ends.
-                Ok(Order::Home) => match self.homings.begin(ticket) {
-                    Ok(()) => return self.rules.contacts(supervisor, self.situation),
-                    Err(refused) => Err(refused),
-                },
-                Ok(order) => self.carry_out(order, master, now),
-                Err(refused) => Err(refused),
+                Ok(Order::Home) => self.homings.begin(ticket).err().map(Err),
+                Ok(order) => Some(self.carry_out(order, master, now)),
+                Err(refused) => Some(Err(refused)),
             };
-            self.answer(ticket, result);
+            if let Some(result) = result {
+                self.answer(ticket, result);
+            }
         }
         self.rules.contacts(supervisor, self.situation)
     }
