@@ -168,10 +168,10 @@ fn what_is_refused_changes_nothing() {
     let told = |kind: Kind, expected, actual| (kind.number(), None, expected, actual);
 
     let mut newer = good.clone();
-    newer[0] = 2;
+    newer[0] = 3;
     assert_eq!(
         number(save(&mut rig, &mut host, &newer)),
-        told(Kind::Version, 1, 2)
+        told(Kind::Version, 2, 3)
     );
     let none = Settings {
         axes: Default::default(),
