@@ -5,12 +5,13 @@
 //! 64 steps, two choices a step.
 
 use std::cmp::Reverse;
+use std::ops::Range;
 use std::string::String;
 use std::vec::Vec;
 use std::{format, vec};
 
 use crate::wire::{exact_bits, worst_bits};
-use crate::worst_case::{GROUP, SHORTFALLS, shortfall};
+use crate::worst_case::{GROUP, LENGTHS, SHORTFALLS, shortfall};
 
 const STATES: usize = 1 << 18;
 
@@ -97,14 +98,18 @@ fn ranks(table: &[[u8; 8]]) -> [[u8; SHORTFALLS]; 8] {
     })
 }
 
-/// The table's bits, and where each group of identifiers begins.
-fn pack(table: &[[u8; 8]], ranks: &[[u8; SHORTFALLS]; 8]) -> (Vec<u32>, Vec<u16>) {
+/// The bits of the table of these lengths, and where each group of identifiers begins.
+fn pack(
+    table: &[[u8; 8]],
+    ranks: &[[u8; SHORTFALLS]; 8],
+    lengths: Range<usize>,
+) -> (Vec<u32>, Vec<u16>) {
     let (mut words, mut groups, mut length) = (vec![0_u32], vec![], 0_usize);
     for (id, row) in table.iter().enumerate() {
         if id % GROUP == 0 {
             groups.push(length as u16);
         }
-        for (shortfall, order) in row.iter().zip(ranks) {
+        for (shortfall, order) in row.iter().zip(ranks).take(lengths.end).skip(lengths.start) {
             let rank = order.iter().position(|of| of == shortfall).unwrap();
             for bit in (0..=rank).map(|place| u32::from(place < rank)) {
                 words.resize(length / 32 + 1, 0);
@@ -118,22 +123,28 @@ fn pack(table: &[[u8; 8]], ranks: &[[u8; SHORTFALLS]; 8]) -> (Vec<u32>, Vec<u16>
 
 fn source(table: &[[u8; 8]]) -> String {
     let ranks = ranks(table);
-    let (words, groups) = pack(table, &ranks);
     let mut text = format!("{HEADER}pub(super) static RANKS: [[u8; {SHORTFALLS}]; 8] = [\n");
     for order in ranks {
         text += &format!("    {order:?},\n");
     }
-    text += &format!("];\n\n{HEADER_OF_GROUPS}[u16; {}] = [\n", groups.len());
-    for row in groups.chunks(16) {
-        let row: Vec<String> = row.iter().map(|bit| format!("{bit},")).collect();
-        text += &format!("    {}\n", row.join(" "));
+    text += "];\n";
+    for (name, lengths) in [("SHORT", 0..LENGTHS), ("LONG", LENGTHS..2 * LENGTHS)] {
+        let first_last = (lengths.start + 1, lengths.end);
+        let (words, groups) = pack(table, &ranks, lengths);
+        text += &header_of_groups(name);
+        text += &format!("[u16; {}] = [\n", groups.len());
+        for row in groups.chunks(16) {
+            let row: Vec<String> = row.iter().map(|bit| format!("{bit},")).collect();
+            text += &format!("    {}\n", row.join(" "));
+        }
+        text += &format!("];\n{}[u32; {}] = [\n", header_of_bits(name, first_last), words.len());
+        for row in words.chunks(12) {
+            let row: Vec<String> = row.iter().map(|word| format!("{word:#010x},")).collect();
+            text += &format!("    {}\n", row.join(" "));
+        }
+        text += "];\n";
     }
-    text += &format!("];\n\n{HEADER_OF_BITS}[u32; {}] = [\n", words.len());
-    for row in words.chunks(12) {
-        let row: Vec<String> = row.iter().map(|word| format!("{word:#010x},")).collect();
-        text += &format!("    {}\n", row.join(" "));
-    }
-    text + "];\n"
+    text
 }
 
 const HEADER: &str = "\
@@ -142,15 +153,17 @@ const HEADER: &str = "\
 /// The shortfalls of each length of 1 to 8 bytes, the most frequent first.
 ";
 
-const HEADER_OF_GROUPS: &str = "\
-/// The bit of [`BITS`] where each group of identifiers begins.
-#[rustfmt::skip]
-pub(super) static GROUPS: ";
+fn header_of_groups(name: &str) -> String {
+    format!(
+        "\n/// The bit of [`{name}`] where each group of identifiers begins.\n#[rustfmt::skip]\npub(super) static {name}_GROUPS: "
+    )
+}
 
-const HEADER_OF_BITS: &str = "\
-/// For each identifier, and each length of 1 to 8 bytes, the place of its shortfall in [`RANKS`]: so many ones and a zero, from the lowest bit.
-#[rustfmt::skip]
-pub(super) static BITS: ";
+fn header_of_bits(name: &str, (first, last): (usize, usize)) -> String {
+    format!(
+        "\n/// For each identifier, and each length of {first} to {last} bytes, the place of its shortfall in [`RANKS`]: so many ones and a zero, from\n/// the lowest bit.\n#[rustfmt::skip]\npub(super) static {name}: "
+    )
+}
 
 #[test]
 fn every_entry_is_the_worst_case() {
