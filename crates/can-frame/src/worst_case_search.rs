@@ -137,7 +137,11 @@ fn source(table: &[[u8; 8]]) -> String {
             let row: Vec<String> = row.iter().map(|bit| format!("{bit},")).collect();
             text += &format!("    {}\n", row.join(" "));
         }
-        text += &format!("];\n{}[u32; {}] = [\n", header_of_bits(name, first_last), words.len());
+        text += &format!(
+            "];\n{}[u32; {}] = [\n",
+            header_of_bits(name, first_last),
+            words.len()
+        );
         for row in words.chunks(12) {
             let row: Vec<String> = row.iter().map(|word| format!("{word:#010x},")).collect();
             text += &format!("    {}\n", row.join(" "));

@@ -135,21 +135,26 @@ impl<const OUT: usize> Link<OUT> {
         let commands = board.check_session(message.session, now).is_ok();
         if message.request.is_reading() {
             let result = self.read(board, &message.request, now);
-            return self.reply(key.number, result);
+            self.reply(key.number, result);
+            return;
         }
         if self.pending.iter().any(|pending| pending.key == key) {
             // Its answer will come.
             self.counters.repeated = self.counters.repeated.saturating_add(1);
             return;
         }
-        if let Some(result) = self.repeated(key, message, commands) {
+        if self.is_repeated(key, message, commands)
+            && let Some((_, result)) = self.answered.take()
+        {
             self.counters.repeated = self.counters.repeated.saturating_add(1);
-            return self.reply(key.number, result);
+            return self.answer(key, result);
         }
         let is_segment = matches!(message.request, Request::Segment { .. });
         match board.command(message.session, &message.request, now) {
             // A segment has its index: what is there already is not taken twice.
-            Outcome::Answered(result) if is_segment => self.reply(key.number, result),
+            Outcome::Answered(result) if is_segment => {
+                self.reply(key.number, result);
+            }
             Outcome::Answered(result) => self.answer(key, result),
             Outcome::Posted(ticket) => self.wait_for(Pending {
                 key,
@@ -160,16 +165,12 @@ impl<const OUT: usize> Link<OUT> {
         }
     }
 
-    /// The answer to a command that is repeated, unless its session does not command any more.
-    fn repeated(
-        &self,
-        key: Key,
-        message: &ToBoard,
-        commands: bool,
-    ) -> Option<Result<Answer, Refused>> {
-        let (_, result) = self.answered.as_ref().filter(|(last, _)| *last == key)?;
+    /// Whether the last command is repeated, unless its session does not command any more.
+    fn is_repeated(&self, key: Key, message: &ToBoard, commands: bool) -> bool {
         let is_free = message.request.is_stopping() || message.request == Request::Release;
-        (commands || is_free || result.is_err()).then(|| result.clone())
+        self.answered
+            .as_ref()
+            .is_some_and(|(last, result)| *last == key && (commands || is_free || result.is_err()))
     }
 
     fn wait_for(&mut self, pending: Pending) {
@@ -183,17 +184,23 @@ impl<const OUT: usize> Link<OUT> {
     }
 
     fn answer(&mut self, key: Key, result: Result<Answer, Refused>) {
-        self.answered = Some((key, result.clone()));
-        self.reply(key.number, result);
+        let reply = self.reply(key.number, result);
+        self.answered = match reply {
+            ToHost::Reply { result, .. } => Some((key, result)),
+            ToHost::Event { .. } | ToHost::Snapshot(_) => None,
+        };
     }
 
-    fn reply(&mut self, number: u16, result: Result<Answer, Refused>) {
+    /// Returns the reply, of which commands keep the result.
+    fn reply(&mut self, number: u16, result: Result<Answer, Refused>) -> ToHost {
         if result.is_err() {
             self.counters.refused = self.counters.refused.saturating_add(1);
         }
-        if !self.outbox.send(&ToHost::Reply { number, result }) {
+        let reply = ToHost::Reply { number, result };
+        if !self.outbox.send(&reply) {
             self.counters.unanswered = self.counters.unanswered.saturating_add(1);
         }
+        reply
     }
 
     pub(super) fn set_snapshots(&mut self, period: u32, now: u64) {

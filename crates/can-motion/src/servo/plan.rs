@@ -215,12 +215,21 @@ const fn clash(config: &MasterConfig, axes: &[AxisConfig]) -> Option<Clash> {
                     Some(drive) => Some(drive.get()),
                     None => None,
                 },
-                meaning: FunctionCode::from_can_id(identifier.id).name(),
+                meaning: name_of(FunctionCode::from_can_id(identifier.id)),
             });
         }
         place += 1;
     }
     None
+}
+
+/// Without the feature `names` an image has none of them: the identifier tells the function.
+const fn name_of(function: FunctionCode) -> &'static str {
+    if cfg!(feature = "names") {
+        function.name()
+    } else {
+        "a function"
+    }
 }
 
 const fn concerns(drive: Option<DriveId>, axes: &[AxisConfig]) -> bool {
