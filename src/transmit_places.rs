@@ -65,6 +65,11 @@ impl TransmitPlaces {
     pub(crate) fn pass_cycle(&mut self, occupied: Occupied) -> bool {
         let mut is_late = false;
         let Occupied(mut rest) = occupied;
+        if rest == 0 {
+            // As in most cycles: everything of the one before has gone out.
+            self.places.iter_mut().for_each(|queued| queued.cycles = 0);
+            return false;
+        }
         for queued in &mut self.places {
             queued.cycles = if rest & 1 != 0 { queued.cycles + 1 } else { 0 };
             is_late |= queued.cycles > TRANSMIT_CYCLES;
