@@ -164,14 +164,19 @@ impl Image {
 
     /// The one that takes orders.
     pub(crate) fn with_link(board: Board) -> Self {
+        Self::with_orders(board, LINK, "info")
+    }
+
+    /// The same with log lines from a level on, or one that homes.
+    pub(crate) fn with_orders(board: Board, feature: &str, log: &str) -> Self {
         let mut arguments = board.arguments().to_vec();
-        arguments.extend(["--features", LINK].map(String::from));
+        arguments.extend(["--features", feature].map(String::from));
         Self {
-            name: format!("{}-{LINK}", board.feature()),
+            name: format!("{}-{feature}-{log}", board.feature()),
             binary: PACKAGE,
             variant: Variant {
                 arguments,
-                environment: vec![("DEFMT_LOG".into(), "info".into())],
+                environment: vec![("DEFMT_LOG".into(), log.into())],
             },
         }
     }

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::figure::Figure;
 use crate::emulator::Emulator;
 use crate::error::Error;
-use crate::images::{Board, Image};
+use crate::images::{Board, Image, LINK, LINK_HOMING};
 use crate::size::Size;
 use crate::thumb::Builder;
 
@@ -22,7 +22,56 @@ const COMMAND: &str = "cargo xtask cost --only link";
 #[derive(Default)]
 pub(crate) struct LinkCost {
     cycles: Vec<Cycle>,
-    sizes: Vec<(Board, Size)>,
+    sizes: Vec<Memory>,
+}
+
+/// What an image takes of a board.
+struct Memory {
+    what: String,
+    size: Size,
+    /// The target holds for it: an image that homes is another one.
+    has_target: bool,
+    command: String,
+}
+
+impl Memory {
+    fn measure(
+        (builder, emulator): (&Builder, &Emulator),
+        board: Board,
+        (feature, log): (&str, &str),
+    ) -> Result<Self, Error> {
+        let image = Image::with_orders(board, feature, log).build(builder, emulator.images())?;
+        let has_target = feature == LINK;
+        let homing = if has_target { "" } else { " --homing" };
+        let board = board.feature();
+        Ok(Self {
+            what: format!("image with link{homing}, {board}, `DEFMT_LOG={log}`, bytes"),
+            size: Size::of_image(&image)?,
+            has_target,
+            command: format!("DEFMT_LOG={log} cargo fw --link{homing} --board {board}"),
+        })
+    }
+
+    fn figures(&self) -> [Figure; 2] {
+        let (what, command) = (&self.what, &self.command);
+        let flash = Figure::new(
+            format!("flash of the {what}"),
+            self.size.flash() as f64,
+            command,
+        );
+        [
+            if self.has_target {
+                flash.at_most(MOST_FLASH)
+            } else {
+                flash
+            },
+            Figure::new(
+                format!("static RAM of the {what}"),
+                self.size.ram() as f64,
+                command,
+            ),
+        ]
+    }
 }
 
 /// Instructions of the handlers of cycle and bus in a millisecond, on average.
@@ -82,7 +131,10 @@ impl LinkCost {
         let mut cost = Self::default();
         for board in Board::ALL {
             let with = Image::with_link(board).build(builder, emulator.images())?;
-            cost.sizes.push((board, Size::of_image(&with)?));
+            for image in [(LINK, "info"), (LINK, "off"), (LINK_HOMING, "info")] {
+                let memory = Memory::measure((builder, emulator), board, image)?;
+                cost.sizes.push(memory);
+            }
             for axes in AXES {
                 let without = Image::with_axes(board, axes).build(builder, emulator.images())?;
                 let answer = emulator.measure_link((&with, &without), board, axes)?;
@@ -104,15 +156,7 @@ impl LinkCost {
     /// What is asked for.
     pub(crate) fn targets(&self) -> Vec<Figure> {
         let mut figures: Vec<Figure> = self.cycles.iter().flat_map(Cycle::figures).collect();
-        for (board, size) in &self.sizes {
-            let name = format!("flash of the image with link, {}, bytes", board.feature());
-            figures.push(Figure::new(name, size.flash() as f64, COMMAND).at_most(MOST_FLASH));
-            let name = format!(
-                "static RAM of the image with link, {}, bytes",
-                board.feature()
-            );
-            figures.push(Figure::new(name, size.ram() as f64, COMMAND));
-        }
+        figures.extend(self.sizes.iter().flat_map(Memory::figures));
         figures
     }
 
