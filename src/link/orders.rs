@@ -120,7 +120,8 @@ impl Orders {
         {
             self.end_homing(fault_of(master).unwrap_or(why));
         }
-        if let Some((ticket, command)) = self.commands.dequeue()
+        if self.commands.ready()
+            && let Some((ticket, command)) = self.commands.dequeue()
             && let Some(result) = self.rules.take(ticket, command, supervisor, self.situation)
         {
             let result = match result {

@@ -119,6 +119,10 @@ impl BitRate {
     /// Microseconds that cover a number of bit times, rounded up.
     #[must_use]
     pub const fn us_covering(self, bits: u32) -> u32 {
+        // A frame has few bits, and the processor divides no more than 32.
+        if let Some(thousandths) = bits.checked_mul(1_000) {
+            return thousandths.div_ceil(self.kbit_per_s());
+        }
         let us = (bits as u64 * 1_000).div_ceil(self.kbit_per_s() as u64);
         if us > u32::MAX as u64 {
             u32::MAX
@@ -179,6 +183,13 @@ mod tests {
         assert_eq!(BitRate::Kbit800.bits_within(91), 72);
         assert_eq!(BitRate::Kbit800.bits_covering(91), 73);
         assert_eq!(BitRate::Kbit10.us_covering(u32::MAX), u32::MAX);
+        for bits in [0, 1, u32::MAX / 1_000, u32::MAX / 1_000 + 1, u32::MAX] {
+            for rate in BitRate::ALL {
+                let us = (u64::from(bits) * 1_000).div_ceil(rate.kbit_per_s().into());
+                let us = u32::try_from(us).unwrap_or(u32::MAX);
+                assert_eq!(rate.us_covering(bits), us, "{bits} bits at {rate:?}");
+            }
+        }
     }
 
     #[test]

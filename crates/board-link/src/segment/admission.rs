@@ -295,12 +295,16 @@ impl<'q, const AXES: usize> Admission<'q, AXES> {
         let highest_rate = self.stream.highest_rate.min(rate);
         self.shared.set_highest_rate(highest_rate);
         let (start, end) = (self.stream.end, self.stream.end.after(segment.time()));
+        let mut places = [Places::NONE; AXES];
+        for (places, piece) in places.iter_mut().zip(&pieces) {
+            *places = Places::of(piece);
+        }
         let admitted = Admitted {
             generation: self.stream.generation,
             start,
             end,
             scale: Scale::of(segment.time()),
-            places: pieces.each_ref().map(Places::of),
+            places,
             pieces,
         };
         if !self.segments.send(admitted) {

@@ -44,8 +44,13 @@ impl Curve {
         }
         let start = piece.start().units();
         let fraction = (start & (Position::UNITS - 1)) as i32;
+        // A loop: `map` of an array is a copy and a dozen calls in small code.
+        let mut powers = [0; 5];
+        for (short, power) in powers.iter_mut().zip(piece.coefficients()) {
+            *short = (power >> down) as i32;
+        }
         Self {
-            powers: piece.coefficients().map(|power| (power >> down) as i32),
+            powers,
             whole: (start >> POSITION_BITS) as i32,
             fraction: ((fraction + (Position::UNITS / 2) as i32) >> down) - LEFT_OUT,
             places: places.0.into(),
@@ -73,6 +78,9 @@ impl Curve {
 pub(super) struct Places(u8);
 
 impl Places {
+    /// Too few.
+    pub(super) const NONE: Self = Self(0);
+
     pub(super) fn of(piece: &Piece) -> Self {
         let sum = piece.coefficients().into_iter().map(i64::unsigned_abs);
         let sum = sum.fold(Position::UNITS as u64, u64::saturating_add);

@@ -111,6 +111,7 @@ impl Latest {
     }
 
     /// All of it, seen from a moment close to the present.
+    #[inline(always)]
     pub(super) fn feedback(&self, now: Instant) -> Feedback {
         Feedback {
             status: self.stamped(PollKind::Status, self.status, now),
