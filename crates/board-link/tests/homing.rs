@@ -295,3 +295,87 @@ fn a_client_waits_for_a_homing_as_long_as_its_connection_lives() {
         })
     });
 }
+
+/// The reply is lost, and the host has lived on meanwhile: its homing is answered again, and nothing moves again.
+#[test]
+fn a_homing_whose_reply_was_lost_is_not_carried_out_again_after_other_commands() {
+    let stopped = Reason::HomeStopped.at(0, 0, 0);
+    for (between, result) in [
+        (Request::Heartbeat, Ok(())),
+        (Request::Stop, Err(stopped)),
+        (Request::End { stream: 1 }, Ok(())),
+    ] {
+        let mut bench = enabled();
+        send(&mut bench, 3, Request::Home);
+        pass(&mut bench);
+        bench.mock().end_homing(result);
+        pass(&mut bench);
+        let expected = (3, result.map(|()| Answer::Done));
+        assert_eq!(replies(&mut bench), [expected.clone()]);
+        send(&mut bench, 4, between);
+        pass(&mut bench);
+        replies(&mut bench);
+        send(&mut bench, 3, Request::Home);
+        pass(&mut bench);
+        assert_eq!(bench.mock().homing, None);
+        assert_eq!(replies(&mut bench), [expected]);
+    }
+}
+
+/// The cycle has not taken the homing yet, so a stream may begin: a stop is one of both.
+#[test]
+fn a_stop_ends_a_homing_behind_which_a_stream_was_begun() {
+    for end in [Request::Stop, Request::Release] {
+        let mut bench = enabled();
+        // As the homing before has found them.
+        bench.mock().origins = found([0; AXES]);
+        send(&mut bench, 3, Request::Home);
+        send(&mut bench, 4, begin_at(9, [0; AXES]));
+        send(&mut bench, 5, end);
+        bench.mock().origins = [Origin::Unknown; AXES].into_iter().collect();
+        for _ in 0..5 {
+            pass(&mut bench);
+        }
+        let replies = replies(&mut bench);
+        assert_eq!(bench.mock().homing, None, "{replies:?}");
+    }
+}
+
+/// The request for a homing is lost, and a stop is not: nothing moves after it.
+#[test]
+fn a_homing_that_was_lost_does_not_begin_behind_a_stop() {
+    for stop in [Request::Stop, Request::Halt] {
+        let mut world = World::new(1, 3, 0);
+        world.connect_and_enable();
+        world.bench.mock().origins = [Origin::Unknown; AXES].into_iter().collect();
+        let ticket = world.client.request(Request::Home).unwrap();
+        let now_us = world.now_us();
+        world.client.poll(now_us);
+        let lost = world.client.output().len();
+        assert!(lost > 0);
+        world.client.consume(lost);
+        assert_eq!(world.request(stop), Ok(Answer::Done));
+        let given_up = Incoming::Reply {
+            ticket,
+            result: Err(RequestError::TimedOut { tries: 1 }),
+        };
+        world.until("an end", |world| world.told.contains(&given_up));
+        assert!(!world.bench.mock().ordered.contains(&Command::Home));
+    }
+}
+
+/// The reply to a homing that was stopped comes when the axis has slowed down.
+#[test]
+fn a_homing_that_was_stopped_has_its_reply() {
+    let mut world = World::new(1, 3, 0);
+    world.connect_and_enable();
+    world.bench.mock().origins = [Origin::Unknown; AXES].into_iter().collect();
+    let ticket = world.client.request(Request::Home).unwrap();
+    world.until("a homing", |world| world.bench.mock().homing.is_some());
+    assert_eq!(world.request(Request::Stop), Ok(Answer::Done));
+    let stopped = Incoming::Reply {
+        ticket,
+        result: Err(RequestError::Refused(Reason::HomeStopped.at(0, 0, 0))),
+    };
+    world.until("an end", |world| world.told.contains(&stopped));
+}

@@ -177,6 +177,10 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             for axis in 0..admission.axes() {
                 admission.set_origin(axis, self.app.origin(axis))?;
             }
+            // It may be a homing that the cycle has not taken yet: a stop would find the stream, and not the homing.
+            if let Some(ticket) = self.busy {
+                return Err(Reason::Busy.because(0, ticket.into()));
+            }
         }
         admission.begin(begin, &stand, now)
     }

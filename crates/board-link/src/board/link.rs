@@ -42,6 +42,9 @@ pub struct Link<const OUT: usize> {
     outbox: Outbox<OUT>,
     /// The latest command that was answered.
     answered: Option<(Key, Result<Answer, Refused>)>,
+    /// The latest homing that was answered. It is kept beside, because it moves the axes anew when it is carried out again, and its host lives on,
+    /// and may stop it, while it waits for the reply.
+    homed: Option<(Key, Result<(), Refused>)>,
     pending: Slots<Pending, PENDING>,
     /// The number of the next event to send.
     pub(super) cursor: u32,
@@ -64,6 +67,7 @@ impl<const OUT: usize> Link<OUT> {
             decoder: Decoder::new(),
             outbox: Outbox::new(),
             answered: None,
+            homed: None,
             pending: Slots::new(),
             cursor: 0,
             snapshots: None,
@@ -141,6 +145,14 @@ impl<const OUT: usize> Link<OUT> {
         if self.pending.iter().any(|pending| pending.key == key) {
             // Its answer will come.
             self.counters.repeated = self.counters.repeated.saturating_add(1);
+            return;
+        }
+        if let Some((last, result)) = self.homed
+            && last == key
+            && (commands || result.is_err())
+        {
+            self.counters.repeated = self.counters.repeated.saturating_add(1);
+            self.reply(key.number, result.map(|()| Answer::Done));
             return;
         }
         if self.is_repeated(key, message, commands)
@@ -231,7 +243,12 @@ impl<const OUT: usize> Link<OUT> {
             };
             let is_over = !pending.is_homing && now.saturating_sub(pending.since) > patience.into();
             let result = match board.take_result(pending.ticket) {
-                Some(result) => result.map(|()| Answer::Done),
+                Some(result) => {
+                    if pending.is_homing {
+                        self.homed = Some((pending.key, result));
+                    }
+                    result.map(|()| Answer::Done)
+                }
                 None if is_over => {
                     if board.busy == Some(pending.ticket) {
                         board.busy = None;

@@ -124,6 +124,12 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let number = self.number();
         let exchange = Exchange::new(number, self.connection.session, request);
         if is_urgent {
+            if let Some(command) = &mut self.command
+                && command.message.request == Request::Home
+            {
+                // Sent again, it would begin behind the stop where it was lost before.
+                command.recall();
+            }
             self.urgent = Some(exchange);
         } else {
             self.command = Some(exchange);

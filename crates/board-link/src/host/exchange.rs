@@ -41,7 +41,12 @@ pub(super) struct Exchange {
     pub(super) first_us: u64,
     sent_us: u64,
     tries: u8,
+    /// It is not sent any more; its reply may still come.
+    is_recalled: bool,
 }
+
+/// A reply to a request that was recalled is waited for so many times as long as usual: an axis slows down first, and backs off a stop.
+const PATIENCE_WHEN_RECALLED: u64 = 50;
 
 /// What is to be done with an exchange.
 pub(super) enum Next {
@@ -61,7 +66,13 @@ impl Exchange {
             first_us: 0,
             sent_us: 0,
             tries: 0,
+            is_recalled: false,
         }
+    }
+
+    /// Sends it no more: something has been asked for since that it must not come after.
+    pub(super) const fn recall(&mut self) {
+        self.is_recalled = true;
     }
 
     /// Sends it, first or again, when it is time and there is room.
@@ -71,6 +82,9 @@ impl Exchange {
         now_us: u64,
         (timeout_us, most_tries): (u32, u8),
     ) -> Next {
+        if self.is_recalled {
+            return self.wait_for_reply(now_us, timeout_us);
+        }
         let is_due = self.tries == 0 || now_us.saturating_sub(self.sent_us) >= timeout_us.into();
         if !is_due {
             return Next::Wait;
@@ -86,5 +100,13 @@ impl Exchange {
             self.tries = self.tries.saturating_add(1);
         }
         Next::Wait
+    }
+
+    fn wait_for_reply(&self, now_us: u64, timeout_us: u32) -> Next {
+        let most_us = PATIENCE_WHEN_RECALLED * u64::from(timeout_us);
+        if self.tries > 0 && now_us.saturating_sub(self.sent_us) < most_us {
+            return Next::Wait;
+        }
+        Next::GiveUp { tries: self.tries }
     }
 }
