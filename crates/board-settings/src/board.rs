@@ -13,10 +13,12 @@ pub struct Board {
     pub bit_rates: &'static [BitRate],
     /// In which order its controller sends what waits in it.
     pub order: TxOrder,
+    /// The last pin of port C that a switch may hang on; the first is 3.
+    pub last_switch_pin: u8,
 }
 
 impl Board {
-    /// CAN from 42 MHz in 14 quanta: every rate of the drives but 800 kbit/s.
+    /// CAN from 42 MHz in 14 quanta: every rate of the drives but 800 kbit/s. PC12 has its status LED.
     pub const STM32F405: Self = Self {
         name: "STM32F405",
         cycle_us: 1_000,
@@ -30,6 +32,7 @@ impl Board {
             BitRate::Kbit1000,
         ],
         order: TxOrder::Fifo,
+        last_switch_pin: 11,
     };
 
     /// CAN from 160 MHz in 40 quanta: every rate of the drives.
@@ -38,6 +41,7 @@ impl Board {
         cycle_us: 1_000,
         bit_rates: &dyn_can::BIT_RATES,
         order: TxOrder::Fifo,
+        last_switch_pin: 12,
     };
 
     /// The boards that this version knows.

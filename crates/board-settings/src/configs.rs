@@ -74,7 +74,7 @@ impl Settings {
             let (mut config, limit) = axis.config(board.cycle_us).map_err(at_axis)?;
             #[cfg(feature = "homing")]
             {
-                let homing = axis.homing_of(&mut config, board.cycle_us);
+                let homing = axis.homing_of(&mut config, board);
                 // As below.
                 let _ = homings.push(homing.map_err(at_axis)?);
             }
@@ -165,7 +165,7 @@ impl AxisSettings {
     fn homing_of(
         &self,
         config: &mut AxisConfig,
-        cycle_us: u32,
+        board: &Board,
     ) -> Result<Option<AxisHoming>, Refusal> {
         let Some(homing) = &self.homing else {
             return Ok(None);
@@ -182,7 +182,7 @@ impl AxisSettings {
             }
         }
         let reach = widest_travel(config.read_back);
-        let search = self.search(homing, config, reach, cycle_us)?;
+        let search = self.search(homing, config, reach, board)?;
         config.limits.travel = reach;
         Ok(Some(search))
     }

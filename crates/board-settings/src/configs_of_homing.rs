@@ -7,6 +7,7 @@ use homing::{Config, Direction, HardStop, Level, Method, Switch, Watch};
 use trajectory::RangeError;
 
 use crate::axis::{AxisSettings, MotorLimits};
+use crate::board::Board;
 use crate::homing::{HomingDirection, HomingMethod, HomingSearch, HomingSettings, SwitchLevel};
 use crate::refusal::{Kind, Refusal};
 
@@ -14,9 +15,8 @@ use crate::refusal::{Kind, Refusal};
 const JERK_TIME_S: f32 = 0.05;
 /// The longest way and the farthest reference, in counts: with everything around it 32 bits have room.
 const FARTHEST_COUNTS: u32 = 1 << 26;
-/// The pins that a switch may hang on.
+/// The first pin that a switch may hang on.
 const FIRST_PIN: u8 = 3;
-const LAST_PIN: u8 = 12;
 
 /// The homing of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,8 +79,9 @@ impl AxisSettings {
         homing: &HomingSettings,
         config: &AxisConfig,
         reach: Travel,
-        cycle_us: u32,
+        board: &Board,
     ) -> Result<AxisHoming, Refusal> {
+        let cycle_us = board.cycle_us;
         let (gear, limits) = (config.gear, &config.limits);
         let scale = Scale { gear, cycle_us };
         let watch = Watch::DEFAULT;
@@ -89,7 +90,7 @@ impl AxisSettings {
             speed_rpm: self.speed_rpm,
             acceleration_rpm_per_s: self.acceleration_rpm_per_s,
         };
-        let (method, switch_pin) = self.method(&homing.method, limits, scale)?;
+        let (method, switch_pin) = self.method(&homing.method, limits, (scale, board.last_switch_pin))?;
         // Nothing moves with the first: any limits will do.
         let still = HomingSearch::new(HomingDirection::Positive, 360_000);
         let search = homing.method.search();
@@ -144,7 +145,7 @@ impl AxisSettings {
         &self,
         method: &HomingMethod,
         limits: &Limits,
-        scale: Scale,
+        (scale, last_pin): (Scale, u8),
     ) -> Result<(Method, Option<u8>), Refusal> {
         let most_of = |search: &HomingSearch| {
             let most = scale.length(search.most_millidegrees);
@@ -182,7 +183,7 @@ impl AxisSettings {
                 active,
             } => {
                 let (most_counts, most_permille) = most_of(&search)?;
-                let (first, last) = (FIRST_PIN.into(), LAST_PIN.into());
+                let (first, last) = (FIRST_PIN.into(), last_pin.into());
                 within(Kind::HomingPin, pin.into(), first, last)?;
                 let switch = Switch {
                     direction: search.direction.into(),

@@ -31,7 +31,7 @@ pub enum HomingMethod {
     Switch {
         /// The way there.
         search: HomingSearch,
-        /// The pin of port C that it hangs on, 3 to 12, pulled down.
+        /// The pin of port C that it hangs on, 3 to 12, pulled down; on an STM32F405 to 11.
         pin: u8,
         /// Its level while it is operated.
         active: SwitchLevel,

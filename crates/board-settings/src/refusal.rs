@@ -379,7 +379,7 @@ const KINDS: [(Kind, &str, &str, &str); 45] = {
         (
             K::HomingPin,
             "homing_switch_pin",
-            "a switch hangs on a pin of port C, 3 to 12",
+            "a switch hangs on a pin of port C, 3 to 12, on an STM32F405 to 11",
             "choose one of them",
         ),
         (

@@ -382,18 +382,26 @@ fn each_value_that_cannot_work_is_refused_with_its_number() {
         };
         assert_eq!(refusal, told);
     }
-    for (pin, nearest) in [(2, Some(3)), (3, None), (12, None), (13, Some(12))] {
-        let on_pin = with_homing(|_, homing| {
-            homing.method = HomingMethod::Switch {
-                search: search(),
-                pin,
-                active: SwitchLevel::High,
-            };
-        });
-        let refusal = on_pin.configs(&Board::STM32F405).err();
-        let expected = nearest.map(|nearest| (Kind::HomingPin, nearest, i64::from(pin)));
-        let told = |refusal: Refusal| (refusal.kind, refusal.expected, refusal.actual);
-        assert_eq!(refusal.map(told), expected);
+    // PC12 of the F405 has its status LED.
+    for (board, last) in [(Board::STM32F405, 11), (Board::STM32G474, 12)] {
+        for (pin, nearest) in [
+            (2, Some(3)),
+            (3, None),
+            (last, None),
+            (last + 1, Some(last.into())),
+        ] {
+            let on_pin = with_homing(|_, homing| {
+                homing.method = HomingMethod::Switch {
+                    search: search(),
+                    pin,
+                    active: SwitchLevel::High,
+                };
+            });
+            let refusal = on_pin.configs(&board).err();
+            let expected = nearest.map(|nearest| (Kind::HomingPin, nearest, i64::from(pin)));
+            let told = |refusal: Refusal| (refusal.kind, refusal.expected, refusal.actual);
+            assert_eq!(refusal.map(told), expected, "{}", board.name);
+        }
     }
 }
 
