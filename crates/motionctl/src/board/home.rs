@@ -101,7 +101,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
         latest: Snapshot::default(),
         is_told: !arguments.json,
     };
-    let report = homing.run()?;
+    let report = match homing.run() {
+        Err(BoardError::NotReady { .. }) if interrupt::requests() > 0 => {
+            tell("stopped before the drives were enabled: nothing was homed");
+            return Ok(ExitCode::from(exit::INTERRUPTED));
+        }
+        report => report?,
+    };
     let was_asked_to_stop = interrupt::requests() > 0 && !report.homed;
     let code = match (report.homed, was_asked_to_stop) {
         (true, _) => ExitCode::SUCCESS,
@@ -193,6 +199,8 @@ impl Homing {
         };
         let origins = self.session.origins(self.settings.axes.len())?;
         let stand = self.session.snapshot()?;
+        // The one before may be of a moment at which it went on.
+        self.latest.state = stand.state;
         let enabled = match refused {
             None => true,
             Some(_) => self.leave(was_enabled)?,

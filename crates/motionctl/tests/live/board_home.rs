@@ -169,3 +169,26 @@ fn a_board_whose_settings_ask_for_none_is_told_before_anything_is_asked() {
     assert!(err.contains("ask for no homing"), "{err}");
     bench.end();
 }
+
+/// Drives that were enabled before are left as they are, which is not as they were.
+#[test]
+fn drives_that_a_stop_circuit_has_switched_off_are_not_said_to_be_enabled() {
+    let stops = ["--stops", "-0.2:6", "--switch-at", "0.2"];
+    let mut bench = BoardBench::start_with("home-open", STOP_AND_SWITCH, &stops);
+    // It leaves them enabled.
+    homed(&bench);
+    let port = ["--port", bench.port()];
+    let words = [&["board", "home", "--yes", "--json"], &port[..]].concat();
+    let child = motionctl(&words)
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    std::thread::sleep(std::time::Duration::from_millis(1_000));
+    bench.tell("stop open");
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["refusal"], 25, "{report}");
+    assert_eq!(report["enabled"], false, "{report}");
+    bench.end();
+}
