@@ -147,7 +147,8 @@ impl<const OUT: usize> Link<OUT> {
             self.counters.repeated = self.counters.repeated.saturating_add(1);
             return;
         }
-        if let Some((last, result)) = self.homed
+        if A::HOMES
+            && let Some((last, result)) = self.homed
             && last == key
             && (commands || result.is_err())
         {
@@ -244,7 +245,7 @@ impl<const OUT: usize> Link<OUT> {
             let is_over = !pending.is_homing && now.saturating_sub(pending.since) > patience.into();
             let result = match board.take_result(pending.ticket) {
                 Some(result) => {
-                    if pending.is_homing {
+                    if A::HOMES && pending.is_homing {
                         self.homed = Some((pending.key, result));
                     }
                     result.map(|()| Answer::Done)
