@@ -66,3 +66,20 @@ def test_a_homing_that_takes_too_long_is_stopped() -> None:
             board.home(timeout_s=0.05)
         assert board.snapshot().state == "Enabled"
         assert not board.origins()[0].is_known
+
+
+def test_the_simulated_board_forgets_its_origins_at_a_halt_as_the_boards_do() -> None:
+    with SimulatedBoard(axes=1, origins=[100]) as simulated, Board.open(simulated.address) as board:
+        board.enable()
+        board.home()
+        board.halt()
+        assert not board.origins()[0].is_known
+
+
+def test_a_fault_that_ends_a_homing_names_its_axis() -> None:
+    with SimulatedBoard(axes=2, origins=[100, None]) as simulated, Board.open(simulated.address) as board:
+        board.enable()
+        threading.Timer(0.1, lambda: simulated.raise_fault(1, 13, 99)).start()
+        with pytest.raises(Refused) as ended:
+            board.home()
+        assert (ended.value.number, ended.value.axis) == (27, 1)

@@ -77,7 +77,13 @@ impl Link {
             state.requests.push_back((ticket, request));
             ticket
         };
-        match self.wait(py, most, |state| state.replies.remove(&ticket))? {
+        let waited = self.wait(py, most, |state| state.replies.remove(&ticket));
+        if !matches!(waited, Ok(Some(_))) {
+            // A homing that has not gone out yet does not go out behind the stop that follows.
+            let is_another = |one: &(u64, Request)| one.0 != ticket || one.1 != Request::Home;
+            self.shared.lock().requests.retain(is_another);
+        }
+        match waited? {
             Some(Ok(answer)) => Ok(answer),
             Some(Err(error)) => Err(request_failed(py, &error)),
             None => Err(no_reply(

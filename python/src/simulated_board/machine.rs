@@ -62,7 +62,7 @@ impl Axes {
     fn end_homing(&mut self, why: Refused) {
         if let Some((ticket, _)) = self.homing.take() {
             let axis = self.origins.iter().position(Option::is_some);
-            let axis = axis.map(|axis| axis as u8);
+            let axis = why.axis.or(axis.map(|axis| axis as u8));
             self.results
                 .push_back((ticket, Err(Refused { axis, ..why })));
             if self.state == BoardState::Homing {
@@ -176,6 +176,8 @@ impl Axes {
             }
             Command::Halt => {
                 self.end_homing(Reason::HomeStopped.plain());
+                // The axes do not follow set-points any more.
+                self.is_homed = false;
                 player.halt();
                 Ok(())
             }
@@ -220,7 +222,7 @@ impl Axes {
         if let Some(fault) = self.faults.get_mut(usize::from(axis)) {
             *fault = code;
         }
-        self.end_homing(Reason::Faulted.because(0, code.into()));
+        self.end_homing(Reason::Faulted.at(axis.into(), 0, code.into()));
         let axis = Some(axis);
         self.events.push_back(Event::Fault { axis, code, detail });
         self.enter(BoardState::Faulted);
