@@ -11,8 +11,8 @@ use board_link::{Reason, Refused};
 use board_settings::{
     HomingDirection, HomingMethod, HomingSearch, HomingSettings, Settings, SwitchLevel, Travel,
 };
-use dyn_can::Alarm;
 use drive_sim::{DynDriveConfig, EndStops, Mechanics, Switch, SwitchSide};
+use dyn_can::Alarm;
 use firmware_tests::host::Host;
 use firmware_tests::records::{bytes_of, settings_of};
 use firmware_tests::{Contact, Rig, rig};
@@ -473,11 +473,7 @@ fn whatever_ends_a_homing_brings_the_axes_to_rest_and_the_answer_says_what_it_wa
         let told = counts_told(&rig, closed_ns);
         assert!(told.iter().flatten().all(|counts| *counts == 0), "{ends:?}");
         host.connect(&mut rig);
-        assert_eq!(
-            origins(&mut rig, &mut host)[0],
-            Origin::Unknown,
-            "{ends:?}"
-        );
+        assert_eq!(origins(&mut rig, &mut host)[0], Origin::Unknown, "{ends:?}");
         if stays_on && ends != Ends::Halt {
             host.look_at_machine(&mut rig);
             let begin = begin_here(8, &host);

@@ -278,7 +278,8 @@ fn has_power(facts: &Facts) -> bool {
 }
 
 fn note_axis(axis: usize, master: &BoardMaster) {
-    let (Some(snapshot), Some(config)) = (master.snapshot(axis), machine::axes().get(axis)) else {
+    let (Some(snapshot), Some(config)) = (master.inlined_snapshot(axis), machine::axes().get(axis))
+    else {
         return;
     };
     let read = Drives::readings(config, &snapshot);

@@ -90,7 +90,8 @@ impl AxisSettings {
             speed_rpm: self.speed_rpm,
             acceleration_rpm_per_s: self.acceleration_rpm_per_s,
         };
-        let (method, switch_pin) = self.method(&homing.method, limits, (scale, board.last_switch_pin))?;
+        let (method, switch_pin) =
+            self.method(&homing.method, limits, (scale, board.last_switch_pin))?;
         // Nothing moves with the first: any limits will do.
         let still = HomingSearch::new(HomingDirection::Positive, 360_000);
         let search = homing.method.search();

@@ -13,9 +13,11 @@ use serde_json::{Value, json};
 const MILLISECONDS: u64 = 2_000;
 /// Length of the stream, from before they are counted until after.
 const STREAM_MS: u32 = 8_000;
-/// Time until a drive answers, more or less by a quarter: from these both images ask in every cycle, which costs them most. From drives
-/// that answer later one of them may ask a fifth less than the other, and that is no matter of the link.
-const RESPONSE_US: u64 = 300;
+/// Time until a drive answers, more or less by a quarter: one from which both images ask in every cycle, which costs them most. From
+/// another one of them may ask a fifth less than the other, and that is no matter of the link.
+const fn response_us(axes: i32) -> u64 {
+    if axes <= 4 { 500 } else { 300 }
+}
 
 /// Measures the handlers of the cycle and of the bus while every axis moves: in an image that takes orders, with a host that streams and reads
 /// snapshots, and in one that plays its built-in motion.
@@ -48,7 +50,7 @@ fn main() -> ExitCode {
 fn measure(arguments: &Arguments) -> Result<Value, String> {
     let drives = Drives {
         count: arguments.axes,
-        response_us: RESPONSE_US,
+        response_us: response_us(arguments.axes),
     };
     let image = |path: &Path| Image::read(path).map_err(|error| error.to_string());
     let (mut rig, mut host) = orders::enabled(image(&arguments.with)?, drives);

@@ -89,6 +89,7 @@ impl<F: Family> Axis<F> {
         }
     }
 
+    #[inline(always)]
     pub(crate) fn snapshot(&self, now: Instant) -> F::Snapshot {
         self.drive
             .snapshot(now, self.state(), &self.view.facts, self.fault())

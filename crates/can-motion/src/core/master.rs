@@ -484,6 +484,13 @@ impl<const N: usize, F: Family> Master<N, F> {
     /// One axis at this moment; `None` when there is no such axis.
     #[must_use]
     pub fn snapshot(&self, axis: usize) -> Option<F::Snapshot> {
+        self.inlined_snapshot(axis)
+    }
+
+    /// The same, inlined: for a caller that needs little of it, and often.
+    #[must_use]
+    #[inline(always)]
+    pub fn inlined_snapshot(&self, axis: usize) -> Option<F::Snapshot> {
         let axis = self.axes.get(axis)?;
         Some(axis.snapshot(self.kept_at))
     }

@@ -117,6 +117,7 @@ impl Drive for Servo {
         self.config.reactions().to(fault)
     }
 
+    #[inline(always)]
     fn snapshot(
         &self,
         now: Instant,
