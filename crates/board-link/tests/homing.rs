@@ -1,6 +1,5 @@
 //! Homing over the link: its reply comes when it ends, and segments count from what it has found.
 
-#[allow(dead_code, reason = "shared with other tests")]
 mod bench;
 
 use bench::{AXES, Bench, World, limits};
@@ -311,7 +310,7 @@ fn a_homing_whose_reply_was_lost_is_not_carried_out_again_after_other_commands()
         bench.mock().end_homing(result);
         pass(&mut bench);
         let expected = (3, result.map(|()| Answer::Done));
-        assert_eq!(replies(&mut bench), [expected.clone()]);
+        assert_eq!(replies(&mut bench), std::slice::from_ref(&expected));
         send(&mut bench, 4, between);
         pass(&mut bench);
         replies(&mut bench);
