@@ -179,38 +179,39 @@ impl Shared {
         let Some(of) = self.axes.get(axis).filter(|_| homing.is_some()) else {
             return Origin::OfDrive;
         };
-        loop {
-            let writes = self.writes.load(Ordering::Acquire);
-            let origin = if self.known() >> axis & 1 == 0 {
+        self.at_once(|| {
+            if self.known() >> axis & 1 == 0 {
                 Origin::Unknown
             } else {
                 Origin::Found {
                     counts: of.origin.counts.load(Ordering::Relaxed),
                     uncertainty: of.origin.uncertainty.load(Ordering::Relaxed),
                 }
-            };
-            if self.writes.load(Ordering::Acquire) == writes {
-                return origin;
             }
-        }
+        })
     }
 
-    /// Everything that was told. The interrupt of the cycle may come in between: then it is read anew.
+    /// Everything that was told.
     pub(crate) fn read(&self) -> Machine {
+        self.at_once(|| Machine {
+            state: self.state(),
+            axes: self
+                .axes
+                .iter()
+                .take(machine::axes().len())
+                .map(OfAxis::read)
+                .collect(),
+            late_cycles: self.late_cycles.load(Ordering::Relaxed),
+        })
+    }
+
+    /// What belongs together. The interrupt of the cycle may come in between: then it is read anew.
+    fn at_once<T>(&self, read: impl Fn() -> T) -> T {
         loop {
             let writes = self.writes.load(Ordering::Acquire);
-            let machine = Machine {
-                state: self.state(),
-                axes: self
-                    .axes
-                    .iter()
-                    .take(machine::axes().len())
-                    .map(OfAxis::read)
-                    .collect(),
-                late_cycles: self.late_cycles.load(Ordering::Relaxed),
-            };
+            let all = read();
             if self.writes.load(Ordering::Acquire) == writes {
-                return machine;
+                return all;
             }
         }
     }

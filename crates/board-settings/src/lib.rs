@@ -15,6 +15,8 @@ mod configs_of_homing;
 pub mod file;
 mod homing;
 mod refusal;
+#[cfg(feature = "homing")]
+mod refusal_of_abort;
 mod refusal_of_master;
 #[cfg(feature = "homing")]
 mod sequence;

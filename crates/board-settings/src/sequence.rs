@@ -2,9 +2,10 @@
 //! targets.
 
 use crate::configs_of_homing::AxisHoming;
+use crate::refusal_of_abort::refused;
 use board_link::message::Origin;
 use board_link::{Reason, Refused};
-use homing::{Abort, Awaited, Frame, Home, Homing as Search, Inputs, Progress, Travel};
+use homing::{Abort, Frame, Home, Homing as Search, Inputs, Progress, Travel};
 
 /// What a cycle of the sequence says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,112 +206,6 @@ fn out_of_range(axis: usize, plan: &AxisHoming, inputs: &Inputs) -> Refused {
     Reason::HomeRange.at(axis, end.into(), inputs.sent_counts.into())
 }
 
-/// Why an axis has not found its origin, for the host.
-fn refused(axis: usize, abort: &Abort) -> Refused {
-    let number = |reason: Reason, expected: i64, actual: i64| reason.at(axis, expected, actual);
-    match *abort {
-        Abort::Cancelled => Reason::HomeStopped.at(axis, 0, 0),
-        Abort::TooOld {
-            what,
-            limit_us,
-            age_us,
-        } => {
-            let reason = match what {
-                Awaited::Torque => Reason::HomeTorqueOld,
-                _ => Reason::HomePositionOld,
-            };
-            let age = age_us.and_then(|us| i64::try_from(us).ok()).unwrap_or(-1);
-            number(reason, limit_us.into(), age)
-        }
-        Abort::NotStill {
-            limit_counts,
-            actual_counts,
-        } => number(
-            Reason::HomeNotStill,
-            limit_counts.into(),
-            actual_counts.into(),
-        ),
-        Abort::TorqueAtRest {
-            limit_permille,
-            actual_permille,
-        } => number(
-            Reason::HomeTorqueAtRest,
-            limit_permille.into(),
-            actual_permille.into(),
-        ),
-        Abort::NotFound { way_counts } => {
-            number(Reason::HomeNotFound, way_counts.into(), way_counts.into())
-        }
-        Abort::TorqueWithoutError {
-            limit_permille,
-            actual_permille,
-            ..
-        } => number(
-            Reason::HomeTorqueOnly,
-            limit_permille.into(),
-            actual_permille.into(),
-        ),
-        Abort::ErrorWithoutTorque {
-            limit_counts,
-            error_counts,
-            ..
-        } => number(Reason::HomeErrorOnly, limit_counts.into(), error_counts),
-        Abort::TorqueAgainst {
-            contact_permille,
-            actual_permille,
-            ..
-        } => number(
-            Reason::HomeTorqueAgainst,
-            contact_permille.into(),
-            actual_permille.into(),
-        ),
-        Abort::Blocked {
-            limit_counts,
-            actual_counts,
-        } => number(Reason::HomeBlocked, limit_counts.into(), actual_counts),
-        Abort::Overload {
-            limit_permille,
-            actual_permille,
-        } => number(
-            Reason::HomeOverload,
-            limit_permille.into(),
-            actual_permille.into(),
-        ),
-        Abort::NotArrived {
-            limit_counts,
-            actual_counts,
-        } => number(
-            Reason::HomeNotArrived,
-            limit_counts.into(),
-            actual_counts.into(),
-        ),
-        Abort::StillPressed {
-            limit_permille,
-            actual_permille,
-        } => number(
-            Reason::HomeStillPressed,
-            limit_permille.into(),
-            actual_permille.into(),
-        ),
-        Abort::NotRepeated {
-            limit_counts,
-            actual_counts,
-        } => number(
-            Reason::HomeNotRepeated,
-            limit_counts.into(),
-            actual_counts.map_or(-1, i64::from),
-        ),
-        Abort::SwitchStuck { way_counts } => number(Reason::HomeSwitchStuck, 0, way_counts.into()),
-        Abort::SwitchUnsteady { edge_counts } => number(
-            Reason::HomeSwitchUnsteady,
-            edge_counts.into(),
-            edge_counts.into(),
-        ),
-        // A move that cannot be planned.
-        _ => number(Reason::HomePlan, 0, 0),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use board_link::message::Origin;
@@ -321,7 +216,7 @@ mod tests {
         AxisSettings, Board, BusSettings, HomingDirection, HomingMethod, HomingSearch,
         HomingSettings, MotorLimits, Settings, SwitchLevel,
     };
-    use homing::Reading;
+    use homing::{Awaited, Reading};
 
     use super::*;
 

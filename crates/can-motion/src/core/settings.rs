@@ -1,5 +1,7 @@
 //! What settings of every family must satisfy.
 
+use crate::core::stamp::MOST_AGE_US;
+
 /// A waiting time: its name, the least that works, and what it is.
 pub(crate) type Wait = (&'static str, u32, u32);
 
@@ -7,6 +9,11 @@ pub(crate) type Wait = (&'static str, u32, u32);
 pub(crate) fn first_too_short(waits: &[Wait]) -> Option<Wait> {
     let is_too_short = |(_, least, actual): &Wait| actual < least;
     waits.iter().copied().find(is_too_short)
+}
+
+/// The first of these waiting times that is longer than points in time are kept: it would end early.
+pub(crate) fn first_too_long(waits: &[(&'static str, u32)]) -> Option<(&'static str, u32)> {
+    waits.iter().copied().find(|(_, us)| *us > MOST_AGE_US)
 }
 
 /// The first address that is not above the one before it.

@@ -4,7 +4,7 @@ use dyn_can::{Counts28, DriveId};
 
 use super::{AxisConfig, ConfigError, MasterConfig, Timeouts, Travel};
 use crate::core::group::MOST_AXES;
-use crate::core::settings::{first_out_of_order, first_too_short};
+use crate::core::settings::{first_out_of_order, first_too_long, first_too_short};
 use crate::core::stamp::MOST_AGE_US;
 use crate::servo::poll_kind::PollKind;
 use crate::servo::polls::cycles_of;
@@ -130,7 +130,7 @@ impl Timeouts {
             ("confirm_us", self.confirm_us),
             ("stuck_us", self.stuck_us),
         ];
-        match waits.into_iter().find(|(_, us)| *us > MOST_AGE_US) {
+        match first_too_long(&waits) {
             None => Ok(()),
             Some((name, actual_us)) => Err(ConfigError::LongWait {
                 name,

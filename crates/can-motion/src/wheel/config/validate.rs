@@ -4,7 +4,7 @@ use zlac8030l::NodeId;
 
 use super::{WheelConfig, WheelConfigError, WheelMasterConfig, WheelMode, WheelTimeouts};
 use crate::core::group::MOST_AXES;
-use crate::core::settings::{first_out_of_order, first_too_short};
+use crate::core::settings::{first_out_of_order, first_too_long, first_too_short};
 use crate::core::stamp::MOST_AGE_US;
 use crate::wheel::config::FeedbackTiming;
 
@@ -113,7 +113,7 @@ impl WheelTimeouts {
             ("confirm_us", self.confirm_us),
             ("stuck_us", self.stuck_us),
         ];
-        match waits.into_iter().find(|(_, us)| *us > MOST_AGE_US) {
+        match first_too_long(&waits) {
             None => Ok(()),
             Some((name, actual_us)) => Err(WheelConfigError::LongWait {
                 name,
