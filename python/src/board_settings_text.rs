@@ -1,6 +1,6 @@
-//! The settings of a board: its bytes as text and values, and a text as bytes.
+//! The settings of a board: its bytes as text and values, and a text as bytes; and the words of its faults.
 
-use board_settings::{LONGEST, Settings, file};
+use board_settings::{FaultNumber, LONGEST, Settings, file};
 use dyn_can::GearNumber;
 use dyn_can::units::command_counts_per_turn;
 use pyo3::prelude::*;
@@ -35,4 +35,10 @@ pub(crate) fn settings_of_text<'py>(py: Python<'py>, text: &str) -> PyResult<Bou
     let bytes = read.settings.write(&mut room);
     let bytes = bytes.map_err(|refusal| codec_error(py, refusal))?;
     Ok(PyBytes::new(py, bytes))
+}
+
+/// What the number of a fault means.
+#[pyfunction]
+pub(crate) fn fault_text(code: u16, detail: i32) -> String {
+    FaultNumber { code, detail }.to_string()
 }

@@ -22,7 +22,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::board_settings_text::{read_settings, settings_of_text};
+    use crate::board_settings_text::{fault_text, read_settings, settings_of_text};
     #[pymodule_export]
     use crate::canopen::{
         canopen_heartbeat, canopen_nmt, canopen_pdo, canopen_sdo_abort, canopen_sdo_read,

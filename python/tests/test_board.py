@@ -221,6 +221,7 @@ def test_the_inputs_rule_and_faults_are_kept(board: Board, simulated: SimulatedB
     assert "Faulted, axis 1 has fault 7" in str(stopped.value)
     [fault] = board.faults()
     assert (fault.number, fault.boot, fault.axis, fault.code, fault.detail) == (1, 1, 1, 7, -3)
+    assert fault.text.startswith("the configuration of the drive cannot be used")
     assert any(event.kind == "Fault" and event.values["code"] == 7 for event in board.events())
     with pytest.raises(Refused, match="axis 1"):
         board.enable()

@@ -5,11 +5,11 @@ use board_link::board::{Application, Command, Machine};
 use board_link::message::Origin;
 use board_link::message::{BoardState, Event, FaultEntry, Info, Text};
 use board_link::{Reason, Refused};
+use board_settings::FaultNumber;
 use board_settings::LONGEST;
 use heapless::Deque;
 use heapless::spsc::{Consumer, Producer};
 
-use super::faults;
 use super::orders::{Ordered, Result};
 use super::shared::SHARED;
 #[cfg(feature = "link-homing")]
@@ -75,7 +75,7 @@ impl Firmware {
     /// What the log tells, as far as a host wants to know it.
     pub(super) fn note(&mut self, message: &Message) {
         if let Message::Event(axis, kind) = message
-            && let Some((code, detail)) = faults::of_event(kind)
+            && let Some(FaultNumber { code, detail }) = FaultNumber::of_event(kind)
         {
             self.storage.note_fault(Fault {
                 axis: *axis,

@@ -11,12 +11,12 @@
 //! | `rules` | what the inputs and the state of the machine let a command do |
 //! | `homing` | with `link-homing`: the axes find their origins; `no_homing` in its place |
 //! | `shared` | what the thread sees of the cycle |
-//! | `faults` | numbers of the faults |
+//! | `faults` | what ended the start before this one |
 //!
 //! The cycle and the thread share queues of one writer and one reader, and words; neither waits for the other.
 
 pub(crate) mod application;
-pub(crate) mod faults;
+mod faults;
 #[cfg_attr(not(feature = "link-homing"), path = "no_homing.rs")]
 pub(crate) mod homing;
 pub(crate) mod orders;

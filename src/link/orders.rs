@@ -4,12 +4,12 @@ use board_link::board::Command;
 use board_link::message::{AxisSnapshot, BoardState};
 use board_link::segment::Player;
 use board_link::{Reason, Refused};
+use board_settings::FaultNumber;
 use can_motion::facts::{Facts, Motion, Power};
 use can_motion::{CommandError, Instant};
 use heapless::spsc::{Consumer, Producer};
 use trajectory::Position;
 
-use super::faults;
 use super::homing::Homings;
 use super::shared::SHARED;
 use crate::config::{AXES, CYCLE_US, Drives, GROUP, Homing};
@@ -292,7 +292,9 @@ fn note_axis(axis: usize, master: &BoardMaster) {
             target: snapshot.target_counts,
             position,
             error: snapshot.sent_counts.wrapping_sub(position),
-            fault: snapshot.fault.map_or(0, |fault| faults::number(fault).0),
+            fault: snapshot
+                .fault
+                .map_or(0, |fault| FaultNumber::of_axis(fault).code),
         },
     );
 }
@@ -302,7 +304,7 @@ fn fault_of(master: &BoardMaster) -> Option<Refused> {
     (0..AXES).find_map(|axis| {
         let fault = master.snapshot(axis)?.fault?;
         let is_own = fault != BoardFault::Group;
-        is_own.then(|| Reason::Faulted.at(axis, 0, faults::number(fault).0.into()))
+        is_own.then(|| Reason::Faulted.at(axis, 0, FaultNumber::of_axis(fault).code.into()))
     })
 }
 
@@ -310,7 +312,7 @@ fn fault_of(master: &BoardMaster) -> Option<Refused> {
 fn refused(error: CommandError<BoardFault>) -> Refused {
     match error {
         CommandError::Faulted { axis, fault } => {
-            Reason::Faulted.at(axis.into(), 0, faults::number(fault).0.into())
+            Reason::Faulted.at(axis.into(), 0, FaultNumber::of_axis(fault).code.into())
         }
         CommandError::Busy { axis } => Reason::Busy.at(axis.into(), 0, 1),
         _ => Reason::NotReady.plain(),

@@ -1,22 +1,22 @@
 //! The log of an image that takes orders: faults by the numbers that the host is told. It has the words, of these and of everything else that
 //! happens, and they would be four KiB here.
 
+use board_settings::FaultNumber;
 use can_motion::family::Family;
 use can_motion::{CommandError, TargetError};
 
 use crate::config::Drives;
 use crate::drives::{BoardEventKind, BoardFault};
-use crate::orders::faults;
 use crate::supervisor::Action;
 
 /// An event, where it is a fault.
 pub(crate) fn event(axis: Option<u8>, kind: &BoardEventKind) {
-    let Some((number, detail)) = faults::of_event(kind) else {
+    let Some(FaultNumber { code, detail }) = FaultNumber::of_event(kind) else {
         return;
     };
     match axis {
-        Some(axis) => defmt::error!("axis {=u8}: fault {=u16} ({=i32})", axis, number, detail),
-        None => defmt::error!("bus: fault {=u16}", number),
+        Some(axis) => defmt::error!("axis {=u8}: fault {=u16} ({=i32})", axis, code, detail),
+        None => defmt::error!("bus: fault {=u16}", code),
     }
 }
 

@@ -11,6 +11,7 @@ mod bytes;
 mod configs;
 #[cfg(feature = "homing")]
 mod configs_of_homing;
+mod fault;
 #[cfg(feature = "toml")]
 pub mod file;
 mod homing;
@@ -28,6 +29,7 @@ pub use bytes::{LONGEST, VERSION};
 pub use configs::Configs;
 #[cfg(feature = "homing")]
 pub use configs_of_homing::AxisHoming;
+pub use fault::FaultNumber;
 pub use homing::{HomingDirection, HomingMethod, HomingSearch, HomingSettings, SwitchLevel};
 pub use refusal::{Kind, Refusal};
 #[cfg(feature = "homing")]

@@ -157,6 +157,11 @@ class Fault:
     place: str
     """The place in the program, for a panic."""
 
+    @property
+    def text(self) -> str:
+        """What has happened, in words."""
+        return _native.fault_text(self.code, self.detail)
+
 
 @dataclass(frozen=True)
 class Counters:

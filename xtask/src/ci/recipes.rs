@@ -53,6 +53,7 @@ const RECIPES: &[Recipe] = &[
             "test -q -p can-motion --lib servo",
             "test -q -p host-tests --test findings faults_servo",
             "test -q -p host-tests --test docs_are_complete",
+            "test -q -p board-settings --lib fault",
             "test -q -p motionctl --bin motionctl fault_text",
         ],
     ),

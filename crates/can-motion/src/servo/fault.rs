@@ -165,6 +165,39 @@ impl Fault {
             Self::Group => (Loss::Nothing, Reaction::Halt),
         }
     }
+
+    /// Its number, 1 ..= 99, for a host or a memory that knows numbers alone, and what else is known of it: the code of an alarm, a byte, counts
+    /// or the value read, -1 for one that cannot be read, 0 where there is nothing to say. A number never changes; new ones come at the end.
+    pub const fn number(self) -> (u16, i32) {
+        match self {
+            Self::AlarmFrame => (1, 0),
+            Self::AlarmStatus(alarm) => (2, alarm.code() as i32),
+            Self::DataError => (3, 0),
+            Self::UnknownError { byte: Some(byte) } => (4, byte as i32),
+            Self::UnknownError { byte: None } => (4, -1),
+            Self::SwitchedOff => (5, 0),
+            Self::SwitchedOn => (6, 0),
+            Self::Config(byte) => (7, byte.to_byte() as i32),
+            Self::Gear {
+                actual: Some(actual),
+                ..
+            } => (8, actual as i32),
+            Self::Gear { actual: None, .. } => (8, -1),
+            Self::NoBrake => (9, 0),
+            Self::Lost => (10, 0),
+            Self::Backlog { counts } => (11, counts),
+            Self::Drift { counts, .. } => (12, counts),
+            Self::FollowingError { counts } => (13, counts),
+            Self::PositionJump { counts } => (14, counts),
+            Self::Reboot { actual, .. } => (15, actual as i32),
+            Self::Bus => (16, 0),
+            Self::ConfirmTimeout => (17, 0),
+            Self::PositionRange { read_back } => (18, read_back),
+            Self::NotArrived { counts } => (19, counts),
+            Self::TravelEnd { position_counts } => (20, position_counts),
+            Self::Group => (21, 0),
+        }
+    }
 }
 
 /// What may have made a position differ from what was sent.
@@ -332,6 +365,40 @@ mod tests {
             (Fault::Backlog { counts: 1 }, Loss::Nothing, backlog),
             (Fault::Group, Loss::Nothing, ALL),
         ]
+    }
+
+    #[test]
+    fn the_numbers_are_those_of_the_first_firmware_and_none_is_left_out() {
+        let numbers = rows().map(|(fault, ..)| fault.number());
+        assert_eq!(
+            numbers,
+            [
+                (1, 0),
+                (2, 2),
+                (4, -1),
+                (15, 9),
+                (10, 0),
+                (16, 0),
+                (3, 0),
+                (7, 0),
+                (8, -1),
+                (9, 0),
+                (12, 1),
+                (13, 1),
+                (14, 1),
+                (18, 0),
+                (19, 1),
+                (20, 1),
+                (5, 0),
+                (6, 0),
+                (17, 0),
+                (11, 1),
+                (21, 0)
+            ]
+        );
+        let mut codes = numbers.map(|(code, _)| code);
+        codes.sort_unstable();
+        assert!(codes.into_iter().eq(1..=rows().len() as u16), "{codes:?}");
     }
 
     #[test]

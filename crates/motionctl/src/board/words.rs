@@ -2,9 +2,9 @@
 
 use board_link::message::{BoardState, Event, FaultEntry, Reason, Refused};
 use board_link::segment::StreamPhase;
+use board_settings::FaultNumber;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
-use dyn_can::Alarm;
 
 use super::info::AxisReport;
 use crate::table::align_numbers;
@@ -52,55 +52,22 @@ pub(super) const fn phase(phase: StreamPhase) -> &'static str {
     }
 }
 
-/// What a number of a fault means, with what else is known of it.
-pub(super) fn fault(code: u16, detail: i32) -> String {
-    let text = match code {
-        1 => "the drive reports an alarm",
-        2 => {
-            let alarm = u8::try_from(detail).ok().and_then(alarm);
-            return alarm.map_or_else(
-                || format!("the drive reports alarm {detail}"),
-                |alarm| format!("the drive reports an alarm: {alarm}"),
-            );
-        }
-        3 => "the drive refuses a request as malformed",
-        4 => return format!("the drive reports an error that is not documented: {detail}"),
-        5 => "the drive lost its power or was switched off",
-        6 => "the drive was switched on by somebody else",
-        7 => return format!("the configuration of the drive cannot be used: {detail:#04x}"),
-        8 if detail < 0 => "the gear number of the drive cannot be read",
-        8 => return format!("the drive has gear number {detail}, the settings say another"),
-        9 => "a load can fall, and the drive has no brake output",
-        10 => "the drive does not answer any more",
-        11 => return format!("the axis is {detail} counts behind its set-points"),
-        12 => return format!("the axis drifts at standstill: {detail} counts"),
-        13 => return format!("the following error is {detail} counts"),
-        14 => return format!("the position jumped by {detail} counts"),
-        15 => "the drive has started anew",
-        16 => "no set-point got out onto the bus",
-        17 => "the drive did not confirm that it is on or off",
-        18 => return format!("the drive reads back a position that makes no sense: {detail}"),
-        19 => return format!("the axis did not arrive: {detail} counts are missing"),
-        20 => return format!("the axis is at the end of its travel: {detail} counts"),
-        21 => "another axis of its group has a fault",
-        100 => "the controller went bus-off",
-        _ => return format!("fault {code}, {detail}"),
-    };
-    text.to_owned()
-}
-
-fn alarm(code: u8) -> Option<Alarm> {
-    let alarm = Alarm::from_code(code);
-    alarm.is_alarm().then_some(alarm)
+/// What a number of a fault means, where nothing else is known.
+pub(super) fn fault_name(code: u16) -> String {
+    let unknown = || FaultNumber { code, detail: 0 }.to_string();
+    FaultNumber::name(code).map_or_else(unknown, str::to_owned)
 }
 
 /// An entry of the fault log without its time.
 pub(super) fn entry(entry: &FaultEntry) -> String {
-    let mut text = fault(entry.code, entry.detail);
-    if !entry.place.is_empty() {
-        text.push_str(&format!(", at {}", entry.place));
+    let FaultEntry { code, detail, .. } = *entry;
+    let text = FaultNumber { code, detail }.to_string();
+    match (entry.place.as_str(), code) {
+        ("", _) => text,
+        // The line of a panic is its detail.
+        (file, FaultNumber::PANIC) => format!("{text} at {file}:{detail}"),
+        (place, _) => format!("{text}, at {place}"),
     }
-    text
 }
 
 /// An event; `drive` says which drive an axis is.
@@ -113,7 +80,8 @@ pub(super) fn event(event: &Event, drive: impl Fn(u8) -> Option<u8>) -> String {
             ..
         } => format!("stream: {}, {finished} segments played", phase(*is)),
         Event::Fault { axis, code, detail } => {
-            let text = fault(*code, *detail);
+            let (code, detail) = (*code, *detail);
+            let text = FaultNumber { code, detail }.to_string();
             match axis.map(|axis| (axis, drive(axis))) {
                 Some((_, Some(drive))) => format!("drive {drive}: {text}"),
                 Some((axis, None)) => format!("axis {axis}: {text}"),
@@ -139,23 +107,6 @@ pub(super) fn event(event: &Event, drive: impl Fn(u8) -> Option<u8>) -> String {
     }
 }
 
-/// What a number of a fault means, where nothing else is known.
-pub(super) fn fault_name(code: u16) -> String {
-    match code {
-        2 => "the drive reports an alarm".to_owned(),
-        7 => "the configuration of the drive cannot be used".to_owned(),
-        8 => "the drive has another gear number than the settings say".to_owned(),
-        11 => "the axis is too far behind its set-points".to_owned(),
-        12 => "the axis drifts at standstill".to_owned(),
-        13 => "the following error is too large".to_owned(),
-        14 => "the position jumped".to_owned(),
-        18 => "the drive reads back a position that makes no sense".to_owned(),
-        19 => "the axis did not arrive".to_owned(),
-        20 => "the axis is at the end of its travel".to_owned(),
-        _ => fault(code, 0),
-    }
-}
-
 /// The axes, one a row.
 pub(super) fn table(axes: &[AxisReport]) -> Table {
     let mut table = Table::new();
@@ -178,4 +129,22 @@ pub(super) fn table(axes: &[AxisReport]) -> Table {
     }
     align_numbers(&mut table);
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_told_with_its_file_and_line() {
+        let mut panic = FaultEntry {
+            code: FaultNumber::PANIC,
+            detail: 71,
+            place: "src/app.rs".parse().expect("a short text"),
+            ..FaultEntry::default()
+        };
+        assert_eq!(entry(&panic), "the firmware panicked at src/app.rs:71");
+        panic.place = "".parse().expect("no text");
+        assert_eq!(entry(&panic), "the firmware panicked");
+    }
 }

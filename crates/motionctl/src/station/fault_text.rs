@@ -90,6 +90,7 @@ mod tests {
 
     use super::*;
     use crate::plain_words::{flaws_of_a_message, variants};
+    use board_settings::FaultNumber;
 
     fn every_fault() -> Vec<Fault> {
         let mut faults = vec![
@@ -156,6 +157,8 @@ mod tests {
             // What to do: after a semicolon, or in the words where they have it.
             let says_what_to_do = text.contains("; ") || text.contains(": look for");
             assert!(says_what_to_do || fault == Fault::Group, "{text}");
+            let (code, _) = fault.number();
+            assert!(FaultNumber::name(code).is_some(), "{fault:?} of a board");
         }
     }
 

@@ -3,6 +3,7 @@
 use board_link::board::{Command, Machine as Told};
 use board_link::message::{AxisSnapshot as ToldAxis, BoardState, Event, Reason, Refused};
 use board_link::segment::Player;
+use board_settings::FaultNumber;
 use board_settings::{Configs, HomingSequence, HomingStep};
 use can_motion::{AxisState, ConfigError, EventKind, Fault, GroupId, Instant, ServoMaster};
 use drive_sim::{Bench, DynDrive, NodeId};
@@ -12,7 +13,6 @@ use trajectory::Position;
 
 use super::AXES;
 use super::application::App;
-use super::fault_log::{number, of_event};
 use super::inputs::Levels;
 use super::rules::{Act, Axes, Rules};
 
@@ -309,7 +309,8 @@ impl<'q> Machine<'q> {
                 && (all.fault.is_none() || fault != Fault::Group)
             {
                 all.fault = all.fault.filter(|_| fault == Fault::Group);
-                all.fault.get_or_insert((place, number(fault).0));
+                all.fault
+                    .get_or_insert((place, FaultNumber::of_axis(fault).code));
             }
         }
         all.adoptable &= can_follow;
@@ -323,15 +324,16 @@ impl<'q> Machine<'q> {
 
     fn report(&mut self, number: u64, inputs: Levels, app: &mut App) {
         while let Some(event) = self.master.next_event() {
-            let Some((code, detail)) = of_event(&event.kind) else {
+            let Some(fault) = FaultNumber::of_event(&event.kind) else {
                 continue;
             };
             let axis = event.axis;
+            let FaultNumber { code, detail } = fault;
             app.events.push_back(Event::Fault { axis, code, detail });
             if event.kind != EventKind::Fault(Fault::Group) {
                 let uptime_us = number * u64::from(self.configs.master.cycle_us);
                 let uptime_ms = (uptime_us / 1_000) as u32;
-                app.faults.add(uptime_ms, axis, (code, detail));
+                app.faults.add(uptime_ms, axis, fault);
             }
         }
         let state = self.state_with(inputs);
@@ -385,7 +387,9 @@ impl<'q> Machine<'q> {
             target: axis.target_counts,
             position,
             error: axis.target_counts.wrapping_sub(position),
-            fault: axis.fault.map_or(0, |fault| number(fault).0),
+            fault: axis
+                .fault
+                .map_or(0, |fault| FaultNumber::of_axis(fault).code),
         })
     }
 }
