@@ -136,7 +136,6 @@ use defmt_rtt as _;
 fn main() -> ! {
     let cause = board::take_cause();
     let history = last_words::take(cause);
-    #[cfg_attr(not(feature = "link-usb"), allow(unused_mut))]
     let mut start = board::init();
     telemetry::write_start(cause, &history);
     if !brown_out::is_set() {
@@ -149,8 +148,8 @@ fn main() -> ! {
         .board
         .as_mut()
         .and_then(|board| board.port.take_device());
-    let (duty, thread) = duty_of(start, cause, &history);
-    duty::start(duty);
+    let (orders, mut thread) = orders::prepare(cause, &history, &mut start.watchdog);
+    duty::start(duty_of(start, orders, &mut thread, history.is_locked));
     #[cfg(feature = "link-usb")]
     {
         use core::task::{Context, Waker};
@@ -164,13 +163,18 @@ fn main() -> ! {
     telemetry::run(thread, || {})
 }
 
-/// What can be done after this start, in the cycle and in the thread.
+/// What can be done in the cycle after this start. The thread stays where it is: it is large.
 #[cfg(target_os = "none")]
+#[cfg_attr(
+    not(feature = "link"),
+    allow(unused_variables, reason = "only a link has a port")
+)]
 fn duty_of(
-    mut start: board::Start,
-    cause: start::Cause,
-    history: &last_words::History,
-) -> (duty::Duty, orders::Thread) {
+    start: board::Start,
+    orders: Option<orders::Orders>,
+    thread: &mut orders::Thread,
+    is_locked: bool,
+) -> duty::Duty {
     let standstill = |status_led, watchdog, pattern| {
         duty::Duty::Standstill(duty::Standstill {
             status_led,
@@ -179,35 +183,30 @@ fn duty_of(
             led: led::LedPattern::new(),
         })
     };
-    #[cfg_attr(not(feature = "link"), allow(unused_mut))]
-    let (orders, mut thread) = orders::prepare(cause, history, &mut start.watchdog);
     let Some(board) = start.board else {
         defmt::error!("the crystal does not run: nothing is enabled, and the bus is left alone");
-        let duty = standstill(start.status_led, start.watchdog, led::NO_CRYSTAL);
-        return (duty, thread);
+        return standstill(start.status_led, start.watchdog, led::NO_CRYSTAL);
     };
     #[cfg(feature = "link")]
     thread.connect(board.port);
     let Some(orders) = orders else {
         defmt::warn!("there are no settings: nothing moves");
-        let duty = standstill(start.status_led, start.watchdog, led::REFUSED);
-        return (duty, thread);
+        return standstill(start.status_led, start.watchdog, led::REFUSED);
     };
     let parts = app::Parts {
         bus: board.bus,
         inputs: board.inputs,
         status_led: start.status_led,
         watchdog: start.watchdog,
-        is_locked: history.is_locked,
+        is_locked,
     };
-    let duty = match app::place(parts, orders) {
+    match app::place(parts, orders) {
         Ok(app) => duty::Duty::Motion(app),
         Err(refused) => {
             words::unworkable(&refused.error);
             standstill(refused.status_led, refused.watchdog, led::REFUSED)
         }
-    };
-    (duty, thread)
+    }
 }
 
 #[cfg(not(target_os = "none"))]

@@ -3,6 +3,12 @@
 use can_motion::{CycleCounters, Instant};
 use cortex_m::peripheral::DWT;
 
+// A host asks for the figures that matter; they are for who looks into the firmware.
+#[cfg(feature = "link")]
+use defmt::debug as tell;
+#[cfg(not(feature = "link"))]
+use defmt::info as tell;
+
 use crate::board::CORE_HZ;
 use crate::config::{AXES, CYCLE_US, Drives};
 use crate::drives::{Board as _, BoardMaster};
@@ -176,7 +182,7 @@ impl Statistics {
     pub(crate) fn write(&self, part: Part) {
         let counters = &self.counters;
         match part {
-            Part::Counts => defmt::info!(
+            Part::Counts => tell!(
                 "{=u32} cycles, {=u32} late, {=u32} missed, {=u32} events dropped; {=u32} bus errors",
                 counters.cycles,
                 counters.late,
@@ -184,13 +190,13 @@ impl Statistics {
                 counters.events_dropped,
                 self.bus_errors
             ),
-            Part::Times => defmt::info!(
+            Part::Times => tell!(
                 "begun up to {=u32} us late, up to {=u32} clocks long, load {=u32}/1000",
                 self.worst_delay_us,
                 self.worst_cycle_clocks,
                 self.busy_clocks / CLOCKS_PER_PERMILLE
             ),
-            Part::Ages => defmt::info!(
+            Part::Ages => tell!(
                 "oldest status {}, position {}",
                 Age(self.oldest_status_ms),
                 Age(self.oldest_position_ms)

@@ -144,6 +144,7 @@ fn after_halt_nothing_moves_until_enable_is_commanded() {
     );
     host.run_ms(&mut rig, 300);
     assert_eq!(rig.set_points_since(from_ns).count(), 0);
+    assert_eq!(host.state(&mut rig), BoardState::Halted);
     assert_eq!(host.ask(&mut rig, Request::Enable), Ok(Answer::Done));
     assert_eq!(host.state(&mut rig), BoardState::Enabled);
     // And a stream goes on from there.

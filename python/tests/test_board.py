@@ -289,6 +289,19 @@ def test_pause_override_and_halt(board: Board, simulated: SimulatedBoard) -> Non
     with pytest.raises(StreamStopped, match="it was stopped"):
         for _ in playing:
             pass
+    assert board.snapshot().state == "Halted"
+    board.stop()
+    with pytest.raises(Refused) as refused:
+        board.stream(*sine(1.0))
+    assert refused.value.reason == "NotEnabled"
+    with pytest.raises(Refused) as refused:
+        board.write_settings(board.settings)
+    assert refused.value.reason == "Enabled"
+    board.enable()
+    board.stream(*sine(1.0))
+    board.halt()
+    board.disable()
+    assert board.snapshot().state == "Off"
 
 
 def test_one_program_commands_and_others_read() -> None:

@@ -5,7 +5,6 @@ use board_link::message::{AxisSnapshot, BoardState};
 use board_link::segment::Player;
 use board_link::{Reason, Refused};
 use board_settings::FaultNumber;
-use can_motion::facts::{Facts, Motion, Power};
 use can_motion::{CommandError, Instant};
 use heapless::spsc::{Consumer, Producer};
 use trajectory::Position;
@@ -178,7 +177,7 @@ impl Orders {
         let changes = master.changes();
         if self.powered.0 != changes {
             let mut facts = (0..AXES).filter_map(|axis| master.facts(axis));
-            self.powered = (changes, facts.any(|facts| has_power(&facts)));
+            self.powered = (changes, facts.any(|facts| facts.has_own_power()));
         }
         self.powered.1
     }
@@ -266,15 +265,6 @@ impl Orders {
             }
         }
     }
-}
-
-/// Whether this board has switched the drive on, or moves it.
-fn has_power(facts: &Facts) -> bool {
-    let is_on = matches!(
-        facts.power,
-        Power::OnWanted | Power::OnSent | Power::On | Power::OnUnconfirmed
-    );
-    is_on || facts.motion != Motion::Rest
 }
 
 fn note_axis(axis: usize, master: &BoardMaster) {

@@ -212,6 +212,7 @@ pub(crate) fn board_state(state: State, situation: Situation) -> BoardState {
         State::On | State::Running if axes.streaming => BoardState::Enabled,
         State::On | State::Running => BoardState::GettingReady,
         State::Starting => BoardState::Off,
+        State::Off | State::Released if is_powered && axes.ready => BoardState::Halted,
         State::Off | State::Released if is_powered => BoardState::Stopping,
         State::Off | State::Released if !inputs.enable => BoardState::EnableInactive,
         State::Off | State::Released => BoardState::Off,
@@ -413,6 +414,21 @@ mod tests {
         );
         machine.pass_ms(1_000, situation(CLOSED, READY));
         assert_eq!(machine.supervisor.state(), State::Released);
+        let holding = Situation {
+            is_powered: true,
+            ..situation(CLOSED, READY)
+        };
+        let state = machine.supervisor.state();
+        assert_eq!(board_state(state, holding), BoardState::Halted);
+        let slowing = Axes {
+            ready: false,
+            ..READY
+        };
+        let slows_down = Situation {
+            axes: slowing,
+            ..holding
+        };
+        assert_eq!(board_state(state, slows_down), BoardState::Stopping);
         assert_eq!(
             machine.take(Command::Enable, situation(CLOSED, READY)),
             None

@@ -11,7 +11,7 @@ use crate::config::AXES;
 use crate::machine;
 
 /// The states by their numbers.
-const STATES: [BoardState; 10] = [
+const STATES: [BoardState; 11] = [
     BoardState::NoSettings,
     BoardState::Locked,
     BoardState::StopOpen,
@@ -22,6 +22,7 @@ const STATES: [BoardState; 10] = [
     BoardState::Homing,
     BoardState::Stopping,
     BoardState::Faulted,
+    BoardState::Halted,
 ];
 
 /// One axis.

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 _ACTIVE = ("Waiting", "Moving", "Dry")
-_ON = ("GettingReady", "Enabled", "Homing", "Stopping")
+_ON = ("GettingReady", "Enabled", "Homing", "Stopping", "Halted")
 # What the board says when set-points come behind the end of a stream: too late, or after a stop.
 _LATE, _ENDED, _NO_ENTRY = 12, 13, 35
 # What boards without homing, and those of before, say to a question about it.
@@ -94,7 +94,7 @@ class Snapshot:
     cycle: int
     """The cycle of the board."""
     state: str
-    """"NoSettings", "Locked", "StopOpen", "EnableInactive", "Off", "GettingReady", "Enabled", "Homing", "Stopping" or "Faulted"."""
+    """"NoSettings", "Locked", "StopOpen", "EnableInactive", "Off", "GettingReady", "Enabled", "Homing", "Stopping", "Faulted" or "Halted"."""
     stream: int
     """The number of the stream that was begun last."""
     phase: str
@@ -433,7 +433,8 @@ class Board:
                 raise BoardError(f"the axes did not stop in {timeout_s} s: the board is {_words(snapshot)}")
 
     def halt(self) -> None:
-        """Ends all set-points at once; the axes stop as hard as the drives let them. For a stop along the path there is :meth:`stop`."""
+        """Ends all set-points at once; the axes stop as hard as the drives let them. The drives keep their power, and follow nothing until
+        :meth:`enable`. For a stop along the path there is :meth:`stop`."""
         self._link.command("halt", 0)
 
     def clear(self) -> None:

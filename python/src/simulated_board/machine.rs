@@ -165,7 +165,7 @@ impl Axes {
             Command::Disable => {
                 self.end_homing(Reason::HomeStopped.plain());
                 player.halt();
-                if matches!(self.state, BoardState::Enabled | BoardState::GettingReady) {
+                if matches!(self.state, BoardState::Enabled | BoardState::Halted) {
                     self.enter(BoardState::Off);
                 }
                 Ok(())
@@ -176,9 +176,11 @@ impl Axes {
             }
             Command::Halt => {
                 self.end_homing(Reason::HomeStopped.plain());
-                // The axes do not follow set-points any more.
-                self.is_homed = false;
                 player.halt();
+                // The axes follow nothing any more until they are enabled again.
+                if self.state == BoardState::Enabled {
+                    self.enter(BoardState::Halted);
+                }
                 Ok(())
             }
             Command::Clear => {
@@ -210,7 +212,7 @@ impl Axes {
     }
 
     fn save(&mut self, length: u32) -> Result<(), Refused> {
-        if self.state == BoardState::Enabled {
+        if matches!(self.state, BoardState::Enabled | BoardState::Halted) {
             return Err(Reason::Enabled.plain());
         }
         let bytes = self.staging.get(..length as usize);

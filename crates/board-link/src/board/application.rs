@@ -15,7 +15,8 @@ pub enum Command {
     Disable,
     /// Slow down and stand; a stream stops by itself.
     Stop,
-    /// End all set-points at once; [`Player::halt`](crate::segment::Player::halt), too.
+    /// End all set-points at once; [`Player::halt`](crate::segment::Player::halt), too. The drives keep their power; nothing is followed until
+    /// [`Self::Enable`].
     Halt,
     /// Forget faults whose cause is gone.
     Clear,

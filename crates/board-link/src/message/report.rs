@@ -28,6 +28,8 @@ pub enum BoardState {
     Stopping,
     /// An axis has a fault.
     Faulted,
+    /// All set-points were ended, and the drives hold with power until they are enabled again or disabled.
+    Halted,
 }
 
 /// How everything is.

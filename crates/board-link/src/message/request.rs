@@ -55,7 +55,7 @@ pub enum Request {
     },
     /// Slow down along the path and stand.
     Stop,
-    /// End all set-points at once.
+    /// End all set-points at once. The drives keep their power, and follow nothing until they are enabled again.
     Halt,
     /// Take over the command, as the session of the message: any number but 0 that was not used before. Answer:
     /// [`Answer::Claimed`](super::Answer::Claimed).

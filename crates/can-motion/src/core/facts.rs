@@ -166,6 +166,16 @@ pub struct Facts {
 }
 
 impl Facts {
+    /// Whether this master has switched the drive on, or is about to, or moves it; a drive that was found on is not in use.
+    #[must_use]
+    pub const fn has_own_power(&self) -> bool {
+        let is_on = matches!(
+            self.power,
+            Power::OnWanted | Power::OnSent | Power::On | Power::OnUnconfirmed
+        );
+        is_on || !matches!(self.motion, Motion::Rest)
+    }
+
     /// An axis of which nothing is known.
     #[must_use]
     pub const fn start(brake: Brake) -> Self {

@@ -308,7 +308,10 @@ impl Homing {
             while Instant::now() < until
                 && matches!(
                     self.latest.state,
-                    BoardState::Stopping | BoardState::Enabled | BoardState::Homing
+                    BoardState::Stopping
+                        | BoardState::Enabled
+                        | BoardState::Homing
+                        | BoardState::Halted
                 )
             {
                 self.take(None)?;
@@ -317,7 +320,7 @@ impl Homing {
         self.session.leave()?;
         Ok(matches!(
             self.latest.state,
-            BoardState::Enabled | BoardState::Homing | BoardState::Stopping
+            BoardState::Enabled | BoardState::Homing | BoardState::Stopping | BoardState::Halted
         ))
     }
 }

@@ -1,7 +1,7 @@
 //! `motionctl board`: a motion board that takes orders, over its serial port.
 //!
 //! [`session`] carries the bytes of the protocol, which `board_link` speaks; [`mod@run`] plays a motion, [`mod@stream`] what another program sends,
-//! [`motion`] is what both have in common, [`mod@settings`] reads and writes what the board
+//! [`motion`] is what both have in common, [`mod@order`] gives one order, [`mod@settings`] reads and writes what the board
 //! is told, [`words`] puts what it says into words.
 
 mod arguments;
@@ -13,6 +13,7 @@ mod home;
 mod info;
 mod monitor;
 mod motion;
+mod order;
 mod run;
 mod session;
 mod settings;
@@ -25,6 +26,7 @@ use clap::Subcommand;
 
 use crate::schema::NamedSchema;
 use error::BoardError;
+use order::Order;
 
 const HELP: &str = "\
 Examples:
@@ -35,6 +37,8 @@ Examples:
   motionctl board home --port /dev/ttyACM0          where the settings ask for it
   motionctl board run plan.csv --port /dev/ttyACM0
   producer | motionctl board stream --port /dev/ttyACM0 --yes
+  motionctl board disable --port /dev/ttyACM0       after --stay-enabled
+  motionctl board clear --port /dev/ttyACM0         after a fault
 
 Without drives and without a board: docs/board.md. New firmware is written with probe-rs, as the first one: the boards have no boot loader that
 takes it over the link, so there is no `update`.
@@ -63,6 +67,18 @@ enum Word {
     Run(Box<run::Arguments>),
     /// Take set-points of another program while the motion runs, with the lines of `motionctl run --stream`.
     Stream(Box<stream::Arguments>),
+    /// Slow down along the path; the drives stay enabled.
+    #[command(after_help = order::HELP)]
+    Stop(order::Arguments),
+    /// End all set-points at once; the drives hold, and follow nothing until they are enabled again.
+    #[command(after_help = order::HELP)]
+    Halt(order::Arguments),
+    /// Slow down, then switch the drives off.
+    #[command(after_help = order::HELP)]
+    Disable(order::Arguments),
+    /// Forget faults whose cause is gone; nothing is switched on.
+    #[command(after_help = order::HELP)]
+    Clear(order::Arguments),
     /// Show the state of a board again and again.
     Monitor(monitor::Arguments),
     /// Show the faults that a board remembers.
@@ -78,6 +94,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
         Word::Home(arguments) => home::run(arguments),
         Word::Run(arguments) => run::run(arguments),
         Word::Stream(arguments) => stream::run(arguments),
+        Word::Stop(arguments) => order::run(Order::Stop, arguments),
+        Word::Halt(arguments) => order::run(Order::Halt, arguments),
+        Word::Disable(arguments) => order::run(Order::Disable, arguments),
+        Word::Clear(arguments) => order::run(Order::Clear, arguments),
         Word::Monitor(arguments) => monitor::run(arguments),
         Word::Faults(arguments) => faults::run(arguments),
     }
@@ -85,12 +105,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
 
 /// What the words print with `--json`, by the name of its file.
 pub(crate) const SCHEMAS: &[NamedSchema] = &[
+    ("board-clear", order::schema),
+    ("board-disable", order::schema),
     ("board-faults", faults::schema),
     ("board-find", find::schema),
+    ("board-halt", order::schema),
     ("board-home", home::schema),
     ("board-info", info::schema),
     ("board-monitor", monitor::schema),
     ("board-run", run::schema),
     ("board-settings", settings::schema),
+    ("board-stop", order::schema),
     ("board-stream", stream::schema),
 ];

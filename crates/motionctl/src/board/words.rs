@@ -35,6 +35,7 @@ pub(super) const fn state(state: BoardState) -> &'static str {
         BoardState::Homing => "homing",
         BoardState::Stopping => "stopping",
         BoardState::Faulted => "faulted",
+        BoardState::Halted => "halted, the drives hold",
     }
 }
 

@@ -6,6 +6,7 @@ mod bench;
 mod board;
 mod board_home;
 mod board_line;
+mod board_order;
 mod board_orders;
 mod board_stream;
 mod commission;

@@ -3,8 +3,7 @@
 use board_link::board::{Command, Machine as Told};
 use board_link::message::{AxisSnapshot as ToldAxis, BoardState, Event, Reason, Refused};
 use board_link::segment::Player;
-use board_settings::FaultNumber;
-use board_settings::{Configs, HomingSequence, HomingStep};
+use board_settings::{Configs, FaultNumber, HomingSequence, HomingStep};
 use can_motion::{AxisState, ConfigError, EventKind, Fault, GroupId, Instant, ServoMaster};
 use drive_sim::{Bench, DynDrive, NodeId};
 use dyn_can::DriveId;
@@ -107,12 +106,15 @@ impl<'q> Machine<'q> {
             }
             Command::Halt => {
                 self.end_homing(Reason::HomeStopped.plain(), app);
-                self.act(now, Act::Halt);
+                let act = self.rules.halt();
+                self.act(now, act);
                 Ok(())
             }
+            Command::Clear if axes.fault.is_none() => Ok(()),
             Command::Clear => self.for_groups(|master, group| {
+                let (off, faulted) = (BoardState::Off as i64, BoardState::Faulted as i64);
                 let cleared = master.clear(now, group);
-                cleared.map_err(|_| Reason::NotReady.plain())
+                cleared.map_err(|_| Reason::NotReady.because(off, faulted))
             }),
             Command::Home => {
                 let begun = match self.ends_homing(inputs, axes) {
@@ -222,7 +224,7 @@ impl<'q> Machine<'q> {
     }
 
     fn act(&mut self, now: Instant, act: Act) {
-        if !matches!(act, Act::Nothing | Act::Resume) {
+        if act != Act::Nothing {
             self.player.halt();
         }
         let refused = |_| Reason::NotReady.plain();
@@ -242,7 +244,6 @@ impl<'q> Machine<'q> {
                 Ok(())
             }
             Act::Enable => master.enable(now, group).map_err(refused),
-            Act::Resume => master.resume(now, group).map_err(refused),
         });
         if done.is_err() {
             self.rules.refused();
@@ -289,7 +290,6 @@ impl<'q> Machine<'q> {
         let mut all = Axes {
             ready: true,
             streaming: true,
-            holding: true,
             ..Axes::default()
         };
         let mut can_follow = true;
@@ -300,10 +300,9 @@ impl<'q> Machine<'q> {
             let is = |state| axis.state == state;
             all.ready &= is(AxisState::Ready) || is(AxisState::Holding);
             all.streaming &= is(AxisState::Streaming);
-            all.holding &= is(AxisState::Holding);
             can_follow &= is(AxisState::Ready) || is(AxisState::Holding) || is(AxisState::FoundOn);
             all.adoptable |= is(AxisState::FoundOn);
-            all.powered |= axis.facts.power.may_be_on();
+            all.powered |= axis.facts.has_own_power();
             // One that only stopped with its group is not the cause.
             if let Some(fault) = axis.fault
                 && (all.fault.is_none() || fault != Fault::Group)
@@ -317,9 +316,12 @@ impl<'q> Machine<'q> {
         all
     }
 
-    /// Whether a drive has power, or may have.
+    /// Whether a drive has power, or is about to have.
     pub(super) fn is_powered(&self) -> bool {
-        self.rules.wants_power() || self.axes().streaming
+        let is_found_on = |axis| self.master.state(axis) == Some(AxisState::FoundOn);
+        self.rules.wants_power()
+            || self.axes().powered
+            || (0..self.configs.axes.len()).any(is_found_on)
     }
 
     fn report(&mut self, number: u64, inputs: Levels, app: &mut App) {
@@ -373,6 +375,8 @@ impl<'q> Machine<'q> {
             BoardState::Enabled
         } else if self.rules.wants_power() {
             BoardState::GettingReady
+        } else if axes.powered {
+            BoardState::Halted
         } else {
             BoardState::Off
         }

@@ -19,9 +19,7 @@ pub(super) struct Axes {
     pub(super) adoptable: bool,
     /// Every axis streams.
     pub(super) streaming: bool,
-    /// Every axis holds, and could stream again.
-    pub(super) holding: bool,
-    /// A drive has power, or may have.
+    /// This board has switched a drive on, or moves it.
     pub(super) powered: bool,
     /// Place and number of a fault.
     pub(super) fault: Option<(usize, u16)>,
@@ -37,8 +35,6 @@ pub(super) enum Act {
     Disable,
     Adopt,
     Enable,
-    /// Stream again after a halt.
-    Resume,
 }
 
 /// What the host wants of the power of the drives.
@@ -117,6 +113,12 @@ impl Rules {
         Act::Disable
     }
 
+    /// The host ends all set-points. The drives keep their power, and nothing is followed before they are enabled again.
+    pub(super) const fn halt(&mut self) -> Act {
+        self.wish = Wish::Off;
+        Act::Halt
+    }
+
     /// One cycle.
     pub(super) fn update(&mut self, now: Instant, inputs: Levels, axes: &Axes) -> Act {
         if !inputs.stop_closed {
@@ -153,7 +155,6 @@ impl Rules {
                 self.wish = Wish::Off;
                 Act::Nothing
             }
-            Wish::On if axes.holding => Act::Resume,
             Wish::On => Act::Nothing,
             Wish::Getting { since, told } => self.get_ready(now, axes, since, told),
         }
@@ -206,7 +207,6 @@ mod tests {
         ready: true,
         adoptable: false,
         streaming: false,
-        holding: false,
         powered: false,
         fault: None,
     };
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_takes_the_wish_back_and_a_halt_does_not() {
+    fn a_fault_and_a_halt_take_the_wish_back() {
         let faulted = Axes {
             fault: Some((1, 10)),
             ..READY
@@ -274,10 +274,13 @@ mod tests {
         );
         let mut rules = enabled();
         let holding = Axes {
-            holding: true,
+            ready: true,
             streaming: false,
             ..STREAMING
         };
-        assert_eq!(rules.update(at(10), CLOSED, &holding), Act::Resume);
+        assert_eq!(rules.halt(), Act::Halt);
+        assert_eq!(rules.update(at(10), CLOSED, &holding), Act::Nothing);
+        rules.enable(at(11), CLOSED, &holding).unwrap();
+        assert_eq!(rules.update(at(11), CLOSED, &holding), Act::Enable);
     }
 }

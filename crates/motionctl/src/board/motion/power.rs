@@ -61,7 +61,10 @@ impl<M: BoardMotion> Follow<'_, M> {
             let has_failed = match is {
                 BoardState::Enabled if is_fresh => return Ok(()),
                 BoardState::Off => has_begun && is_fresh,
-                BoardState::GettingReady | BoardState::Enabled | BoardState::Stopping => false,
+                BoardState::GettingReady
+                | BoardState::Enabled
+                | BoardState::Stopping
+                | BoardState::Halted => false,
                 _ => is_fresh,
             };
             if has_failed || Instant::now() >= until {
