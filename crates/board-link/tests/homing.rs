@@ -321,6 +321,25 @@ fn a_homing_whose_reply_was_lost_is_not_carried_out_again_after_other_commands()
     }
 }
 
+/// The same of drives that were enabled, and halted meanwhile.
+#[test]
+fn an_enable_whose_reply_was_lost_does_not_enable_again_behind_a_halt() {
+    let mut bench = enabled();
+    send(&mut bench, 3, Request::Enable);
+    pass(&mut bench);
+    pass(&mut bench);
+    assert_eq!(replies(&mut bench), [(3, Ok(Answer::Done))]);
+    assert_eq!(ask(&mut bench, 4, Request::Halt), Ok(Answer::Done));
+    let ordered = bench.mock().ordered.len();
+    send(&mut bench, 3, Request::Enable);
+    pass(&mut bench);
+    assert_eq!(replies(&mut bench), [(3, Ok(Answer::Done))]);
+    assert_eq!(bench.mock().ordered.len(), ordered);
+    // Another one is another one.
+    assert_eq!(ask(&mut bench, 5, Request::Enable), Ok(Answer::Done));
+    assert_eq!(bench.mock().ordered.last(), Some(&Command::Enable));
+}
+
 /// The cycle has not taken the homing yet, so a stream may begin: a stop is one of both.
 #[test]
 fn a_stop_ends_a_homing_behind_which_a_stream_was_begun() {
@@ -360,6 +379,31 @@ fn a_homing_that_was_lost_does_not_begin_behind_a_stop() {
         };
         world.until("an end", |world| world.told.contains(&given_up));
         assert!(!world.bench.mock().ordered.contains(&Command::Home));
+    }
+}
+
+#[test]
+fn an_enable_that_was_lost_does_not_enable_behind_a_halt() {
+    for stop in [Request::Stop, Request::Halt] {
+        let mut world = World::new(1, 3, 0);
+        world.connect_and_enable();
+        let ordered = |world: &mut World| {
+            let all = &world.bench.mock().ordered;
+            all.iter().filter(|one| **one == Command::Enable).count()
+        };
+        let before = ordered(&mut world);
+        let ticket = world.client.request(Request::Enable).unwrap();
+        let now_us = world.now_us();
+        world.client.poll(now_us);
+        let lost = world.client.output().len();
+        world.client.consume(lost);
+        assert_eq!(world.request(stop), Ok(Answer::Done));
+        let given_up = Incoming::Reply {
+            ticket,
+            result: Err(RequestError::TimedOut { tries: 1 }),
+        };
+        world.until("an end", |world| world.told.contains(&given_up));
+        assert_eq!(ordered(&mut world), before);
     }
 }
 

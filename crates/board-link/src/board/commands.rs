@@ -174,12 +174,12 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             .collect();
         let admission = self.admission.as_mut().ok_or(NO_SETTINGS)?;
         if A::HOMES {
-            for axis in 0..admission.axes() {
-                admission.set_origin(axis, self.app.origin(axis))?;
-            }
             // It may be a homing that the cycle has not taken yet: a stop would find the stream, and not the homing.
             if let Some(ticket) = self.busy {
                 return Err(Reason::Busy.because(0, ticket.into()));
+            }
+            for axis in 0..admission.axes() {
+                admission.set_origin(axis, self.app.origin(axis))?;
             }
         }
         admission.begin(begin, &stand, now)

@@ -23,6 +23,7 @@ struct Pending {
     since: u64,
     /// It takes as long as it takes.
     is_homing: bool,
+    is_enable: bool,
 }
 
 /// What two requests have in common when one is the repetition of the other.
@@ -45,6 +46,8 @@ pub struct Link<const OUT: usize> {
     /// The latest homing that was answered. It is kept beside, because it moves the axes anew when it is carried out again, and its host lives on,
     /// and may stop it, while it waits for the reply.
     homed: Option<(Key, Result<(), Refused>)>,
+    /// The latest `Enable` that was done, for the same reason: the drives may have been halted meanwhile.
+    enabled: Option<Key>,
     pending: Slots<Pending, PENDING>,
     /// The number of the next event to send.
     pub(super) cursor: u32,
@@ -68,6 +71,7 @@ impl<const OUT: usize> Link<OUT> {
             outbox: Outbox::new(),
             answered: None,
             homed: None,
+            enabled: None,
             pending: Slots::new(),
             cursor: 0,
             snapshots: None,
@@ -156,6 +160,11 @@ impl<const OUT: usize> Link<OUT> {
             self.reply(key.number, result.map(|()| Answer::Done));
             return;
         }
+        if commands && self.enabled == Some(key) {
+            self.counters.repeated = self.counters.repeated.saturating_add(1);
+            self.reply(key.number, Ok(Answer::Done));
+            return;
+        }
         if self.is_repeated(key, message, commands)
             && let Some((_, result)) = self.answered.take()
         {
@@ -174,6 +183,7 @@ impl<const OUT: usize> Link<OUT> {
                 ticket,
                 since: now,
                 is_homing: matches!(message.request, Request::Home),
+                is_enable: matches!(message.request, Request::Enable),
             }),
         }
     }
@@ -245,6 +255,9 @@ impl<const OUT: usize> Link<OUT> {
             let is_over = !pending.is_homing && now.saturating_sub(pending.since) > patience.into();
             let result = match board.take_result(pending.ticket) {
                 Some(result) => {
+                    if pending.is_enable && result.is_ok() {
+                        self.enabled = Some(pending.key);
+                    }
                     if A::HOMES && pending.is_homing {
                         self.homed = Some((pending.key, result));
                     }

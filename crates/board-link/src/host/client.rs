@@ -125,9 +125,9 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let exchange = Exchange::new(number, self.connection.session, request);
         if is_urgent {
             if let Some(command) = &mut self.command
-                && command.message.request == Request::Home
+                && matches!(command.message.request, Request::Home | Request::Enable)
             {
-                // Sent again, it would begin behind the stop where it was lost before.
+                // Sent again, it would begin, or enable what was halted, behind the stop where it was lost before.
                 command.recall();
             }
             self.urgent = Some(exchange);
