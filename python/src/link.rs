@@ -71,7 +71,7 @@ impl Link {
     /// Waits until the board has answered, and the command is claimed where it shall be.
     fn connect(&self, py: Python<'_>, timeout_s: f64) -> PyResult<()> {
         let look = |state: &mut State| state.is_connected.then_some(());
-        if self.wait(py, seconds(timeout_s), look)?.is_some() {
+        if self.wait(py, seconds(py, timeout_s)?, look)?.is_some() {
             return Ok(());
         }
         let address = &self.address;
@@ -108,7 +108,7 @@ impl Link {
 
     /// Homes the axes, and waits for the end of that.
     fn home(&self, py: Python<'_>, timeout_s: f64) -> PyResult<()> {
-        self.ask_within(py, Request::Home, seconds(timeout_s))
+        self.ask_within(py, Request::Home, seconds(py, timeout_s)?)
             .map(|_| ())
     }
 
@@ -200,7 +200,7 @@ impl Link {
             let is_new = state.snapshots > before + 1;
             state.snapshot.as_ref().filter(|_| is_new).cloned()
         };
-        match self.wait(py, seconds(timeout_s), look)? {
+        match self.wait(py, seconds(py, timeout_s)?, look)? {
             Some(snapshot) => Ok(pythonize(py, &snapshot)?),
             None => Err(connection_lost(
                 py,
@@ -328,7 +328,7 @@ impl Link {
 
     /// Waits a moment for news, with Python let go.
     fn wait_for_news(&self, py: Python<'_>, most_s: f64) -> PyResult<()> {
-        let most = seconds(most_s).min(SIGNALS);
+        let most = seconds(py, most_s)?.min(SIGNALS);
         py.detach(|| self.shared.wait(most));
         py.check_signals()
     }

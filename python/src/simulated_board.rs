@@ -85,7 +85,19 @@ impl SimulatedBoard {
             None => Limits::without_jerk(velocity, acceleration),
         };
         let motion = motion.map_err(|error| input_error(py, error))?;
-        let (lowest, highest) = (travel.0.min(travel.1), travel.0.max(travel.1));
+        let (lowest, highest) = travel;
+        if lowest > highest {
+            let text =
+                format_args!("travel: expected the lowest first, got {lowest} and {highest}");
+            return Err(input_error(py, text));
+        }
+        if origins.len() > axes {
+            let text = format_args!(
+                "origins: expected {axes} at most, one of each axis, got {}",
+                origins.len()
+            );
+            return Err(input_error(py, text));
+        }
         let limits = AxisLimits {
             motion,
             lowest: Position::from_counts(lowest),

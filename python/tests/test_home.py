@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from motion_board import Board, Refused
+from motion_board import Board, InputError, Refused
 from motion_board.testing import SimulatedBoard
 
 
@@ -83,3 +83,22 @@ def test_a_fault_that_ends_a_homing_names_its_axis() -> None:
         with pytest.raises(Refused) as ended:
             board.home()
         assert (ended.value.number, ended.value.axis) == (27, 1)
+
+
+@pytest.mark.parametrize("timeout_s", [-1.0, float("nan"), float("inf")])
+def test_a_time_that_is_none_is_refused_and_nothing_is_homed(timeout_s: float) -> None:
+    with SimulatedBoard(axes=1, origins=[100]) as simulated, Board.open(simulated.address) as board:
+        board.enable()
+        with pytest.raises(InputError, match="timeout_s: expected 0"):
+            board.home(timeout_s=timeout_s)
+        # The order comes first: a wrong time is no reason to go on.
+        with pytest.raises(InputError, match="timeout_s: expected 0"):
+            board.stop(timeout_s=timeout_s)
+        assert not board.origins()[0].is_known
+
+
+def test_a_simulated_board_has_an_origin_for_each_axis_at_most() -> None:
+    with pytest.raises(InputError, match="origins: expected 1 at most"):
+        SimulatedBoard(axes=1, origins=[None, 3])
+    with pytest.raises(InputError, match="travel: expected the lowest first"):
+        SimulatedBoard(axes=1, travel=(5, -5))

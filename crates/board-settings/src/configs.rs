@@ -15,7 +15,7 @@ use trajectory::Position;
 use crate::axis::{AxisSettings, Dialect, MotorLimits, Polls, ReadBack, Travel};
 use crate::board::Board;
 #[cfg(feature = "homing")]
-use crate::configs_of_homing::AxisHoming;
+use crate::configs_of_homing::{AxisHoming, check_pins};
 use crate::refusal::{Kind, Refusal};
 use crate::refusal_of_master::axis_count;
 use crate::settings::{MOST_AXES, Settings};
@@ -83,6 +83,8 @@ impl Settings {
             let _ = limits.push(limit);
         }
         self.check_order()?;
+        #[cfg(feature = "homing")]
+        check_pins(&homings, board)?;
         let configs = Configs {
             master,
             axes,

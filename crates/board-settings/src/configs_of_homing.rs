@@ -72,6 +72,22 @@ fn within(kind: Kind, actual: u32, least: u32, most: u32) -> Result<(), Refusal>
     Err(kind.because(nearest.into(), actual.into()))
 }
 
+/// A switch of its own for each axis that has one; a pin that is free is expected, where there is one.
+pub(crate) fn check_pins(homings: &[Option<AxisHoming>], board: &Board) -> Result<(), Refusal> {
+    let pin_of = |homing: &Option<AxisHoming>| homing.as_ref().and_then(|homing| homing.switch_pin);
+    let is_taken = |pin: &u8| homings.iter().any(|homing| pin_of(homing) == Some(*pin));
+    for (axis, homing) in homings.iter().enumerate() {
+        let before = homings.iter().take(axis);
+        if let Some(pin) = pin_of(homing)
+            && before.map(pin_of).any(|other| other == Some(pin))
+        {
+            let free = (FIRST_PIN..=board.last_switch_pin).find(|pin| !is_taken(pin));
+            return Err(Kind::HomingPinTaken.at(axis, free.unwrap_or(pin).into(), pin.into()));
+        }
+    }
+    Ok(())
+}
+
 impl AxisSettings {
     /// The search of this axis; `config` is that of its master, but for its travel, which is that of the settings and will be `reach`.
     pub(crate) fn search(

@@ -112,10 +112,12 @@ pub enum Kind {
     HomingPin = 1044,
     /// The homing cannot work for a reason that this version has no number for.
     HomingSearch = 1045,
+    /// The switch of another axis hangs on the pin.
+    HomingPinTaken = 1046,
 }
 
 /// Number, key in a file, text and advice of each kind.
-const KINDS: [(Kind, &str, &str, &str); 45] = {
+const KINDS: [(Kind, &str, &str, &str); 46] = {
     use Kind as K;
     [
         (
@@ -388,6 +390,12 @@ const KINDS: [(Kind, &str, &str, &str); 45] = {
             "the homing cannot work",
             "compare with an example",
         ),
+        (
+            K::HomingPinTaken,
+            "homing_switch_pin",
+            "the switch of another axis hangs on this pin, and would not say which of both is there",
+            "give each axis a switch and a pin of its own",
+        ),
     ]
 };
 
@@ -500,9 +508,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_are_1001_to_1045_in_order() {
+    fn the_numbers_are_1001_to_1046_in_order() {
         let numbers: Vec<u16> = Kind::all().map(Kind::number).collect();
-        assert_eq!(numbers, (1001..=1045).collect::<Vec<u16>>());
+        assert_eq!(numbers, (1001..=1046).collect::<Vec<u16>>());
     }
 
     #[test]

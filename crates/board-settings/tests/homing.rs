@@ -405,6 +405,31 @@ fn each_value_that_cannot_work_is_refused_with_its_number() {
     }
 }
 
+/// An axis would stop at the switch of another one.
+#[test]
+fn a_switch_is_that_of_one_axis() {
+    let with_pins = |pins: &[Option<u8>]| {
+        let mut settings = with_homing(|_, _| {});
+        settings.axes.clear();
+        for (place, pin) in (0..).zip(pins) {
+            let mut axis = homed(place + 1);
+            let homing = axis.homing.as_mut().expect("it is homed");
+            homing.method = pin.map_or(HomingMethod::Here, |pin| HomingMethod::Switch {
+                search: search(),
+                pin,
+                active: SwitchLevel::High,
+            });
+            settings.axes.push(axis).expect("there is room");
+        }
+        settings.configs(&Board::STM32G474).map(drop)
+    };
+    assert_eq!(with_pins(&[Some(3), None, Some(4), None]), Ok(()));
+    let refusal = with_pins(&[Some(3), None, Some(4), Some(3)]);
+    assert_eq!(refusal, Err(Kind::HomingPinTaken.at(3, 5, 3)));
+    let refusal = with_pins(&[Some(12), Some(12)]);
+    assert_eq!(refusal, Err(Kind::HomingPinTaken.at(1, 3, 12)));
+}
+
 const STOP: &str = "\
 format = 1
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
 from dataclasses import dataclass
@@ -424,7 +425,7 @@ class Board:
     def stop(self, timeout_s: float = 30.0) -> None:
         """Slows down along the path, and waits until the axes stand."""
         self._link.command("stop", 0)
-        deadline = time.monotonic() + timeout_s
+        deadline = _deadline(timeout_s)
         while True:
             snapshot = self.snapshot()
             if not snapshot.is_moving and snapshot.state not in ("Homing", "Stopping"):
@@ -641,7 +642,7 @@ class Board:
         return Progress(time_s, sent, snapshot.phase, snapshot.percent, snapshot.positions)
 
     def _wait_for(self, wanted: Tuple[str, ...], on_the_way: Tuple[str, ...], words: str, timeout_s: float) -> None:
-        deadline = time.monotonic() + timeout_s
+        deadline = _deadline(timeout_s)
         while True:
             snapshot = self.snapshot()
             if snapshot.state in wanted:
@@ -659,6 +660,12 @@ def _origin(told: Any) -> Origin:
     if isinstance(told, dict):
         return Origin(is_known=True, is_homed=True, **told["Found"])
     return _OF_DRIVE if told == "OfDrive" else Origin(is_known=False, is_homed=False, counts=0, uncertainty=0)
+
+
+def _deadline(timeout_s: float) -> float:
+    if not 0 <= timeout_s < math.inf:
+        raise InputError(f"timeout_s: expected 0 or more seconds, got {timeout_s}")
+    return time.monotonic() + timeout_s
 
 
 def _words(snapshot: Snapshot) -> str:

@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use super::Link;
 use super::errors::{connection_lost, no_reply, request_failed};
 use super::state::{QUEUE, State};
+use crate::errors::input_error;
 use crate::points::Point;
 
 /// Python looks for Ctrl-C this often.
@@ -150,7 +151,14 @@ pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// No number of seconds is a long time.
-pub(super) fn seconds(seconds: f64) -> Duration {
-    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::from_secs(3_600))
+/// The longest time that can be waited for: a day.
+const LONGEST_S: f64 = 86_400.0;
+
+/// How long to wait.
+pub(super) fn seconds(py: Python<'_>, timeout_s: f64) -> PyResult<Duration> {
+    if !(0.0..=LONGEST_S).contains(&timeout_s) {
+        let text = format_args!("timeout_s: expected 0 to {LONGEST_S} s, got {timeout_s}");
+        return Err(input_error(py, text));
+    }
+    Ok(Duration::from_secs_f64(timeout_s))
 }

@@ -192,22 +192,29 @@ impl Homing {
             Ok(()) => None,
             Err(BoardError::Refused { refused, .. }) => Some(refused),
             Err(error) => {
-                // Whoever waits for its end must know what the drives do.
-                self.leave(was_enabled)?;
+                // Whoever waits for its end must know what the drives do; the first error is the reason.
+                if let Err(second) = self.leave(was_enabled) {
+                    tell(second);
+                }
                 return Err(error);
             }
         };
-        let origins = self.session.origins(self.settings.axes.len())?;
-        let stand = self.session.snapshot()?;
-        // The one before may be of a moment at which it went on.
-        self.latest.state = stand.state;
-        let enabled = match refused {
-            None => true,
-            Some(_) => self.leave(was_enabled)?,
+        let told = self.stand();
+        let left = if refused.is_none() && told.is_ok() {
+            self.session.leave().map(|()| true)
+        } else {
+            self.leave(was_enabled)
         };
-        if refused.is_none() {
-            self.session.leave()?;
-        }
+        let enabled = match left {
+            Ok(enabled) => enabled,
+            // Why an axis is not homed says more; the drives may be enabled.
+            Err(error) if refused.is_some() => {
+                tell(error);
+                true
+            }
+            Err(error) => return Err(error),
+        };
+        let (origins, stand) = told?;
         let axes = self.settings.axes.iter().zip(&origins).enumerate();
         Ok(Report {
             homed: refused.is_none(),
@@ -218,6 +225,15 @@ impl Homing {
                 .collect(),
             enabled,
         })
+    }
+
+    /// What the axes count from, and how they stand.
+    fn stand(&mut self) -> Result<(Vec<Origin>, Snapshot), BoardError> {
+        let origins = self.session.origins(self.settings.axes.len())?;
+        let stand = self.session.snapshot()?;
+        // The one before may be of a moment at which it went on.
+        self.latest.state = stand.state;
+        Ok((origins, stand))
     }
 
     /// Takes what has come in within a moment; the reply to a ticket.

@@ -192,10 +192,7 @@ impl<'q> Machine<'q> {
                     return;
                 }
                 self.sequence = HomingSequence::NEW;
-                let _ = self.for_groups(|master, group| {
-                    master.stop(now, group);
-                    Ok(())
-                });
+                self.stop(now);
                 Err(Reason::HomePlan.at(axis, 0, 0))
             }
             Some(HomingStep::Found(axis, home)) => {
@@ -206,7 +203,12 @@ impl<'q> Machine<'q> {
                 });
                 return;
             }
-            Some(HomingStep::Ended(result)) => result.map_err(|(refused, _)| refused),
+            Some(HomingStep::Ended(result)) => result.map_err(|(refused, _)| {
+                if refused.is(Reason::HomePlan) {
+                    self.stop(now);
+                }
+                refused
+            }),
         };
         if let Some(ticket) = self.homing.take() {
             app.results.push_back((ticket, result));
@@ -221,6 +223,13 @@ impl<'q> Machine<'q> {
             deed(&mut self.master, group)?;
         }
         Ok(())
+    }
+
+    /// Slows every axis down.
+    fn stop(&mut self, now: Instant) {
+        for &group in &self.groups {
+            self.master.stop(now, group);
+        }
     }
 
     fn act(&mut self, now: Instant, act: Act) {
@@ -277,10 +286,7 @@ impl<'q> Machine<'q> {
             if !is_allowed || self.master.set_target(axis, counts).is_err() {
                 // Beyond what was admitted: nothing of it is sent.
                 self.player.halt();
-                for &group in &self.groups {
-                    self.master.stop(now, group);
-                }
-                return;
+                return self.stop(now);
             }
         }
     }
