@@ -10,6 +10,7 @@ use embassy_stm32::pac::GPIOC;
 use embassy_stm32::pac::gpio::vals::{Idr, Moder, Pupdr};
 use homing::{Abort, Frame, Home, Homing as Search, Progress, Reading};
 
+use crate::board::LAST_SWITCH_PIN;
 use crate::config::{AXES, Drives};
 use crate::drives::{Board as _, BoardMaster};
 use crate::machine;
@@ -65,6 +66,9 @@ impl Homing for Nothing {
     }
 }
 
+/// The first pin of port C that a switch may hang on: stop, enable and run are below.
+const FIRST_SWITCH_PIN: u8 = 3;
+
 /// The homing of one axis.
 pub(crate) struct AxisHoming {
     /// Method and limits; its cycle is that of the master.
@@ -89,6 +93,30 @@ pub(crate) struct Sequence<P> {
     plan: PhantomData<P>,
 }
 
+impl<P: Plan> Sequence<P> {
+    /// Each switch hangs on a pin that is free on this board, and is that of one axis.
+    const PINS_ARE_FREE: () = {
+        let axes = &P::AXES;
+        let mut taken = 0_u16;
+        let mut axis = 0;
+        while axis < AXES {
+            if let Some(AxisHoming {
+                switch_pin: Some(pin),
+                ..
+            }) = axes[axis]
+            {
+                assert!(
+                    pin >= FIRST_SWITCH_PIN && pin <= LAST_SWITCH_PIN,
+                    "a switch must hang on a pin of port C from 3 on that is free on this board"
+                );
+                assert!(taken & 1 << pin == 0, "two axes have one switch");
+                taken |= 1 << pin;
+            }
+            axis += 1;
+        }
+    };
+}
+
 impl<P: Plan> Homing for Sequence<P> {
     const NEW: Self = Self {
         search: None,
@@ -102,6 +130,7 @@ impl<P: Plan> Homing for Sequence<P> {
         if self.frames.iter().any(Option::is_some) {
             return true;
         }
+        const { Self::PINS_ARE_FREE };
         for pin in P::AXES.iter().flatten().filter_map(|axis| axis.switch_pin) {
             set_up_switch(pin);
         }

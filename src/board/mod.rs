@@ -24,7 +24,9 @@ use stm32g474 as chosen;
 pub(crate) use chosen::CYCLE_PRIORITY;
 #[cfg(feature = "link")]
 pub(crate) use chosen::prescaler;
-pub(crate) use chosen::{CORE_HZ, enable_interrupts, has_lost_clock, init, take_cause};
+pub(crate) use chosen::{
+    CORE_HZ, LAST_SWITCH_PIN, enable_interrupts, has_lost_clock, init, take_cause,
+};
 
 /// Clock of the processor before the board has set its own: the internal oscillator of both chips.
 const START_HZ: u32 = 16_000_000;

@@ -56,6 +56,8 @@ pub(crate) const fn prescaler(bit_rate: BitRate) -> Option<u16> {
 
 /// Alternate function of CAN1 on its pins (STM32F405 data sheet, table 9).
 const CAN_FUNCTION: u8 = 9;
+/// The last pin of port C that a switch may hang on; the status LED is on 12.
+pub(crate) const LAST_SWITCH_PIN: u8 = 11;
 /// The pin of the status LED, on port C.
 const LED_PIN: usize = 12;
 /// Revision A of the chip, in which the prefetch must stay off (ES0182).

@@ -57,6 +57,8 @@ pub(crate) const fn prescaler(bit_rate: BitRate) -> Option<u16> {
 
 /// Alternate function of FDCAN1 and FDCAN2 on their pins (STM32G474 data sheet, table 13).
 const CAN_FUNCTION: u8 = 9;
+/// The last pin of port C that a switch may hang on; 13 to 15 are those of the button and of the slow crystal.
+pub(crate) const LAST_SWITCH_PIN: u8 = 12;
 /// The pin of the status LED, on port A.
 const LED_PIN: usize = 5;
 

@@ -21,6 +21,7 @@ use record_store::{Store, StoreError};
 
 use self::areas::{ChipError, FAULTS, Place, SETTINGS};
 use self::fault_log::{FAULT_BYTES, FaultLog};
+use crate::board::LAST_SWITCH_PIN;
 use crate::config::{CYCLE_US, GROUP};
 
 #[cfg(feature = "stm32g474")]
@@ -36,6 +37,11 @@ const BOARD: Board = Board {
 const CHIP: Board = Board::STM32F405;
 #[cfg(feature = "stm32g474")]
 const CHIP: Board = Board::STM32G474;
+
+const _: () = assert!(
+    CHIP.last_switch_pin == LAST_SWITCH_PIN,
+    "the settings and the board disagree about the pins of switches"
+);
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
