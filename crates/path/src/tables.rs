@@ -91,7 +91,7 @@ pub enum TableError {
         point: usize,
         /// The longest, in counts.
         most: f32,
-        /// The largest velocity times the time between them.
+        /// The steepest slope times the distance between them.
         actual: f32,
     },
     /// A velocity of the master that is no positive number.
@@ -150,7 +150,7 @@ impl fmt::Display for TableError {
 
 impl core::error::Error for TableError {}
 
-/// The longest way between two points of a time table, in counts, as it would be at its largest velocity. A share has steps of 2^-32: they are
+/// The longest way between two points of a table, in counts, as it would be at its largest velocity. A share has steps of 2^-32: they are
 /// a 16th of a count then.
 const MOST_WAY: f32 = 268_435_456.0;
 
@@ -339,6 +339,7 @@ impl Span {
     }
 
     fn check(&self, point: usize, rate: f32, limits: &Limits) -> Result<(), TableError> {
+        self.check_way(point)?;
         let (slope, bends) = self.extremes();
         let velocity = slope * rate;
         if velocity.is_nan() || velocity > limits.velocity() {
@@ -405,7 +406,6 @@ impl<'a> TimeTable<'a> {
         check_order(points.len(), points.iter().map(time_knot))?;
         for point in 0..points.len().saturating_sub(1) {
             if let Some(span) = table.span(point) {
-                span.check_way(point)?;
                 span.check(point, 1.0, limits)?;
             }
         }
@@ -562,6 +562,16 @@ mod tests {
         assert!(matches!(
             of(&[cam(0, 0), cam(100, 0)], f32::NAN),
             TableError::Master { .. }
+        ));
+        // As of 2^28 counts and one half more: the steps of a share would be too large a part of a count.
+        let long = [
+            cam(0, 0),
+            cam(200_000_000, 0),
+            cam(400_000_000, 300_000_000),
+        ];
+        assert!(matches!(
+            of(&long, 1.0),
+            TableError::LongWay { point: 0 | 1, .. }
         ));
         let steep = [cam(0, 0), cam(1_000, 5_000), cam(8_000, 0)];
         assert!(matches!(

@@ -85,11 +85,9 @@ fn a_released_backlash_stays_released_for_what_is_no_turn() {
 #[test]
 fn a_cam_goes_on_beyond_32_bits() {
     let cam = |master, follower| CamPoint { master, follower };
-    let points = [
-        cam(0, 0),
-        cam(100_000_000, 1_000_000_000),
-        cam(200_000_000, 2_000_000_000),
-    ];
+    let points: Vec<CamPoint> = (0..=8)
+        .map(|point| cam(point * 25_000_000, point * 250_000_000))
+        .collect();
     let cam = Cam::new(&points, 2.0, &Limits::new(30.0, 1.0, 1.0).unwrap()).unwrap();
     for border in [100_000_000, 200_000_000, 400_000_000] {
         let at = |counts| cam.follower(Position::from_counts(border + counts)).units();

@@ -216,7 +216,8 @@ fn go(
         .iter()
         .enumerate()
         .map(|(axis, (_, [start, end]))| {
-            let counts = |value: i64| i32::try_from(value).unwrap_or(i32::MAX);
+            // Beyond 32 bits it is refused as beyond the travel, on the side where it is.
+            let counts = |value: i64| value.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
             let wanted = match arguments.by.is_empty() {
                 true => DriveMove::To(counts(*end)),
                 false => DriveMove::By(counts(end - start)),

@@ -164,7 +164,7 @@ impl Servo {
         let (low, high) = (i64::from(one.min(other)), i64::from(one.max(other)));
         let position = i64::from(position);
         let error = (position - low).min(0) + (position - high).max(0);
-        let counts = i32::try_from(error).unwrap_or(i32::MAX);
+        let counts = error.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
         let most = self.config.limits.following_error_counts;
         (counts.unsigned_abs() > most).then_some(Fault::FollowingError { counts })
     }
