@@ -10,6 +10,7 @@ use firmware_tests::host::{BIT_RATE, Host};
 use firmware_tests::orders::set_up;
 use firmware_tests::{Contact, ResetCause, Rig, Stop};
 
+use crate::mechanics::MechanicsOptions;
 use crate::pseudo_terminal::Pty;
 
 /// The emulator looks at the clock this often.
@@ -31,7 +32,11 @@ pub(crate) fn write_settings(rig: &mut Rig, path: &Path) -> Result<(), String> {
 }
 
 /// Runs the board until `ms` of its time have passed, or for ever.
-pub(crate) fn run(rig: &mut Rig, link: &Path, ms: Option<u64>) -> Result<(), String> {
+pub(crate) fn run(
+    rig: &mut Rig,
+    link: &Path,
+    (ms, mechanics): (Option<u64>, &MechanicsOptions),
+) -> Result<(), String> {
     let terminal = Pty::create(link).map_err(|error| format!("{}: {error}", link.display()))?;
     println!("--- the serial port of the board is {terminal}; standard input: {HELP}");
     rig.serial_mut().set_rate(BIT_RATE);
@@ -49,6 +54,7 @@ pub(crate) fn run(rig: &mut Rig, link: &Path, ms: Option<u64>) -> Result<(), Str
         for line in lines.try_iter() {
             obey(rig, line.trim());
         }
+        mechanics.connect(rig);
         let stop = rig.run_ms(1);
         if stop != Stop::Limit {
             return Err(format!("the processor stopped: {stop:x?}"));

@@ -4,6 +4,7 @@
 
 #[cfg(unix)]
 mod link_terminal;
+mod mechanics;
 #[cfg(unix)]
 #[path = "../../crates/motionctl/src/system/unix/pseudo_terminal.rs"]
 mod pseudo_terminal;
@@ -16,6 +17,7 @@ use drive_sim::{DynDriveConfig, ZlacDriveConfig};
 use dyn_can::GearNumber;
 use firmware_tests::rig::MS;
 use firmware_tests::{Contact, Image, Rig, Stop};
+use mechanics::MechanicsOptions;
 use zlac8030l::NodeId;
 
 /// When each contact is closed.
@@ -32,17 +34,20 @@ const OPERATOR: [(u64, Contact); 3] = [
     after_help = "The stop circuit is closed after 0.1 s, enable after 0.5 s, run after 1.5 s.\n\n\
     Examples:\n  cargo xtask emulate --config my-machine.rs -- --drives 5,6:8192,9 --ms 4000\n  \
     cargo xtask emulate --config firmware-tests/configs/hub_motors.rs -- --hub-motors 1,2\n  \
-    cargo xtask emulate --link /tmp/board -- --drives 1,2,3,4 --settings machine.toml"
+    cargo xtask emulate --link /tmp/board -- --drives 1,2,3,4 --settings machine.toml\n  \
+    cargo xtask emulate --link /tmp/board --homing -- --drives 1,2 --stops=-2:3 --switch 2:1.5 --settings machine.toml"
 )]
 struct Arguments {
     /// The image
     image: PathBuf,
     /// Ids of the drives on the bus, each with its gear number behind a colon when that is not 4096
     #[arg(long, value_delimiter = ',', default_value = "1,2", value_parser = parse_drive)]
-    drives: Vec<DynDriveConfig>,
+    drives: Vec<(u8, DynDriveConfig)>,
     /// Nodes of ZLAC8030L hub motors on a bus of 500 kbit/s, in place of the servo drives
     #[arg(long, value_delimiter = ',', conflicts_with = "drives", value_parser = parse_hub_motor)]
     hub_motors: Vec<ZlacDriveConfig>,
+    #[command(flatten)]
+    mechanics: MechanicsOptions,
     /// Milliseconds to run; with --link for ever when it is not said
     #[arg(long)]
     ms: Option<u64>,
@@ -60,15 +65,17 @@ struct Arguments {
 const USUAL_MS: u64 = 4_000;
 
 /// `5` or `5:8192`.
-fn parse_drive(text: &str) -> Result<DynDriveConfig, String> {
+fn parse_drive(text: &str) -> Result<(u8, DynDriveConfig), String> {
     let (id, gear) = text.split_once(':').unwrap_or((text, "4096"));
     let number = |text: &str| {
         text.parse::<i32>()
             .map_err(|error| format!("{text}: {error}"))
     };
-    let mut drive = DynDriveConfig::numbered(number(id)?).map_err(|error| error.to_string())?;
+    let id = number(id)?;
+    let mut drive = DynDriveConfig::numbered(id).map_err(|error| error.to_string())?;
     drive.group3.gear_number = GearNumber::new(number(gear)?).map_err(|error| error.to_string())?;
-    Ok(drive)
+    // It has been checked: 1 to 63.
+    Ok((id as u8, drive))
 }
 
 fn parse_hub_motor(text: &str) -> Result<ZlacDriveConfig, String> {
@@ -88,7 +95,9 @@ fn main() -> ExitCode {
         }
     };
     let mut rig = if arguments.hub_motors.is_empty() {
-        Rig::with_drives(image, arguments.drives)
+        let mechanics = &arguments.mechanics;
+        let drives = arguments.drives.into_iter();
+        Rig::with_drives(image, drives.map(|(id, drive)| mechanics.on(id, drive)))
     } else {
         Rig::with_hub_motors(image, arguments.hub_motors)
     };
@@ -97,7 +106,9 @@ fn main() -> ExitCode {
         let written = arguments.settings.as_deref().map_or(Ok(()), |settings| {
             link_terminal::write_settings(&mut rig, settings)
         });
-        let ran = written.and_then(|()| link_terminal::run(&mut rig, link, arguments.ms));
+        let ran = written.and_then(|()| {
+            link_terminal::run(&mut rig, link, (arguments.ms, &arguments.mechanics))
+        });
         return match ran {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
@@ -112,6 +123,7 @@ fn main() -> ExitCode {
             println!("--- {contact:?} is closed");
             rig.close(*contact);
         }
+        arguments.mechanics.connect(&mut rig);
         let stop = rig.run_ms(1);
         for line in &rig.board().log()[printed..] {
             println!("{line}");

@@ -298,7 +298,7 @@ def test_pause_override_and_halt(board: Board, simulated: SimulatedBoard) -> Non
         board.write_settings(board.settings)
     assert refused.value.reason == "Enabled"
     board.enable()
-    board.stream(*sine(1.0))
+    board.stream(*sine(1.0), relative=True)
     board.halt()
     board.disable()
     assert board.snapshot().state == "Off"

@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::error::Error;
-use crate::images::{Board, Image};
+use crate::images::{Board, Image, LINK_HOMING};
 use crate::thumb::Builder;
 use crate::toolchain::Preference;
 use crate::workspace::{Workspace, cargo};
@@ -61,6 +61,7 @@ impl Arguments {
     cargo xtask emulate -- --drives 5,6:8192,9 --ms 8000          other drives, one with gear number 8192, longer\n  \
     cargo xtask emulate --config my-machine.rs -- --drives 5,6,9  another configuration\n  \
     cargo xtask emulate --link /tmp/board -- --drives 1,2,3,4     the image that takes orders, for host programs\n  \
+    cargo xtask emulate --link /tmp/board --homing -- --drives 1,2 --stops=-2:3   the same with homing, and stops beside the shafts\n  \
     cargo xtask emulate -- --help                                 what the emulator can do")]
 pub(crate) struct EmulateArguments {
     /// Where the target's core library comes from
@@ -79,6 +80,10 @@ pub(crate) struct EmulateArguments {
     #[arg(long, value_name = "PATH", conflicts_with = "config")]
     link: Option<PathBuf>,
 
+    /// With --link: the axes can be homed as the settings of the board say
+    #[arg(long, requires = "link")]
+    homing: bool,
+
     /// Arguments for the emulator
     #[arg(last = true, value_name = "EMULATOR ARGUMENTS")]
     emulator: Vec<String>,
@@ -92,6 +97,7 @@ pub(crate) fn emulate(arguments: &EmulateArguments) -> Result<(), Error> {
     let builder = Builder::find(arguments.toolchain)?;
     let emulator = Emulator::prepare()?;
     let image = match arguments.link {
+        Some(_) if arguments.homing => Image::with_orders(arguments.board, LINK_HOMING, "info"),
         Some(_) => Image::with_link(arguments.board),
         None => Image::with_config(arguments.board, arguments.config.as_deref()),
     };
