@@ -4,6 +4,7 @@
 
 mod error;
 mod reader;
+mod reader_of_homing;
 mod writer;
 
 pub use error::{FileError, Place};
