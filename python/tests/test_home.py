@@ -1,10 +1,11 @@
 """Homing over the link: what counts from where, and what ends it."""
 
 import threading
+import time
 
 import pytest
 
-from motion_board import Board, InputError, Refused
+from motion_board import Board, BoardError, InputError, Refused
 from motion_board.testing import SimulatedBoard
 
 
@@ -95,6 +96,42 @@ def test_a_time_that_is_none_is_refused_and_nothing_is_homed(timeout_s: float) -
         with pytest.raises(InputError, match="timeout_s: expected 0"):
             board.stop(timeout_s=timeout_s)
         assert not board.origins()[0].is_known
+        # Nothing is enabled by a wrong call, and everything is switched off all the same.
+        with pytest.raises(InputError, match="timeout_s: expected 0"):
+            board.disable(timeout_s=timeout_s)
+        assert board.snapshot().state == "Off"
+        with pytest.raises(InputError, match="timeout_s: expected 0"):
+            board.enable(timeout_s=timeout_s)
+        assert board.snapshot().state == "Off"
+
+
+def test_an_enable_that_waited_does_not_enable_behind_a_halt() -> None:
+    with SimulatedBoard(axes=1, origins=[100]) as simulated, Board.open(simulated.address) as board:
+        board.enable()
+        ended = []
+
+        def home() -> None:
+            with pytest.raises(Refused) as refused:
+                board.home()
+            ended.append(refused.value.number)
+
+        def enable() -> None:
+            # It waits behind the homing, and is given up.
+            with pytest.raises(BoardError):
+                board.enable()
+            ended.append(0)
+
+        threads = [threading.Thread(target=home), threading.Thread(target=enable)]
+        threads[0].start()
+        time.sleep(0.05)
+        threads[1].start()
+        time.sleep(0.05)
+        board.halt()
+        for thread in threads:
+            thread.join()
+        assert sorted(ended) == [0, 43]
+        time.sleep(0.2)
+        assert board.snapshot().state == "Halted"
 
 
 def test_a_simulated_board_has_an_origin_for_each_axis_at_most() -> None:

@@ -38,6 +38,8 @@ pub(crate) struct Rules {
     is_wanted: bool,
     /// The ticket of the command to enable, which is under way.
     enabling: Option<u16>,
+    /// In the cycle before the drives were enabled and followed.
+    has_followed: bool,
 }
 
 /// What counts when a command comes.
@@ -47,7 +49,7 @@ pub(crate) struct Situation {
     pub(crate) inputs: Inputs,
     /// The axes.
     pub(crate) axes: Axes,
-    /// This board has switched a drive on, or moves it.
+    /// This board has switched a drive on that has not confirmed since that it is off, or moves it.
     pub(crate) is_powered: bool,
     /// The thread stores settings.
     pub(crate) is_storing: bool,
@@ -157,6 +159,14 @@ impl Rules {
         }
         if axes.faulted && supervisor.state() == State::GettingReady {
             // Faults are cleared by name, and not on the way.
+            supervisor.refused();
+        }
+        let follows = supervisor.state() == State::On && axes.streaming;
+        if core::mem::replace(&mut self.has_followed, follows)
+            && supervisor.state() == State::On
+            && !follows
+        {
+            // The master has stopped them, and no command: the host enables them again.
             supervisor.refused();
         }
         Inputs {
@@ -434,6 +444,22 @@ mod tests {
             None
         );
         machine.pass_ms(2, situation(CLOSED, READY));
+        assert_eq!(machine.supervisor.state(), State::On);
+    }
+
+    #[test]
+    fn axes_that_the_master_has_stopped_are_enabled_by_name() {
+        let mut machine = Machine::enabled();
+        let holding = Situation {
+            is_powered: true,
+            ..situation(CLOSED, READY)
+        };
+        machine.pass_ms(5, holding);
+        assert_eq!(machine.supervisor.state(), State::Released);
+        let state = machine.supervisor.state();
+        assert_eq!(board_state(state, holding), BoardState::Halted);
+        assert_eq!(machine.take(Command::Enable, holding), None);
+        machine.pass_ms(2, holding);
         assert_eq!(machine.supervisor.state(), State::On);
     }
 

@@ -340,6 +340,26 @@ fn an_enable_whose_reply_was_lost_does_not_enable_again_behind_a_halt() {
     assert_eq!(bench.mock().ordered.last(), Some(&Command::Enable));
 }
 
+/// Nor one that was refused: what forbade it may be gone.
+#[test]
+fn an_enable_that_was_refused_is_refused_again_behind_other_commands() {
+    let mut bench = enabled();
+    bench.mock().stop_open = true;
+    send(&mut bench, 3, Request::Enable);
+    pass(&mut bench);
+    pass(&mut bench);
+    let refused = replies(&mut bench);
+    assert!(matches!(refused[..], [(3, Err(_))]), "{refused:?}");
+    bench.mock().stop_open = false;
+    assert_eq!(ask(&mut bench, 4, Request::Stop), Ok(Answer::Done));
+    let ordered = bench.mock().ordered.len();
+    send(&mut bench, 3, Request::Enable);
+    pass(&mut bench);
+    pass(&mut bench);
+    assert_eq!(replies(&mut bench), refused);
+    assert_eq!(bench.mock().ordered.len(), ordered);
+}
+
 /// The cycle has not taken the homing yet, so a stream may begin: a stop is one of both.
 #[test]
 fn a_stop_ends_a_homing_behind_which_a_stream_was_begun() {
@@ -404,6 +424,24 @@ fn an_enable_that_was_lost_does_not_enable_behind_a_halt() {
         };
         world.until("an end", |world| world.told.contains(&given_up));
         assert_eq!(ordered(&mut world), before);
+    }
+}
+
+/// Whatever is under way, and has been stopped: drives that are on their way are switched off at once.
+#[test]
+fn a_disable_waits_for_nothing() {
+    for stop in [None, Some(Request::Stop), Some(Request::Halt)] {
+        let mut world = World::new(1, 3, 0);
+        world.connect_and_enable();
+        let ticket = world.client.request(Request::Enable).unwrap();
+        if let Some(stop) = stop {
+            assert_eq!(world.request(stop), Ok(Answer::Done));
+        }
+        assert_eq!(world.request(Request::Disable), Ok(Answer::Done));
+        let is_it =
+            |one: &&Incoming| matches!(one, Incoming::Reply { ticket: of, .. } if *of == ticket);
+        assert_eq!(world.told.iter().filter(is_it).count(), 1);
+        assert_eq!(world.bench.mock().ordered.last(), Some(&Command::Disable));
     }
 }
 

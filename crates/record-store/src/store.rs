@@ -67,7 +67,11 @@ impl<F: Flash, const MOST: usize> Store<F, MOST> {
             assert!(F::UNIT == 4 || F::UNIT == 8, "a unit has 4 or 8 bytes");
             assert!(Self::SLOTS > 0, "an area must have room for a record");
         }
-        let slots = Slots { flash, most: MOST };
+        let slots = Slots {
+            flash,
+            most: MOST,
+            in_area: Self::SLOTS,
+        };
         Self { slots }
     }
 
@@ -127,6 +131,8 @@ struct Slots<F> {
     flash: F,
     /// Bytes of the longest record.
     most: usize,
+    /// Slots in an area: divided once, where it cannot fail.
+    in_area: usize,
 }
 
 impl<F: Flash> Slots<F> {
@@ -202,7 +208,7 @@ impl<F: Flash> Slots<F> {
         // The area with the latest record stays as it is.
         let area = newest.map_or(Area::First, |found| found.slot.area.other());
         self.flash.erase(area).map_err(StoreError::Flash)?;
-        for number in 0..Self::in_area(self.most) {
+        for number in 0..self.in_area {
             let slot = Slot { area, number };
             if self.is_blank(slot)? && self.program(slot, sequence, data)? {
                 return Ok(());
@@ -217,7 +223,7 @@ impl<F: Flash> Slots<F> {
 
     /// Every slot.
     fn all(&self) -> impl Iterator<Item = Slot> + use<F> {
-        let slots = Self::in_area(self.most);
+        let slots = self.in_area;
         let in_area = move |area| (0..slots).map(move |number| Slot { area, number });
         Area::BOTH.into_iter().flat_map(in_area)
     }
@@ -272,7 +278,7 @@ impl<F: Flash> Slots<F> {
 
     /// The first blank slot behind another one, in the same area.
     fn blank_behind(&mut self, slot: Slot) -> Result<Option<Slot>, F> {
-        for number in slot.number + 1..Self::in_area(self.most) {
+        for number in slot.number + 1..self.in_area {
             let next = Slot { number, ..slot };
             if self.is_blank(next)? {
                 return Ok(Some(next));

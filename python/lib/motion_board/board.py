@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 import warnings
 from dataclasses import dataclass
@@ -34,6 +33,8 @@ _LATE, _ENDED, _NO_ENTRY = 12, 13, 35
 # What boards without homing, and those of before, say to a question about it.
 _UNSUPPORTED, _MESSAGE = 36, 37
 _POLL_S = 0.05
+# A day, as for a homing.
+_LONGEST_S = 86_400
 
 
 @dataclass(frozen=True)
@@ -379,15 +380,19 @@ class Board:
 
         Warning: the motors hold their position from here on.
         """
+        deadline = _deadline(timeout_s)
         self._link.command("enable", 0)
-        self._wait_for(("Enabled",), ("GettingReady",), "enabled", timeout_s)
+        self._wait_for(("Enabled",), ("GettingReady",), "enabled", deadline)
 
     def disable(self, timeout_s: float = 10.0) -> None:
         """Stops along the path, switches the drives off, and waits until they are."""
-        self.stop(timeout_s)
-        self._link.command("disable", 0)
+        try:
+            self.stop(timeout_s)
+        finally:
+            # Whatever became of the stop.
+            self._link.command("disable", 0)
         off = ("Off", "NoSettings", "Locked", "StopOpen", "EnableInactive", "Faulted")
-        self._wait_for(off, _ON, "off", timeout_s)
+        self._wait_for(off, _ON, "off", _deadline(timeout_s))
 
     def home(self, timeout_s: float = 120.0) -> None:
         """Finds the origin of each axis whose settings ask for it, one after the other, and waits until they are found.
@@ -641,8 +646,7 @@ class Board:
         time_s = snapshot.time_cycles * cycle_us / 1e6
         return Progress(time_s, sent, snapshot.phase, snapshot.percent, snapshot.positions)
 
-    def _wait_for(self, wanted: Tuple[str, ...], on_the_way: Tuple[str, ...], words: str, timeout_s: float) -> None:
-        deadline = _deadline(timeout_s)
+    def _wait_for(self, wanted: Tuple[str, ...], on_the_way: Tuple[str, ...], words: str, deadline: float) -> None:
         while True:
             snapshot = self.snapshot()
             if snapshot.state in wanted:
@@ -650,7 +654,7 @@ class Board:
             if snapshot.state not in on_the_way:
                 raise BoardError(f"the board is not {words}: it is {_words(snapshot)}")
             if time.monotonic() > deadline:
-                raise BoardError(f"the board was not {words} in {timeout_s} s: it is {_words(snapshot)}")
+                raise BoardError(f"the board was not {words} in time: it is {_words(snapshot)}")
 
 
 _OF_DRIVE = Origin(is_known=True, is_homed=False, counts=0, uncertainty=0)
@@ -663,8 +667,8 @@ def _origin(told: Any) -> Origin:
 
 
 def _deadline(timeout_s: float) -> float:
-    if not 0 <= timeout_s < math.inf:
-        raise InputError(f"timeout_s: expected 0 or more seconds, got {timeout_s}")
+    if not 0 <= timeout_s <= _LONGEST_S:
+        raise InputError(f"timeout_s: expected 0 to {_LONGEST_S} s, got {timeout_s}")
     return time.monotonic() + timeout_s
 
 

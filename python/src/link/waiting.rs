@@ -80,8 +80,9 @@ impl Link {
         };
         let waited = self.wait(py, most, |state| state.replies.remove(&ticket));
         if !matches!(waited, Ok(Some(_))) {
-            // A homing that has not gone out yet does not go out behind the stop that follows.
-            let is_another = |one: &(u64, Request)| one.0 != ticket || one.1 != Request::Home;
+            // What nobody waits for any more, and has not gone out yet, does not go out behind the stop that follows; but what stops does.
+            let ends = |request: &Request| request.is_stopping() || *request == Request::Disable;
+            let is_another = |one: &(u64, Request)| one.0 != ticket || ends(&one.1);
             self.shared.lock().requests.retain(is_another);
         }
         match waited? {

@@ -25,6 +25,8 @@ enum Waiter {
     Caller(u64),
     /// A request of the thread itself.
     Nobody,
+    /// The one for snapshots.
+    Snapshots,
     Goodbye,
 }
 
@@ -35,6 +37,9 @@ pub(super) struct Worker {
     start: Instant,
     tickets: HashMap<u16, Waiter>,
     wants_snapshots: bool,
+    has_ended_snapshots: bool,
+    /// The board has answered the request for snapshots: those before were asked for by another program.
+    has_snapshots: bool,
     goodbye: Option<Instant>,
     is_over: bool,
 }
@@ -48,6 +53,8 @@ impl Worker {
             start: Instant::now(),
             tickets: HashMap::new(),
             wants_snapshots: false,
+            has_ended_snapshots: false,
+            has_snapshots: false,
             goodbye: None,
             is_over: false,
         }
@@ -114,7 +121,7 @@ impl Worker {
         {
             let period = SNAPSHOT_US.div_ceil(info.cycle_us.max(1));
             if let Ok(ticket) = self.client.request(Request::Snapshots { period }) {
-                self.tickets.insert(ticket, Waiter::Nobody);
+                self.tickets.insert(ticket, Waiter::Snapshots);
                 self.wants_snapshots = false;
             }
         }
@@ -122,9 +129,28 @@ impl Worker {
         self.pass_stream(state);
     }
 
-    /// In order, but for what stops: that waits for nothing.
+    /// In order, but for what stops: that waits for nothing, and nothing that waited before it moves or enables behind it.
     fn pass_requests(&mut self, state: &mut State) {
-        let urgent = state.requests.iter().position(|one| one.1.is_stopping());
+        let ends = |request: &Request| request.is_stopping() || *request == Request::Disable;
+        let urgent = state.requests.iter().position(|one| ends(&one.1));
+        if let Some(urgent) = urgent {
+            let (mut place, mut given_up) = (0, Vec::new());
+            state.requests.retain(|(ticket, request)| {
+                let begins = matches!(request, Request::Enable | Request::Home);
+                let is_kept = place >= urgent || !begins;
+                place += 1;
+                if !is_kept {
+                    given_up.push(*ticket);
+                }
+                is_kept
+            });
+            for ticket in given_up {
+                let _ = state
+                    .replies
+                    .insert(ticket, Err(RequestError::TimedOut { tries: 0 }));
+            }
+        }
+        let urgent = state.requests.iter().position(|one| ends(&one.1));
         for place in [urgent, Some(0)].into_iter().flatten() {
             let Some((ticket, request)) = state.requests.get(place) else {
                 continue;
@@ -179,6 +205,7 @@ impl Worker {
                 state.is_connected = true;
                 state.unavailable = None;
                 self.wants_snapshots = true;
+                self.has_snapshots = false;
             }
             Incoming::Disconnected => {
                 state.is_connected = false;
@@ -196,6 +223,7 @@ impl Worker {
             }
             Incoming::Event { number, event } => state.keep_event(number, event),
             Incoming::EventsLost(count) => state.events_lost += u64::from(count),
+            Incoming::Snapshot(_) if !self.has_snapshots => {}
             Incoming::Snapshot(snapshot) => {
                 state.snapshot = Some(snapshot);
                 state.snapshots += 1;
@@ -209,6 +237,7 @@ impl Worker {
                 let _ = state.replies.insert(caller, result);
             }
             Some(Waiter::Goodbye) => self.is_over = true,
+            Some(Waiter::Snapshots) => self.has_snapshots = true,
             Some(Waiter::Nobody) | None => {}
         }
     }
@@ -235,6 +264,15 @@ impl Worker {
     fn say_goodbye(&mut self) {
         let since = *self.goodbye.get_or_insert_with(Instant::now);
         self.is_over |= !self.client.is_connected() || since.elapsed() > GOODBYE;
+        if !self.has_ended_snapshots {
+            // They would wait for the next program.
+            let end = Request::Snapshots { period: 0 };
+            if let Ok(ticket) = self.client.request(end) {
+                self.tickets.insert(ticket, Waiter::Nobody);
+                self.has_ended_snapshots = true;
+            }
+            return;
+        }
         let is_asked = self
             .tickets
             .values()

@@ -7,7 +7,7 @@ use super::shared::{Board, Session};
 use crate::message::{Answer, BoardState, Event, Request};
 use crate::reason::Reason;
 use crate::refused::Refused;
-use crate::segment::{Admission, Begin, OfAxes, Segment};
+use crate::segment::{Begin, OfAxes, Segment};
 
 /// What becomes of a command.
 pub(super) enum Outcome {
@@ -92,11 +92,8 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
                 index,
                 segment,
             } => self.segment(*stream, *index, segment),
-            Request::End { stream } => self.streaming(|admission| admission.end(*stream)),
-            Request::Pause => self.streaming(Admission::pause),
-            Request::Resume => self.streaming(Admission::resume),
-            Request::Override { percent } => {
-                self.streaming(|admission| admission.set_override(*percent))
+            Request::End { .. } | Request::Pause | Request::Resume | Request::Override { .. } => {
+                self.order(request)
             }
             Request::WriteSettings { offset, bytes } => self.write_settings(*offset, bytes),
             Request::CheckSettings { length, checksum } => self
@@ -144,12 +141,17 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
         Ok(Answer::Done)
     }
 
-    fn streaming(
-        &mut self,
-        order: impl FnOnce(&mut Admission<'q, AXES>) -> Result<(), Refused>,
-    ) -> Result<Answer, Refused> {
+    /// An order to the stream.
+    fn order(&mut self, request: &Request) -> Result<Answer, Refused> {
         let admission = self.admission.as_mut().ok_or(NO_SETTINGS)?;
-        order(admission).map(|()| Answer::Done)
+        match request {
+            Request::End { stream } => admission.end(*stream),
+            Request::Pause => admission.pause(),
+            Request::Resume => admission.resume(),
+            Request::Override { percent } => admission.set_override(*percent),
+            _ => Err(Reason::Unsupported.plain()),
+        }
+        .map(|()| Answer::Done)
     }
 
     fn begin(&mut self, begin: &Begin, now: u64) -> Result<(), Refused> {
@@ -174,12 +176,12 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
             .collect();
         let admission = self.admission.as_mut().ok_or(NO_SETTINGS)?;
         if A::HOMES {
+            for axis in 0..admission.axes() {
+                admission.set_origin(axis, self.app.origin(axis))?;
+            }
             // It may be a homing that the cycle has not taken yet: a stop would find the stream, and not the homing.
             if let Some(ticket) = self.busy {
                 return Err(Reason::Busy.because(0, ticket.into()));
-            }
-            for axis in 0..admission.axes() {
-                admission.set_origin(axis, self.app.origin(axis))?;
             }
         }
         admission.begin(begin, &stand, now)

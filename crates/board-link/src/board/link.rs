@@ -46,8 +46,8 @@ pub struct Link<const OUT: usize> {
     /// The latest homing that was answered. It is kept beside, because it moves the axes anew when it is carried out again, and its host lives on,
     /// and may stop it, while it waits for the reply.
     homed: Option<(Key, Result<(), Refused>)>,
-    /// The latest `Enable` that was done, for the same reason: the drives may have been halted meanwhile.
-    enabled: Option<Key>,
+    /// The latest `Enable`, for the same reason: the drives may have been halted meanwhile.
+    enabled: Option<(Key, Result<(), Refused>)>,
     pending: Slots<Pending, PENDING>,
     /// The number of the next event to send.
     pub(super) cursor: u32,
@@ -160,9 +160,12 @@ impl<const OUT: usize> Link<OUT> {
             self.reply(key.number, result.map(|()| Answer::Done));
             return;
         }
-        if commands && self.enabled == Some(key) {
+        if let Some((last, result)) = self.enabled
+            && last == key
+            && (commands || result.is_err())
+        {
             self.counters.repeated = self.counters.repeated.saturating_add(1);
-            self.reply(key.number, Ok(Answer::Done));
+            self.reply(key.number, result.map(|()| Answer::Done));
             return;
         }
         if self.is_repeated(key, message, commands)
@@ -255,8 +258,8 @@ impl<const OUT: usize> Link<OUT> {
             let is_over = !pending.is_homing && now.saturating_sub(pending.since) > patience.into();
             let result = match board.take_result(pending.ticket) {
                 Some(result) => {
-                    if pending.is_enable && result.is_ok() {
-                        self.enabled = Some(pending.key);
+                    if pending.is_enable {
+                        self.enabled = Some((pending.key, result));
                     }
                     if A::HOMES && pending.is_homing {
                         self.homed = Some((pending.key, result));

@@ -104,7 +104,7 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
     }
 
     /// Sends a request; its reply comes from [`Self::next`] with this ticket. [`Request::Stop`] and [`Request::Halt`] wait for no other
-    /// request.
+    /// request; [`Request::Disable`] takes the place of one that is under way, which is given up.
     ///
     /// # Errors
     /// [`RequestError::Offline`], [`RequestError::Busy`].
@@ -112,6 +112,13 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let is_urgent = request.is_stopping();
         if !self.is_connected() && !is_urgent {
             return Err(RequestError::Offline);
+        }
+        if request == Request::Disable
+            && let Some(exchange) = self.command.take()
+        {
+            let (ticket, tries) = (exchange.message.number, exchange.tries());
+            let result = Err(RequestError::TimedOut { tries });
+            self.tell(Incoming::Reply { ticket, result });
         }
         let slot = if is_urgent {
             &self.urgent

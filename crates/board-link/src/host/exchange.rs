@@ -70,6 +70,11 @@ impl Exchange {
         }
     }
 
+    /// How often it was sent.
+    pub(super) const fn tries(&self) -> u8 {
+        self.tries
+    }
+
     /// Sends it no more: something has been asked for since that it must not come after.
     pub(super) const fn recall(&mut self) {
         self.is_recalled = true;

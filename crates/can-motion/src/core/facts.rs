@@ -166,14 +166,12 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Whether this master has switched the drive on, or is about to, or moves it; a drive that was found on is not in use.
+    /// Whether this master has switched the drive on, or is about to, or moves it; until the drive confirms that it is off. A drive that was found
+    /// on has not its power from this master.
     #[must_use]
     pub const fn has_own_power(&self) -> bool {
-        let is_on = matches!(
-            self.power,
-            Power::OnWanted | Power::OnSent | Power::On | Power::OnUnconfirmed
-        );
-        is_on || !matches!(self.motion, Motion::Rest)
+        let is_others = matches!(self.power, Power::Unclear | Power::Off | Power::FoundOn);
+        !is_others || !matches!(self.motion, Motion::Rest)
     }
 
     /// An axis of which nothing is known.

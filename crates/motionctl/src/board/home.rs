@@ -30,7 +30,7 @@ Examples:
 
 Which axes are homed, and how, the settings of the board say: homing = \"stop\", \"switch\" or \"here\" and what belongs to it. The drives are enabled,
 and the axes are homed one after the other. The drives stay enabled then: the board knows the origins as long as they are. When an axis finds none,
-drives that were off before are switched off again. Ctrl-C slows down and ends it, a second one ends all set-points at once.
+drives that had no power before are switched off again. Ctrl-C slows down and ends it, a second one ends all set-points at once.
 
 Exit status: 0 every axis is homed, 1 one is not, or the board refuses, 2 the settings ask for no homing, or nobody agreed, 3 no board answers, 130
 stopped on request.";
@@ -81,7 +81,7 @@ struct Report {
     /// The number of the board for it.
     refusal: Option<u16>,
     axes: Vec<AxisReport>,
-    /// Whether the drives are enabled now.
+    /// Whether the drives are enabled now, or may be.
     enabled: bool,
 }
 
@@ -183,7 +183,9 @@ struct Homing {
 
 impl Homing {
     fn run(&mut self) -> Result<Report, BoardError> {
-        let was_enabled = self.session.snapshot()?.state == BoardState::Enabled;
+        // Drives that hold after a halt keep their power, too: a load may hang on them.
+        let before = self.session.snapshot()?.state;
+        let was_enabled = matches!(before, BoardState::Enabled | BoardState::Halted);
         let period = SNAPSHOT_CYCLES;
         self.session
             .ask("send snapshots", Request::Snapshots { period })?;
@@ -214,7 +216,15 @@ impl Homing {
             }
             Err(error) => return Err(error),
         };
-        let (origins, stand) = told?;
+        let (origins, stand) = match (told, refused) {
+            (Ok(told), _) => told,
+            (Err(second), Some(refused)) => {
+                tell(second);
+                let what = WHAT;
+                return Err(BoardError::Refused { what, refused });
+            }
+            (Err(error), None) => return Err(error),
+        };
         let axes = self.settings.axes.iter().zip(&origins).enumerate();
         Ok(Report {
             homed: refused.is_none(),
@@ -312,7 +322,7 @@ impl Homing {
         }
     }
 
-    /// Switches off what was off before, and gives the command back; whether the drives are enabled.
+    /// Switches off what was off before, and gives the command back; whether the drives are enabled, or may be.
     fn leave(&mut self, was_enabled: bool) -> Result<bool, BoardError> {
         if !was_enabled {
             self.session.ask("disable its drives", Request::Disable)?;
@@ -334,9 +344,13 @@ impl Homing {
             }
         }
         self.session.leave()?;
-        Ok(matches!(
+        // Only these say that the drives are off: a fault, for one, says nothing of the power.
+        Ok(!matches!(
             self.latest.state,
-            BoardState::Enabled | BoardState::Homing | BoardState::Stopping | BoardState::Halted
+            BoardState::Off
+                | BoardState::NoSettings
+                | BoardState::StopOpen
+                | BoardState::EnableInactive
         ))
     }
 }
@@ -417,7 +431,7 @@ impl fmt::Display for Report {
                 "Every axis is homed. The drives stay enabled: the board forgets the origins when they are not.",
             ),
             (Some(reason), true) => {
-                write!(f, "Not every axis is homed: {reason}. The drives are enabled.")
+                write!(f, "Not every axis is homed: {reason}. The drives are enabled, or may be.")
             }
             (Some(reason), false) => {
                 write!(f, "Not every axis is homed: {reason}. The drives are off.")

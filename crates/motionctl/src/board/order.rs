@@ -25,7 +25,7 @@ Examples:
   motionctl board disable --port /dev/ttyACM0       slow down, then switch the drives off: what they held may fall
   motionctl board clear --port /dev/ttyACM0 --json  forget faults whose cause is gone; nothing is switched on
 
-A board stops and halts for everybody; drives are switched off and faults forgotten for the host that commands it alone. None of this is an
+A board stops and halts for everybody; drives are switched off and faults forgotten for the host that commands it alone. With a fault nobody says whether the drives have power: clear it, then disable. None of this is an
 emergency stop: that is the stop circuit, in hardware.
 
 Exit status: 0 done, 1 not done within 10 s, or the board refuses, 3 no board answers.";
@@ -43,7 +43,8 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// Drives whose faults were forgotten are checked anew: one that still has its fault says so within this time.
+/// Drives whose faults were forgotten are checked anew, and one that still has its fault says so within this time. Drives behind an open stop
+/// circuit are off half a second after it has opened.
 const CHECK_TIME: Duration = Duration::from_secs(1);
 
 /// What a board is told.
@@ -111,17 +112,12 @@ fn give(session: &mut Session, order: Order) -> Result<Snapshot, BoardError> {
     session.ask(order.what(), order.request())?;
     let mut done_since = Instant::now();
     let until = done_since + MOST_TIME;
-    let least = if order == Order::Clear {
-        CHECK_TIME
-    } else {
-        Duration::ZERO
-    };
     loop {
         let snapshot = session.snapshot()?;
         let now = Instant::now();
         if !order.is_done(&snapshot) {
             done_since = now;
-        } else if now - done_since >= least {
+        } else if now - done_since >= order.holds_for(&snapshot) {
             return Ok(snapshot);
         }
         if now >= until {
@@ -163,6 +159,15 @@ impl Order {
         matches!(self, Self::Disable | Self::Clear)
     }
 
+    /// How long it must have been done.
+    fn holds_for(self, snapshot: &Snapshot) -> Duration {
+        match self {
+            Self::Clear => CHECK_TIME,
+            Self::Disable if snapshot.state == BoardState::StopOpen => CHECK_TIME,
+            Self::Disable | Self::Stop | Self::Halt => Duration::ZERO,
+        }
+    }
+
     fn is_done(self, snapshot: &Snapshot) -> bool {
         let is = snapshot.state;
         match self {
@@ -172,7 +177,12 @@ impl Order {
                     phase,
                     StreamPhase::Waiting | StreamPhase::Moving | StreamPhase::Dry
                 );
-                !plays && !matches!(is, BoardState::Homing | BoardState::Stopping)
+                // Drives that are on their way come up all the same.
+                let is_under_way = matches!(
+                    is,
+                    BoardState::Homing | BoardState::Stopping | BoardState::GettingReady
+                );
+                !plays && !is_under_way
             }
             // A fault says nothing of the power.
             Self::Disable => matches!(

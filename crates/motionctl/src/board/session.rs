@@ -39,7 +39,12 @@ impl Session {
     /// # Errors
     /// [`BoardError`]; nothing was switched or moved.
     pub(super) fn open(options: &PortOptions, commands: bool) -> Result<Self, BoardError> {
-        let port = BytePort::open(&options.port, options.baud).map_err(BoardError::Open)?;
+        let mut port = BytePort::open(&options.port, options.baud).map_err(BoardError::Open)?;
+        // What a board has told somebody else.
+        port.clear_input().map_err(|source| BoardError::Port {
+            port: options.port.clone(),
+            source,
+        })?;
         let config = ClientConfig {
             commands,
             ..ClientConfig::default()
@@ -171,7 +176,8 @@ impl Session {
         u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 
-    /// Asks for something and waits for the answer; `what` it is, for messages.
+    /// Asks for something and waits for the answer; `what` it is, for messages. Snapshots that came before it are of before it, be they asked
+    /// for by the program before this one: they are forgotten.
     ///
     /// # Errors
     /// [`BoardError::Refused`], and when no answer comes.
@@ -187,6 +193,8 @@ impl Session {
         loop {
             match self.next(POLL)? {
                 Some(Incoming::Reply { ticket: of, result }) if of == ticket => {
+                    let is_kept = |one: &Incoming| !matches!(one, Incoming::Snapshot(_));
+                    self.incoming.retain(is_kept);
                     return result.map_err(|error| match error {
                         RequestError::Refused(refused) => BoardError::Refused { what, refused },
                         RequestError::Lost => BoardError::Reset { what },
@@ -199,11 +207,16 @@ impl Session {
         }
     }
 
-    /// Sends what waits, within a moment: before a command ends.
+    /// Ends the snapshots, which would wait for the next program, and gives the command back.
     ///
     /// # Errors
     /// As [`Self::next`].
     pub(super) fn leave(&mut self) -> Result<(), BoardError> {
+        let period = 0;
+        match self.ask("end the snapshots", Request::Snapshots { period }) {
+            Ok(_) | Err(BoardError::Refused { .. } | BoardError::Request { .. }) => {}
+            Err(error) => return Err(error),
+        }
         match self.ask("give the command back", Request::Release) {
             // It has no command any more.
             Ok(_) | Err(BoardError::Refused { .. } | BoardError::Request { .. }) => Ok(()),

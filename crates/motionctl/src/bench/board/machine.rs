@@ -72,7 +72,8 @@ impl<'q> Machine<'q> {
         {
             self.end_homing(why, app);
         }
-        while let Some((ticket, command)) = app.commands.pop_front() {
+        // One in a cycle, as the boards do: each sees what the one before has made of the axes.
+        if let Some((ticket, command)) = app.commands.pop_front() {
             self.obey(now, inputs, &axes, (ticket, command), app);
         }
         let act = self.rules.update(now, inputs, &axes);
@@ -134,7 +135,7 @@ impl<'q> Machine<'q> {
 
     /// Why the axes cannot be homed, or not any more.
     fn ends_homing(&self, inputs: Levels, axes: &Axes) -> Option<Refused> {
-        if !inputs.stop_closed {
+        if self.rules.is_stopped(inputs) {
             return Some(Reason::StopInput.plain());
         }
         if self.rules.is_released(inputs) {
@@ -367,14 +368,14 @@ impl<'q> Machine<'q> {
             let state = self.master.state(axis);
             matches!(state, Some(AxisState::RampingDown | AxisState::Disabling))
         });
-        if !inputs.stop_closed {
+        if self.rules.is_stopped(inputs) {
             BoardState::StopOpen
-        } else if self.rules.is_released(inputs) {
-            BoardState::EnableInactive
         } else if axes.fault.is_some() {
             BoardState::Faulted
         } else if slows_down {
             BoardState::Stopping
+        } else if self.rules.is_released(inputs) {
+            BoardState::EnableInactive
         } else if self.homing.is_some() {
             BoardState::Homing
         } else if axes.streaming && self.rules.wants_power() {

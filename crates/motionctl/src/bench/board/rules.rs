@@ -79,6 +79,11 @@ impl Rules {
         self.enable_fitted && !inputs.enable
     }
 
+    /// The stop circuit is open, or has been: once it has opened the drives are switched off, also when it closes before that.
+    pub(super) const fn is_stopped(&self, inputs: Levels) -> bool {
+        !inputs.stop_closed || self.off_at.is_some()
+    }
+
     /// The host wants the drives on. That they are is a state.
     ///
     /// # Errors
@@ -89,7 +94,7 @@ impl Rules {
         inputs: Levels,
         axes: &Axes,
     ) -> Result<(), Refused> {
-        if !inputs.stop_closed {
+        if self.is_stopped(inputs) {
             return Err(Reason::StopInput.plain());
         }
         if self.is_released(inputs) {
@@ -121,10 +126,10 @@ impl Rules {
 
     /// One cycle.
     pub(super) fn update(&mut self, now: Instant, inputs: Levels, axes: &Axes) -> Act {
-        if !inputs.stop_closed {
+        if self.is_stopped(inputs) {
             return self.stopped(now);
         }
-        (self.was_stopped, self.off_at) = (false, None);
+        self.was_stopped = false;
         if self.is_released(inputs) {
             self.wish = Wish::Off;
             let is_new = !core::mem::replace(&mut self.was_released, true);
@@ -152,6 +157,11 @@ impl Rules {
             Wish::Off => Act::Nothing,
             Wish::On if axes.fault.is_some() => {
                 // The master has stopped the axes. Power comes back on the host's word alone.
+                self.wish = Wish::Off;
+                Act::Nothing
+            }
+            Wish::On if !axes.streaming => {
+                // They hold, whatever has stopped them: the host enables them again.
                 self.wish = Wish::Off;
                 Act::Nothing
             }
@@ -242,6 +252,33 @@ mod tests {
         assert_eq!(rules.update(at(901), CLOSED, &READY), Act::Nothing);
         let refused = rules.enable(at(902), OPEN, &READY).unwrap_err();
         assert_eq!(refused.reason(), Some(Reason::StopInput));
+    }
+
+    #[test]
+    fn a_stop_circuit_that_was_open_for_a_moment_disables_too() {
+        let mut rules = enabled();
+        assert_eq!(rules.update(at(10), OPEN, &STREAMING), Act::Halt);
+        assert_eq!(rules.update(at(11), CLOSED, &READY), Act::Nothing);
+        let refused = rules.enable(at(12), CLOSED, &READY).unwrap_err();
+        assert_eq!(refused.reason(), Some(Reason::StopInput));
+        assert_eq!(rules.update(at(510), CLOSED, &READY), Act::Disable);
+        assert_eq!(rules.update(at(511), CLOSED, &READY), Act::Nothing);
+        rules.enable(at(512), CLOSED, &READY).unwrap();
+        assert_eq!(rules.update(at(512), CLOSED, &READY), Act::Enable);
+    }
+
+    #[test]
+    fn axes_that_do_not_follow_any_more_are_enabled_by_name() {
+        let mut rules = enabled();
+        let holding = Axes {
+            ready: true,
+            streaming: false,
+            ..STREAMING
+        };
+        assert_eq!(rules.update(at(10), CLOSED, &holding), Act::Nothing);
+        assert!(!rules.wants_power());
+        rules.enable(at(11), CLOSED, &holding).unwrap();
+        assert_eq!(rules.update(at(11), CLOSED, &holding), Act::Enable);
     }
 
     #[test]

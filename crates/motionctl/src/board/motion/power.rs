@@ -60,11 +60,8 @@ impl<M: BoardMotion> Follow<'_, M> {
             has_begun |= is_fresh && is == BoardState::GettingReady;
             let has_failed = match is {
                 BoardState::Enabled if is_fresh => return Ok(()),
-                BoardState::Off => has_begun && is_fresh,
-                BoardState::GettingReady
-                | BoardState::Enabled
-                | BoardState::Stopping
-                | BoardState::Halted => false,
+                BoardState::Off | BoardState::Halted => has_begun && is_fresh,
+                BoardState::GettingReady | BoardState::Enabled | BoardState::Stopping => false,
                 _ => is_fresh,
             };
             if has_failed || Instant::now() >= until {
