@@ -44,6 +44,9 @@ fn drives_that_were_left_enabled_are_stopped_halted_and_switched_off_by_a_word()
         // Enabled again by the motion that needs it.
         let (status, text, errors) = bench.run(&run);
         assert_eq!(status, Some(0), "{errors}{text}");
+        // Whatever the board has told the program before it meanwhile.
+        std::thread::sleep(std::time::Duration::from_secs(1));
+        is_done(&bench, "halt", "halted, the drives hold");
         is_done(&bench, "disable", "off");
         is_done(&bench, "disable", "off");
         let (report, steps) = bench.end();

@@ -1,6 +1,6 @@
 //! From claimed to given back: enable, send ahead, watch, stop where somebody wants it, disable.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use board_link::message::{BoardState, Request, Snapshot};
 use board_link::segment::StreamPhase;
@@ -19,6 +19,9 @@ use crate::set_points::SetPointSource as _;
 
 pub(super) const POLL: Duration = Duration::from_millis(2);
 
+/// Time for axes to slow down that something has stopped.
+const SLOW_TIME: Duration = Duration::from_secs(5);
+
 /// A motion on a board under way.
 pub(in crate::board) struct Follow<'a, M> {
     pub(super) session: &'a mut Session,
@@ -35,6 +38,8 @@ pub(in crate::board) struct Follow<'a, M> {
     /// Its phase, from snapshots and events.
     pub(super) phase: StreamPhase,
     interrupts: u32,
+    /// Since when the stream has been stopped, and the axes slow down.
+    slows_since: Option<Instant>,
     /// The drives stay enabled when the motion is complete.
     stays_enabled: bool,
 }
@@ -72,6 +77,7 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             stream: None,
             phase: StreamPhase::Idle,
             interrupts: 0,
+            slows_since: None,
             stays_enabled: false,
         }
     }
@@ -226,8 +232,14 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
         }
     }
 
+    /// Whether a motion that was stopped still slows down, for as long as that is waited for.
+    fn slows_down(&mut self) -> bool {
+        let since = self.slows_since.get_or_insert_with(Instant::now);
+        self.latest.state == BoardState::Stopping && since.elapsed() < SLOW_TIME
+    }
+
     /// How the motion has ended, when it has.
-    fn has_ended(&self) -> Option<End> {
+    fn has_ended(&mut self) -> Option<End> {
         let asked = match (self.interrupts > 0, self.remote.is_stopping) {
             (true, _) => Some(End::Interrupted),
             (false, true) => Some(End::Ordered),
@@ -238,6 +250,11 @@ impl<'a, M: BoardMotion> Follow<'a, M> {
             GivenUp::Unplayable(why) => End::Unplayable(why),
         });
         let is = self.latest.state;
+        let is_stopped = self.phase == StreamPhase::Stopped && asked.is_none();
+        if is_stopped && given_up.is_none() && self.slows_down() {
+            // The board says why when the axes stand.
+            return None;
+        }
         match self.phase {
             StreamPhase::Complete if self.motion.has_run_out() => Some(End::RanOut),
             StreamPhase::Complete => Some(End::Completed),
