@@ -8,12 +8,11 @@ use firmware_tests::rig::MS;
 use firmware_tests::{Contact, Rig, fault, rig};
 
 const AXES: i32 = 8;
-/// Set-points that still go out behind the alarm of a drive: bxCAN gives back what waits in its mailboxes, all but the frame that goes
-/// next, and one more frame goes out while the fault of all eight axes is worked out, which takes about as long as a frame (54 us); FDCAN gives none
-/// back.
+/// Set-points that still go out when the order to stop comes: bxCAN gives back what waits in its mailboxes, all but the frame that goes
+/// next; FDCAN cannot.
 fn on_their_way() -> usize {
     match rig::chip().controller {
-        Controller::BxCan => 2,
+        Controller::BxCan => 1,
         Controller::FdCan => 3,
     }
 }

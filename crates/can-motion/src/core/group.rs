@@ -321,6 +321,15 @@ impl<const N: usize, F: Family> Axes<N, F> {
         }
     }
 
+    /// The ramp of a group whose reaction is one. It is looked at only then: frames are taken back as soon as a fault is worked out.
+    fn ramp_after(&self, reaction: Reaction, group: GroupId) -> Option<u32> {
+        if reaction == Reaction::RampDown {
+            self.ramp_of(group)
+        } else {
+            None
+        }
+    }
+
     /// What a fault of one axis does to its group. An axis that was not in use is spared: a drive that was found on is not switched off
     /// by a fault.
     fn spread(
@@ -335,10 +344,11 @@ impl<const N: usize, F: Family> Axes<N, F> {
             return;
         };
         let reaction = axis.drive.reaction_to(cause);
+        let ramp = self.ramp_after(reaction, group);
         let input = Input::GroupFault {
-            ramp: reaction == Reaction::RampDown && self.ramp_of(group).is_some(),
+            ramp: ramp.is_some(),
         };
-        let ramp_cycles = self.ramp_of(group).unwrap_or(0).max(ramp_cycles);
+        let ramp_cycles = ramp.unwrap_or(0).max(ramp_cycles);
         for other in 0..self.len() {
             if !self.is_in(other, group) {
                 continue;
@@ -378,8 +388,7 @@ impl<const N: usize, F: Family> Axes<N, F> {
             return;
         };
         let (group, loss) = (axis.drive.group(), fault.loss());
-        let ramps = axis.drive.reaction_to(fault) == Reaction::RampDown;
-        let ramp = self.ramp_of(group).filter(|_| ramps);
+        let ramp = self.ramp_after(axis.drive.reaction_to(fault), group);
         let change = Change {
             input: Input::Fault {
                 loss,
