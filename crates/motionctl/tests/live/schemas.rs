@@ -185,6 +185,10 @@ fn on_board(seen: &mut Seen) {
     on("board-run", &["run", motion.path(), "--yes"]);
     // Nothing comes in.
     on("board-stream", &["stream", "--yes"]);
+    on("board-stop", &["stop"]);
+    on("board-halt", &["halt"]);
+    on("board-disable", &["disable"]);
+    on("board-clear", &["clear"]);
     let (report, _) = bench.end();
     seen.check("bench", &report);
 }
