@@ -178,7 +178,7 @@ proptest! {
             );
             prop_assert!(judge.jerk <= jerk * 1.001 + 1e-5, "{} of {jerk}", judge.jerk);
             // A float of 24 bits.
-            prop_assert!(judge.lowest >= -30_000.1 && judge.highest <= 30_000.1);
+            prop_assert!(judge.lowest >= -30_000 && judge.highest <= 30_000);
         }
         // Every set-point was taken or refused, or was not sent any more.
         let counters = buffer.counters();
