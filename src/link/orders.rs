@@ -88,7 +88,11 @@ impl Orders {
                 SHARED.set_storing(true);
                 self.answer(ticket, Ok(()));
             }
-            Some((ticket, _)) => self.answer(ticket, Err(Reason::NotReady.plain())),
+            Some((ticket, _)) => {
+                let refused =
+                    Reason::NotReady.because(BoardState::Off as i64, SHARED.state() as i64);
+                self.answer(ticket, Err(refused));
+            }
             None => {}
         }
         self.player.halt();

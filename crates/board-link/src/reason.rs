@@ -17,6 +17,10 @@ pub enum Unit {
     Jerk,
     /// 2^-32 cycles.
     Time,
+    /// The number of a [`BoardState`](crate::message::BoardState).
+    State,
+    /// With an axis the number of its fault, 0 without one; else that of a [`BoardState`](crate::message::BoardState).
+    Fault,
 }
 
 /// Why a request is refused. 1 to 13 mean what they mean for [`Refusal`](crate::Refusal).
@@ -284,7 +288,7 @@ pub(crate) const REASONS: [Row; 60] = {
         ),
         (
             R::NotEnabled,
-            U::Number,
+            U::State,
             "the axes are not enabled",
             "enable them first",
         ),
@@ -302,13 +306,13 @@ pub(crate) const REASONS: [Row; 60] = {
         ),
         (
             R::Faulted,
-            U::Number,
+            U::Fault,
             "the axis has a fault",
             "read it, remove its cause, clear it",
         ),
         (
             R::NotReady,
-            U::Number,
+            U::State,
             "the board is in another state",
             "read its state",
         ),

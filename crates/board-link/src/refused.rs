@@ -5,6 +5,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 use trajectory::Position;
 
+use crate::message::BoardState;
 use crate::reason::{Reason, Unit};
 
 /// A request that is not carried out: nothing of it moves anything.
@@ -71,12 +72,16 @@ impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counts = self.1 as f32 / Position::UNITS as f32;
         match self.0 {
-            Unit::Nothing | Unit::Number => write!(f, "{}", self.1),
+            Unit::Nothing | Unit::Number | Unit::Fault => write!(f, "{}", self.1),
             Unit::Position => write!(f, "{counts} counts"),
             Unit::Velocity => write!(f, "{counts} counts per cycle"),
             Unit::Acceleration => write!(f, "{counts} counts per cycle²"),
             Unit::Jerk => write!(f, "{counts} counts per cycle³"),
             Unit::Time => write!(f, "{} cycles", self.1 as f32 / (1_u64 << 32) as f32),
+            Unit::State => match BoardState::with_number(self.1) {
+                Some(state) => write!(f, "'{}'", state.text()),
+                None => write!(f, "state {}", self.1),
+            },
         }
     }
 }
@@ -88,7 +93,12 @@ impl fmt::Display for Refused {
             write!(f, "axis {axis}: ")?;
         }
         let row = self.reason().and_then(Reason::row);
-        let unit = row.map_or(Unit::Number, |row| row.1);
+        let unit = match row.map_or(Unit::Number, |row| row.1) {
+            Unit::Fault if self.axis.is_none() => Unit::State,
+            // A state that is the expected one is none that refuses.
+            Unit::State if self.expected == self.actual => Unit::Nothing,
+            unit => unit,
+        };
         f.write_str(row.map_or("a reason that this version does not know", |row| row.2))?;
         if unit != Unit::Nothing {
             let (expected, actual) = (Value(unit, self.expected), Value(unit, self.actual));
@@ -105,6 +115,7 @@ mod tests {
     use std::string::ToString;
 
     use super::*;
+    use crate::message::BoardState;
     use crate::reason::REASONS;
 
     #[test]
@@ -134,6 +145,24 @@ mod tests {
         assert_eq!(
             Reason::StopInput.plain().to_string(),
             "refusal 25: the stop circuit is open; close it at the machine"
+        );
+        let (off, none) = (BoardState::Off as i64, BoardState::NoSettings as i64);
+        assert_eq!(
+            Reason::NotReady.because(off, none).to_string(),
+            "refusal 28: the board is in another state: expected 'off', got 'no settings'; read its state"
+        );
+        assert_eq!(
+            Reason::NotReady.plain().to_string(),
+            "refusal 28: the board is in another state; read its state"
+        );
+        let faulted = BoardState::Faulted as i64;
+        assert_eq!(
+            Reason::Faulted.because(off, faulted).to_string(),
+            "refusal 27: the axis has a fault: expected 'off', got 'faulted'; read it, remove its cause, clear it"
+        );
+        assert_eq!(
+            Reason::Faulted.at(1, 0, 105).to_string(),
+            "refusal 27: axis 1: the axis has a fault: expected 0, got 105; read it, remove its cause, clear it"
         );
         let unknown = Refused {
             number: 999,

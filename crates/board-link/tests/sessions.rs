@@ -6,7 +6,7 @@ use bench::{AXES, Bench, OUT, World, begin, segments};
 use board_link::board::{Command, Link};
 use board_link::frame::{Decoder, checksum, decode, encode};
 use board_link::host::{Incoming, RequestError, StreamEnd};
-use board_link::message::{Answer, Request, ToBoard, ToHost};
+use board_link::message::{Answer, BoardState, Request, ToBoard, ToHost};
 use board_link::segment::StreamPhase;
 use board_link::{Reason, Refused, WhenDry};
 
@@ -191,6 +191,26 @@ fn a_stop_for_a_silent_host_waits_for_room_in_the_application() {
 }
 
 #[test]
+fn a_stream_that_a_fault_refuses_is_told_the_axis_and_the_number_of_the_fault() {
+    let mut world = World::new(1, 0, 0);
+    world.until("a connection", |world| world.client.is_connected());
+    world.bench.mock().state = BoardState::Faulted;
+    let start = Request::Begin(begin(1, [0; AXES], WhenDry::End));
+    for (faults, expected) in [
+        ([0, 105], Reason::Faulted.at(1, 0, 105)),
+        // A fault of the board is no fault of an axis.
+        (
+            [0, 0],
+            Reason::Faulted.because(BoardState::Enabled as i64, BoardState::Faulted as i64),
+        ),
+    ] {
+        world.bench.mock().faults = faults;
+        let answer = world.request(start.clone());
+        assert_eq!(answer, Err(RequestError::Refused(expected)));
+    }
+}
+
+#[test]
 fn the_inputs_rule_over_the_link() {
     let mut world = World::new(1, 0, 0);
     world.until("a connection", |world| world.client.is_connected());
@@ -209,7 +229,7 @@ fn the_inputs_rule_over_the_link() {
         Some(Reason::StopInput)
     );
     world.bench.mock().stop_open = false;
-    world.bench.mock().state = board_link::message::BoardState::Off;
+    world.bench.mock().state = BoardState::Off;
     assert_eq!(
         refused(world.request(Request::Begin(start))),
         Some(Reason::NotEnabled)

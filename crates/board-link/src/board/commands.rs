@@ -156,19 +156,19 @@ impl<'q, A: Application, const AXES: usize> Board<'q, A, AXES> {
 
     fn begin(&mut self, begin: &Begin, now: u64) -> Result<(), Refused> {
         let machine = self.app.machine();
-        let state = i64::from(machine.state as u8);
-        let faulted = machine.axes.iter().position(|axis| axis.fault != 0);
+        let (enabled, state) = (BoardState::Enabled as i64, machine.state as i64);
+        let mut axes = machine.axes.iter().enumerate();
+        let faulted = axes.find(|(_, axis)| axis.fault != 0);
         match (machine.state, faulted) {
             (BoardState::Enabled, _) => {}
             (BoardState::StopOpen, _) => return Err(Reason::StopInput.plain()),
             (BoardState::EnableInactive, _) => return Err(Reason::EnableInput.plain()),
             (BoardState::Locked, _) => return Err(Reason::Locked.plain()),
-            (BoardState::Faulted, Some(axis)) => return Err(Reason::Faulted.at(axis, 0, state)),
-            (BoardState::Faulted, None) => return Err(Reason::Faulted.because(0, state)),
-            _ => {
-                let enabled = i64::from(BoardState::Enabled as u8);
-                return Err(Reason::NotEnabled.because(enabled, state));
+            (BoardState::Faulted, Some((axis, of))) => {
+                return Err(Reason::Faulted.at(axis, 0, of.fault.into()));
             }
+            (BoardState::Faulted, None) => return Err(Reason::Faulted.because(enabled, state)),
+            _ => return Err(Reason::NotEnabled.because(enabled, state)),
         }
         let stand = machine.axes.iter();
         let stand: OfAxes<Position> = stand

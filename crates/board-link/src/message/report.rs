@@ -32,6 +32,46 @@ pub enum BoardState {
     Halted,
 }
 
+impl BoardState {
+    const ALL: [Self; 11] = [
+        Self::NoSettings,
+        Self::Locked,
+        Self::StopOpen,
+        Self::EnableInactive,
+        Self::Off,
+        Self::GettingReady,
+        Self::Enabled,
+        Self::Homing,
+        Self::Stopping,
+        Self::Faulted,
+        Self::Halted,
+    ];
+
+    /// The state with this number, as refusals have it.
+    #[must_use]
+    pub fn with_number(number: i64) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| *state as i64 == number)
+    }
+
+    /// In words.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::NoSettings => "no settings",
+            Self::Locked => "locked by a failure of its firmware",
+            Self::StopOpen => "the stop circuit is open",
+            Self::EnableInactive => "the enable input is not active",
+            Self::Off => "off",
+            Self::GettingReady => "getting ready",
+            Self::Enabled => "enabled",
+            Self::Homing => "homing",
+            Self::Stopping => "stopping",
+            Self::Faulted => "faulted",
+            Self::Halted => "halted, the drives hold",
+        }
+    }
+}
+
 /// How everything is.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Snapshot {

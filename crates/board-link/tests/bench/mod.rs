@@ -33,6 +33,8 @@ pub(crate) struct Mock {
     pub(crate) state: BoardState,
     pub(crate) targets: [i32; AXES],
     pub(crate) stop_open: bool,
+    /// The numbers of their faults.
+    pub(crate) faults: [u16; AXES],
     pub(crate) boot: u32,
     /// Everything that was ordered.
     pub(crate) ordered: Vec<Command>,
@@ -55,6 +57,7 @@ impl Mock {
             state: BoardState::Off,
             targets,
             stop_open: false,
+            faults: [0; AXES],
             boot,
             ordered: Vec::new(),
             commands: VecDeque::new(),
@@ -135,12 +138,14 @@ impl Application for Mock {
             state: self.state,
             axes: self
                 .targets
-                .map(|target| AxisSnapshot {
+                .into_iter()
+                .zip(self.faults)
+                .map(|(target, fault)| AxisSnapshot {
                     target,
                     position: target,
+                    fault,
                     ..AxisSnapshot::default()
                 })
-                .into_iter()
                 .collect(),
             late_cycles: 0,
         }

@@ -10,7 +10,7 @@ use board_link::message::{BoardState, Refused};
 use dyn_can::{DriveId, GearNumber, units};
 use trajectory::RangeError;
 
-use super::words::{refusal, state};
+use super::words::refusal;
 use crate::backup::FileFault;
 use crate::confirm::NotConfirmed;
 use crate::endpoint::EndpointError;
@@ -253,7 +253,7 @@ impl fmt::Display for BoardError {
             Self::NotReady { state: is } => write!(
                 f,
                 "the board does not get ready: {}; read `motionctl board faults`",
-                state(*is)
+                is.text()
             ),
             Self::Control(source) => source.fmt(f),
             Self::Recording(source) => source.fmt(f),

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::arguments::PortOptions;
 use super::error::BoardError;
 use super::session::Session;
-use super::words::{phase, state};
+use super::words::phase;
 use crate::output::{print, print_json};
 
 const EXAMPLES: &str = "\
@@ -112,7 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
         start: info.boot,
         segments: info.segments,
         faults: info.faults,
-        state: state(snapshot.state).to_owned(),
+        state: snapshot.state.text().to_owned(),
         stream: phase(snapshot.player.phase).to_owned(),
         axes: AxisReport::of(&snapshot, &drives),
         messages: counters.frames,

@@ -12,7 +12,7 @@ use super::arguments::PortOptions;
 use super::error::BoardError;
 use super::info::AxisReport;
 use super::session::Session;
-use super::words::{self, phase, state};
+use super::words::{self, phase};
 use crate::interrupt;
 use crate::output::{Printed, print};
 
@@ -95,7 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, BoardError> {
 fn of_snapshot(snapshot: &Snapshot, drives: &[u8]) -> Line {
     Line {
         cycle: Some(snapshot.cycle),
-        state: Some(state(snapshot.state).to_owned()),
+        state: Some(snapshot.state.text().to_owned()),
         stream: Some(phase(snapshot.player.phase).to_owned()),
         stream_percent: Some(snapshot.player.percent),
         axes: AxisReport::of(snapshot, drives),

@@ -13,7 +13,7 @@ use super::arguments::PortOptions;
 use super::error::BoardError;
 use super::info::AxisReport;
 use super::session::Session;
-use super::words::{state, table};
+use super::words::table;
 use crate::exit;
 use crate::output::{print, print_json};
 
@@ -92,7 +92,7 @@ pub(super) fn run(order: Order, arguments: &Arguments) -> Result<ExitCode, Board
     let report = Report {
         order: order.name(),
         done: order.is_done(&snapshot),
-        state: state(snapshot.state),
+        state: snapshot.state.text(),
         axes: AxisReport::of(&snapshot, &drives),
     };
     if arguments.json {

@@ -1,6 +1,6 @@
 //! What a board says, in words.
 
-use board_link::message::{BoardState, Event, FaultEntry, Reason, Refused};
+use board_link::message::{Event, FaultEntry, Reason, Refused};
 use board_link::segment::StreamPhase;
 use board_settings::FaultNumber;
 use comfy_table::Table;
@@ -20,23 +20,6 @@ pub(super) fn refusal(refused: &Refused) -> String {
 /// Whether the board does not know what it was asked for.
 pub(super) fn is_unknown(refused: &Refused) -> bool {
     refused.is(Reason::Unsupported) || refused.is(Reason::Message)
-}
-
-/// Where the machine is.
-pub(super) const fn state(state: BoardState) -> &'static str {
-    match state {
-        BoardState::NoSettings => "no settings",
-        BoardState::Locked => "locked by a failure of its firmware",
-        BoardState::StopOpen => "the stop circuit is open",
-        BoardState::EnableInactive => "the enable input is not active",
-        BoardState::Off => "off",
-        BoardState::GettingReady => "getting ready",
-        BoardState::Enabled => "enabled",
-        BoardState::Homing => "homing",
-        BoardState::Stopping => "stopping",
-        BoardState::Faulted => "faulted",
-        BoardState::Halted => "halted, the drives hold",
-    }
 }
 
 /// What becomes of a stream.
@@ -74,7 +57,7 @@ pub(super) fn entry(entry: &FaultEntry) -> String {
 /// An event; `drive` says which drive an axis is.
 pub(super) fn event(event: &Event, drive: impl Fn(u8) -> Option<u8>) -> String {
     match event {
-        Event::State(is) => state(*is).to_owned(),
+        Event::State(is) => is.text().to_owned(),
         Event::Stream {
             phase: is,
             finished,

@@ -103,3 +103,16 @@ fn a_fault_that_comes_back_is_not_cleared() {
         assert!(fault.contains("gear number"), "{report}");
     });
 }
+
+#[test]
+fn a_board_without_settings_says_that_it_has_none_to_every_word() {
+    undisturbed(|| {
+        let bench = BoardBench::start("board-order-none", "");
+        for word in ["stop", "halt", "disable", "clear"] {
+            let (status, text, errors) = bench.run(&[word]);
+            assert_eq!((status, text.as_str()), (Some(1), ""), "{errors}");
+            let told = "refusal 28: the board is in another state: expected 'off', got 'no settings'; read its state";
+            assert!(errors.contains(told), "{word}: {errors}");
+        }
+    });
+}

@@ -3,7 +3,7 @@
 use std::io;
 
 use board_link::board::{Board, BoardConfig, Command, Link};
-use board_link::message::{Reason, Refused};
+use board_link::message::{BoardState, Reason, Refused};
 use board_link::segment::SegmentConfig;
 use board_settings::Settings;
 use can_motion::Instant;
@@ -280,11 +280,9 @@ fn save_settings(
 
 /// A board without settings moves nothing.
 fn refuse_all(app: &mut App) {
-    while let Some((ticket, command)) = app.commands.pop_front() {
-        let result = match command {
-            Command::Stop | Command::Halt | Command::Disable | Command::Clear => Ok(()),
-            _ => Err(Reason::NotReady.plain()),
-        };
-        app.results.push_back((ticket, result));
+    let (expected, actual) = (BoardState::Off as i64, BoardState::NoSettings as i64);
+    for (ticket, _) in app.commands.drain(..) {
+        let refused = Reason::NotReady.because(expected, actual);
+        app.results.push_back((ticket, Err(refused)));
     }
 }

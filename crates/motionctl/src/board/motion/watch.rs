@@ -9,7 +9,7 @@ use super::follow::{Follow, POLL, Stop};
 use super::outcome::End;
 use super::{BoardMotion, StreamState};
 use crate::board::error::BoardError;
-use crate::board::words::{self, phase, refusal, state};
+use crate::board::words::{self, phase, refusal};
 use crate::output::tell;
 use crate::recording::Kind;
 use crate::set_points::SetPointSource as _;
@@ -132,7 +132,7 @@ impl<M: BoardMotion> Follow<'_, M> {
         if faults.is_empty() {
             format!(
                 "the board ended the motion: {}; stream: {}",
-                state(self.latest.state),
+                self.latest.state.text(),
                 phase(self.phase)
             )
         } else {
