@@ -94,7 +94,7 @@ fn settings_that_cannot_work_are_refused_with_a_number_and_those_before_stay() {
         .for_each(|axis| axis.polls.status_us = 1_000);
     let mut two_groups = settings(4);
     two_groups.axes[3].group = 1;
-    for (settings, number, axis) in [(wrong, 1_009, Some(2)), (two_groups, 33, Some(3))] {
+    for (settings, number, axis) in [(wrong, 1_009, Some(2)), (two_groups, 1_047, Some(3))] {
         match host.write_settings(&mut rig, &settings) {
             Err(RequestError::Refused(refused)) => {
                 assert_eq!(

@@ -83,6 +83,12 @@ impl Orders {
     /// A cycle in which the supervisor is not asked, because the bus is not there: nothing can be commanded but to store settings, which
     /// may be what keeps the board off the bus. A board that is locked has drives to disable first.
     pub(crate) fn wait(&mut self, is_locked: bool) {
+        // Behind the start nothing else says so; later the state is that of the last cycle with a bus.
+        if is_locked {
+            SHARED.set_state(BoardState::Locked);
+        } else if SHARED.state() == BoardState::NoSettings {
+            SHARED.set_state(BoardState::Off);
+        }
         match self.commands.dequeue() {
             Some((ticket, Command::SaveSettings { .. })) if !is_locked => {
                 SHARED.set_storing(true);
@@ -208,8 +214,13 @@ impl Orders {
         at: Instant,
         now: Instant,
     ) {
-        let passed = at.us_since(self.at) as u32 / CYCLE_US;
-        (self.at, self.cycle) = (at, self.cycle + u64::from(passed));
+        let passed_us = at.us_since(self.at);
+        // One cycle as a rule, for which 32 bits are faster; hours behind a bus that was not there.
+        let passed = u32::try_from(passed_us).map_or_else(
+            |_| passed_us / u64::from(CYCLE_US),
+            |passed_us| u64::from(passed_us / CYCLE_US),
+        );
+        (self.at, self.cycle) = (at, self.cycle + passed);
         if !is_streaming {
             // What was ordered and has not begun yet ends, too.
             self.player.halt();

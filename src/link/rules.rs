@@ -114,7 +114,11 @@ impl Rules {
         }
         match state {
             State::On if situation.axes.streaming => return Ok(false),
-            State::Off | State::Released if !situation.is_storing => {}
+            // Faults are stored unasked, for up to a second.
+            State::Off | State::Released if situation.is_storing => {
+                return Err(Reason::Busy.because(0, 1));
+            }
+            State::Off | State::Released => {}
             _ => return Err(not_ready(board_state(state, situation))),
         }
         supervisor.rearm();
@@ -558,10 +562,7 @@ mod tests {
             is_storing: true,
             ..ready
         };
-        assert_eq!(
-            machine.reason(Command::Enable, storing),
-            Some(Reason::NotReady)
-        );
+        assert_eq!(machine.reason(Command::Enable, storing), Some(Reason::Busy));
         let mut machine = Machine::enabled();
         let streaming = situation(CLOSED, STREAMING);
         assert_eq!(machine.reason(SAVE, streaming), Some(Reason::Enabled));

@@ -10,21 +10,6 @@ use board_link::message::{AxisSnapshot, BoardState};
 use crate::config::AXES;
 use crate::machine;
 
-/// The states by their numbers.
-const STATES: [BoardState; 11] = [
-    BoardState::NoSettings,
-    BoardState::Locked,
-    BoardState::StopOpen,
-    BoardState::EnableInactive,
-    BoardState::Off,
-    BoardState::GettingReady,
-    BoardState::Enabled,
-    BoardState::Homing,
-    BoardState::Stopping,
-    BoardState::Faulted,
-    BoardState::Halted,
-];
-
 /// One axis.
 struct OfAxis {
     target: AtomicI32,
@@ -151,10 +136,8 @@ impl Shared {
 /// For the thread.
 impl Shared {
     pub(crate) fn state(&self) -> BoardState {
-        let state = self.state.load(Ordering::Relaxed);
-        let all = STATES.into_iter();
-        let mut found = all.filter(|known| *known as u8 == state);
-        found.next().unwrap_or_default()
+        let number = self.state.load(Ordering::Relaxed);
+        BoardState::with_number(number.into()).unwrap_or_default()
     }
 
     pub(crate) fn set_storing(&self, is_storing: bool) {

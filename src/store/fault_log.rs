@@ -2,6 +2,7 @@
 
 use board_link::frame::checksum;
 use board_link::message::{FaultEntry, Text};
+use board_settings::FaultNumber;
 
 /// Faults that are kept.
 pub(crate) const KEPT: usize = 32;
@@ -112,8 +113,12 @@ impl FaultLog {
         self.uptime_ms = uptime_ms;
     }
 
-    /// Notes a fault. The oldest one makes room; the numbers show it where it was not in flash yet.
+    /// Notes a fault. The oldest one makes room; the numbers show it where it was not in flash yet. A bus that stays off is told once: with
+    /// nobody on it it goes off again every second, and would leave room for nothing else.
     pub(crate) fn note(&mut self, fault: Fault<'_>, version: &str) {
+        if fault.code == FaultNumber::BUS_OFF && self.ends_with(fault.code) {
+            return;
+        }
         let mut bytes = [0; FAULT_BYTES];
         let axis = fault.axis.unwrap_or(NO_AXIS);
         let code = fault.code.to_le_bytes();
@@ -139,6 +144,14 @@ impl FaultLog {
         }
         self.put(self.next, bytes);
         self.next = self.next.saturating_add(1);
+    }
+
+    /// Whether the latest fault of this start has this number.
+    fn ends_with(&self, code: u16) -> bool {
+        self.entry(self.next.wrapping_sub(1)).is_some_and(|entry| {
+            let bytes = &entry.bytes;
+            word(bytes, 4) == self.boot && word(bytes, 16) & 0xFFFF == u32::from(code)
+        })
     }
 
     fn put(&mut self, number: u32, bytes: [u8; FAULT_BYTES]) {
@@ -280,6 +293,27 @@ mod tests {
         assert_eq!(log.get(32), None);
         // Those that were overwritten before they were in flash are missing there.
         assert_eq!(log.unstored().map(|(number, _)| number), Some(69));
+    }
+
+    #[test]
+    fn a_bus_that_stays_off_is_one_fault_of_a_start() {
+        let mut log = log();
+        let off = fault(FaultNumber::BUS_OFF);
+        for boot in 1..=2 {
+            assert_eq!(log.begin_start(), boot);
+            log.note(fault(2), "1");
+            (0..50).for_each(|_| log.note(off, "1"));
+        }
+        log.note(fault(10), "1");
+        log.note(off, "1");
+        let codes: std::vec::Vec<u16> = (0..log.count())
+            .map(|at| log.get(at).unwrap().code)
+            .collect();
+        assert_eq!(codes, [100, 10, 100, 2, 100, 2]);
+        assert_eq!(log.begin_start(), 3);
+        // In a new start it may be the first.
+        log.note(off, "1");
+        assert_eq!(log.count(), 7);
     }
 
     #[test]

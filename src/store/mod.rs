@@ -22,7 +22,7 @@ use record_store::{Store, StoreError};
 use self::areas::{ChipError, FAULTS, Place, SETTINGS};
 use self::fault_log::{FAULT_BYTES, FaultLog};
 use crate::board::LAST_SWITCH_PIN;
-use crate::config::{CYCLE_US, GROUP};
+use crate::config::CYCLE_US;
 
 #[cfg(feature = "stm32g474")]
 pub(crate) use self::chip::has_met_damage;
@@ -66,10 +66,6 @@ pub(crate) fn read_settings() -> Option<Configs> {
     let bytes = store.read(0, &mut room).ok().flatten()?;
     let configs = Settings::read(bytes).and_then(|settings| settings.configs(&BOARD));
     match configs {
-        Ok(configs) if check_group(&configs).is_err() => {
-            defmt::error!("the settings are refused: all axes must be of group 0");
-            None
-        }
         Ok(configs) => Some(configs),
         Err(refusal) => {
             defmt::error!(
@@ -81,15 +77,6 @@ pub(crate) fn read_settings() -> Option<Configs> {
             );
             None
         }
-    }
-}
-
-/// One stream moves all axes, so they must stop together: an axis of another group would stop without a ramp when the stream ends.
-fn check_group(configs: &Configs) -> Result<(), Refused> {
-    let groups = configs.axes.iter().map(|axis| axis.group);
-    match groups.enumerate().find(|(_, group)| *group != GROUP) {
-        Some((axis, group)) => Err(Reason::Settings.at(axis, GROUP.0.into(), group.0.into())),
-        None => Ok(()),
     }
 }
 
@@ -153,7 +140,7 @@ impl Storage {
     pub(crate) fn check(&self, length: u32) -> Result<(), Refused> {
         let bytes = self.staged(length)?;
         let configs = Settings::read(bytes).and_then(|settings| settings.configs(&BOARD));
-        check_group(&configs.map_err(Refused::from)?)
+        configs.map(|_| ()).map_err(Refused::from)
     }
 
     /// Stores them for the next start. To be called when the cycle has confirmed that nothing is enabled, and sees to it that nothing

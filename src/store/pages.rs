@@ -76,7 +76,8 @@ impl Operation {
             // The pages lie elsewhere in a flash of one bank, and the code would stand still.
             return Err(ChipError(options.0));
         }
-        wait()?;
+        // What an operation before has left of errors is cleared below, and says nothing of this one.
+        idle()?;
         if FLASH.cr().read().lock() {
             KEYS.iter().for_each(|key| FLASH.keyr().write_value(*key));
         }
@@ -130,16 +131,19 @@ impl Drop for Operation {
 /// Until the flash has finished, and whether it went well. Nothing else may be asked of it before: who reads the bank, or writes the
 /// control register, waits with every interrupt.
 fn wait() -> Result<(), ChipError> {
+    match idle()? & ERRORS {
+        0 => Ok(()),
+        errors => Err(ChipError(errors)),
+    }
+}
+
+/// Until the flash has finished; its status.
+fn idle() -> Result<u32, ChipError> {
     let from = DWT::cycle_count();
     loop {
         let status = FLASH.sr().read();
         if !status.bsy() {
-            let errors = status.0 & ERRORS;
-            return if errors == 0 {
-                Ok(())
-            } else {
-                Err(ChipError(errors))
-            };
+            return Ok(status.0);
         }
         if DWT::cycle_count().wrapping_sub(from) > PATIENCE_CLOCKS {
             return Err(ChipError(status.0));

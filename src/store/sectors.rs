@@ -38,7 +38,8 @@ pub(super) struct Operation(());
 
 impl Operation {
     pub(super) fn begin() -> Result<Self, ChipError> {
-        wait()?;
+        // What an operation before has left of errors is cleared below, and says nothing of this one.
+        idle()?;
         if FLASH.cr().read().lock() {
             KEYS.iter().for_each(|key| FLASH.keyr().write_value(*key));
         }
@@ -97,16 +98,19 @@ const _: () = assert!(
 
 /// Until the flash has finished, and whether it went well.
 fn wait() -> Result<(), ChipError> {
+    match idle()? & ERRORS {
+        0 => Ok(()),
+        errors => Err(ChipError(errors)),
+    }
+}
+
+/// Until the flash has finished; its status.
+fn idle() -> Result<u32, ChipError> {
     let from = DWT::cycle_count();
     loop {
         let status = FLASH.sr().read();
         if !status.bsy() {
-            let errors = status.0 & ERRORS;
-            return if errors == 0 {
-                Ok(())
-            } else {
-                Err(ChipError(errors))
-            };
+            return Ok(status.0);
         }
         if DWT::cycle_count().wrapping_sub(from) > PATIENCE_CLOCKS {
             return Err(ChipError(status.0));

@@ -96,6 +96,44 @@ fn of_two_hosts_one_commands_and_both_read_and_stop() {
 }
 
 #[test]
+fn an_enable_is_not_repeated_behind_a_disable_and_its_number_counts_again_much_later() {
+    let mut bench = Bench::new();
+    let mut links = [Link::new()];
+    let mut ask = |number, request| ask(&mut bench, 0, &mut links, &message(number, 11, request));
+    assert!(ask(1, Request::Claim).is_ok());
+    assert_eq!(ask(2, Request::Enable), Ok(Answer::Done));
+    assert_eq!(ask(3, Request::Disable), Ok(Answer::Done));
+    // What was on its way for long.
+    assert_eq!(ask(2, Request::Enable), Ok(Answer::Done));
+    for number in (4..=u16::MAX).chain([0, 1]) {
+        assert!(ask(number, Request::Heartbeat).is_ok());
+    }
+    assert_eq!(ask(2, Request::Enable), Ok(Answer::Done));
+    let orders = [Command::Enable, Command::Disable, Command::Enable];
+    assert_eq!(bench.mock().ordered, orders);
+}
+
+#[test]
+fn snapshots_that_nobody_takes_leave_room_for_an_answer() {
+    let mut bench = Bench::new();
+    let mut link = Link::<OUT>::new();
+    let mut say = |link: &mut Link<OUT>, number, request| {
+        let mut bytes = [0; OUT];
+        let length = encode(&message(number, 0, request), &mut bytes).unwrap();
+        link.on_bytes(&mut bench.board, bench.now, &bytes[..length]);
+        for _ in 0..200 {
+            bench.cycle();
+            link.poll(&mut bench.board, bench.now);
+        }
+    };
+    say(&mut link, 1, Request::Snapshots { period: 1 });
+    let before = link.output().len();
+    say(&mut link, 2, Request::Hello);
+    assert!(link.output().len() > before, "Hello was not answered");
+    assert_eq!(replies(&mut link).len(), 2);
+}
+
+#[test]
 fn the_drives_can_be_switched_off_while_they_are_on_their_way() {
     let mut bench = Bench::new();
     let mut links = [Link::new()];

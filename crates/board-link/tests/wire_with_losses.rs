@@ -63,6 +63,37 @@ fn every_segment_arrives_once_and_the_sums_are_exact() {
     assert!(damage > 300 && repeated > 10, "{damage} {repeated}");
 }
 
+/// A board without a supply forgets starts in which nothing happened: their number comes again.
+#[test]
+fn a_board_that_lost_its_supply_is_told_as_reset_although_its_start_has_the_same_number() {
+    for ran_ms in [300, 5_000, 200_000] {
+        let mut world = World::new(1, 5, 0);
+        world.until("a connection", |world| world.client.is_connected());
+        for _ in 0..ran_ms {
+            world.step();
+        }
+        world.told.clear();
+        // Away for a while, and back without a reset.
+        world.is_dead = true;
+        for _ in 0..3_000 {
+            world.step();
+        }
+        world.is_dead = false;
+        world.until("it is back", |world| {
+            world
+                .told
+                .contains(&Incoming::Connected { is_reset: false })
+        });
+        world.told.clear();
+        let boot = world.bench.mock().boot;
+        world.bench.reset();
+        world.bench.mock().boot = boot;
+        world.until("a new start", |world| {
+            world.told.contains(&Incoming::Connected { is_reset: true })
+        });
+    }
+}
+
 #[test]
 fn a_reset_of_the_board_ends_the_session_and_nothing_of_it_counts() {
     for seed in 0..20 {

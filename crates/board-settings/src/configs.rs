@@ -66,6 +66,9 @@ impl Settings {
             return Err(Kind::NoHoming.at(place, 0, 1));
         }
         for (place, axis) in self.axes.iter().enumerate() {
+            if axis.group != 0 {
+                return Err(Kind::Group.at(place, 0, axis.group.into()));
+            }
             let at_axis = |refusal| Refusal {
                 axis: Some(place as u8),
                 ..refusal

@@ -114,10 +114,12 @@ pub enum Kind {
     HomingSearch = 1045,
     /// The switch of another axis hangs on the pin.
     HomingPinTaken = 1046,
+    /// The axis is of another group than 0.
+    Group = 1047,
 }
 
 /// Number, key in a file, text and advice of each kind.
-const KINDS: [(Kind, &str, &str, &str); 46] = {
+const KINDS: [(Kind, &str, &str, &str); 47] = {
     use Kind as K;
     [
         (
@@ -396,6 +398,12 @@ const KINDS: [(Kind, &str, &str, &str); 46] = {
             "the switch of another axis hangs on this pin, and would not say which of both is there",
             "give each axis a switch and a pin of its own",
         ),
+        (
+            K::Group,
+            "group",
+            "all axes of a board are of group 0: one stream moves them, so they stop together",
+            "leave it out, or write 0",
+        ),
     ]
 };
 
@@ -508,9 +516,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_are_1001_to_1046_in_order() {
+    fn the_numbers_are_1001_to_1047_in_order() {
         let numbers: Vec<u16> = Kind::all().map(Kind::number).collect();
-        assert_eq!(numbers, (1001..=1046).collect::<Vec<u16>>());
+        assert_eq!(numbers, (1001..=1047).collect::<Vec<u16>>());
     }
 
     #[test]

@@ -47,7 +47,6 @@ fn what_was_said_is_what_the_master_gets() {
     };
     let axis = &mut said.axes[1];
     axis.jerk_rpm_per_s2 = Some(20_000);
-    axis.group = 3;
     axis.read_back = ReadBack::MovementPositions;
     axis.dialect = Dialect::V1_2A;
     axis.load_can_fall = true;
@@ -59,7 +58,7 @@ fn what_was_said_is_what_the_master_gets() {
     assert!(!configs.enable_fitted);
     let axis = &configs.axes[1];
     assert_eq!((axis.drive.get(), axis.gear.get()), (2, 4_096));
-    assert_eq!(axis.group, GroupId(3));
+    assert_eq!(axis.group, GroupId(0));
     assert_eq!(axis.dialect, DialectChoice::Fixed(dyn_can::Dialect::V1_2A));
     assert!(axis.load_can_fall && !axis.unwatched);
     assert_eq!(axis.read_back, ReadBackScale::movement_positions(axis.gear));
@@ -86,6 +85,10 @@ fn what_cannot_be_is_refused_with_number_axis_expected_and_actual() {
     let travel = |min, max| Travel::Counts { min, max };
     let cases: Vec<(Settings, Told)> = vec![
         (settings(0), (Kind::AxisCount, None, 1, 0)),
+        (
+            with_axis(|axis| axis.group = 3),
+            (Kind::Group, Some(1), 0, 3),
+        ),
         (
             with_axis(|axis| axis.drive = 0),
             (Kind::Drive, Some(1), 1, 0),

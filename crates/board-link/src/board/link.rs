@@ -14,6 +14,8 @@ use crate::refused::Refused;
 const PENDING: usize = 4;
 /// No reply, event or snapshot takes more bytes.
 const LONGEST_ANSWER: usize = 512;
+/// A request is not repeated behind so many others, and its number is used anew behind 65,535.
+const REPEATED_WITHIN: u16 = 1_024;
 
 /// A command that the application carries out.
 #[derive(Debug, Clone, Copy)]
@@ -151,6 +153,12 @@ impl<const OUT: usize> Link<OUT> {
             self.counters.repeated = self.counters.repeated.saturating_add(1);
             return;
         }
+        let is_old = |(last, _): &(Key, _)| {
+            let behind = message.number.wrapping_sub(last.number);
+            (REPEATED_WITHIN..u16::MAX / 2).contains(&behind)
+        };
+        self.homed.take_if(|of| is_old(of));
+        self.enabled.take_if(|of| is_old(of));
         if A::HOMES
             && let Some((last, result)) = self.homed
             && last == key
@@ -308,7 +316,8 @@ impl<const OUT: usize> Link<OUT> {
         }
         // One at a time, however late it is.
         snapshots.due = now.saturating_add(snapshots.period.into());
-        let is_sent = self.outbox.free() >= LONGEST_ANSWER
+        // Answers go first: one that finds no room is lost, and its request must come again.
+        let is_sent = self.outbox.free() >= (2 * LONGEST_ANSWER).min(OUT)
             && self.outbox.send(&ToHost::Snapshot(board.snapshot(now)));
         if !is_sent {
             let left_out = &mut self.counters.snapshots_left_out;

@@ -12,6 +12,8 @@ use crate::refused::Refused;
 
 /// Round trips at the start.
 const FIRST_ROUNDS: usize = 8;
+/// The clocks of a host and a board differ by less than this part of the time.
+const CLOCKS_DIFFER: u64 = 64;
 
 impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
     pub(super) fn drive_connection(&mut self, now_us: u64) {
@@ -63,7 +65,7 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
             return;
         };
         match result {
-            Ok(Answer::Info(info)) => self.meet(info),
+            Ok(Answer::Info(info)) => self.meet(info, exchange.first_us, now_us),
             Ok(Answer::Claimed { events, .. }) => {
                 self.connection.alive_us = exchange.first_us;
                 self.events.begin(events);
@@ -100,10 +102,17 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         }
     }
 
-    fn meet(&mut self, info: Info) {
+    fn meet(&mut self, info: Info, asked_us: u64, now_us: u64) {
         let connection = &mut self.connection;
-        let before = connection.info.as_ref().map(|info| info.boot);
-        connection.is_reset = before.is_some_and(|boot| boot != info.boot);
+        let since_us = asked_us.saturating_sub(connection.met_us);
+        let is_another = |before: &Info| {
+            // Two starts may have the same number where the board had no supply in between; its clock shows them.
+            let passed = since_us / u64::from(info.cycle_us.max(1));
+            let least = before.uptime.saturating_add(passed - passed / CLOCKS_DIFFER);
+            before.boot != info.boot || info.uptime < least
+        };
+        connection.is_reset = connection.info.as_ref().is_some_and(is_another);
+        connection.met_us = now_us;
         connection.clock = ClockEstimate::new(info.cycle_us);
         connection.info = Some(info);
         if self.config.commands {

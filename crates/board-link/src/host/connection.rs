@@ -18,6 +18,8 @@ pub(super) struct Connection {
     pub(super) phase: Phase,
     pub(super) session: u32,
     pub(super) info: Option<Info>,
+    /// When it had come.
+    pub(super) met_us: u64,
     pub(super) clock: ClockEstimate,
     /// One request at a time.
     pub(super) exchange: Option<Exchange>,
@@ -34,6 +36,7 @@ impl Connection {
             phase: Phase::Greeting,
             session: next_session(seed),
             info: None,
+            met_us: 0,
             clock: ClockEstimate::new(1),
             exchange: None,
             alive_us: 0,

@@ -21,11 +21,11 @@ pub struct ClientConfig {
 }
 
 impl Default for ClientConfig {
-    /// 100 ms, 5 tries, 50 ms, 1 s, commands.
+    /// 100 ms, 15 tries, 50 ms, 1 s, commands. A board may stand still for 1.1 s while it stores its faults.
     fn default() -> Self {
         Self {
             timeout_us: 100_000,
-            tries: 5,
+            tries: 15,
             heartbeat_us: 50_000,
             sync_us: 1_000_000,
             commands: true,

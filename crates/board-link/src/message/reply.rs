@@ -80,7 +80,8 @@ pub struct Info {
     pub board: Text,
     /// The version of the firmware.
     pub firmware: Text,
-    /// The number of its start: another one than before says that it was reset.
+    /// The number of its start. Another one than before says that it was reset; so does an `uptime` that is less than expected, because a
+    /// board without a supply forgets starts in which nothing happened.
     pub boot: u32,
     /// The cycle in microseconds.
     pub cycle_us: u32,

@@ -70,8 +70,6 @@ pub(crate) enum BoardError {
     UnknownBoard { board: String },
     /// A file would be overwritten, or cannot be written.
     WriteFile(FileFault),
-    /// The settings that were read back differ.
-    NotStored,
     /// The options make no motion.
     Motion(MotionError),
     /// The motion needs more than is allowed.
@@ -127,7 +125,6 @@ impl Coded for BoardError {
             Self::Unavailable { .. }
             | Self::OtherVersion { .. }
             | Self::Refused { .. }
-            | Self::NotStored
             | Self::NotReady { .. }
             | Self::NotHomed { .. }
             | Self::Print(_) => exit::BROKEN_PROMISE,
@@ -200,9 +197,6 @@ impl fmt::Display for BoardError {
                 known_boards()
             ),
             Self::WriteFile(source) => source.fmt(f),
-            Self::NotStored => f.write_str(
-                "the settings that were read back are not those that were written: write them again",
-            ),
             Self::Motion(source) => source.fmt(f),
             Self::Limit(source) => source.fmt(f),
             Self::Program(source) => source.fmt(f),

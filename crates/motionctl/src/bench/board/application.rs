@@ -56,11 +56,6 @@ impl App {
     pub(super) fn staged(&self, length: u32) -> &[u8] {
         self.staging.get(..length as usize).unwrap_or_default()
     }
-
-    /// The settings that the next start will have are those that are read from now on, too.
-    pub(super) fn has_stored(&mut self, length: u32) {
-        self.settings = self.staged(length).to_vec();
-    }
 }
 
 impl Application for App {

@@ -268,7 +268,6 @@ fn save_settings(
         let result = match result {
             Ok(settings) => {
                 store.save(settings).map_err(io::Error::other)?;
-                app.has_stored(length);
                 Ok(())
             }
             Err(refused) => Err(refused),
