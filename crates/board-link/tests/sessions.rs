@@ -480,3 +480,96 @@ fn an_application_that_does_not_answer_is_reported() {
     world.bench.mock().is_stuck = false;
     assert_eq!(world.request(Request::Clear), Ok(Answer::Done));
 }
+
+/// What was asked for last goes out, and is lost.
+fn lose(world: &mut World) {
+    let now_us = world.now_us();
+    world.client.poll(now_us);
+    let lost = world.client.output().len();
+    assert!(lost > 0);
+    world.client.consume(lost);
+}
+
+/// The beginning of a stream is lost, and what ends it is not: nothing moves after it.
+#[test]
+fn a_stream_whose_beginning_was_lost_does_not_begin_behind_a_stop() {
+    for end in [Request::Stop, Request::Halt, Request::Disable] {
+        let mut world = World::new(1, 3, 0);
+        world.connect_and_enable();
+        world.begin_here(9, WhenDry::End);
+        world
+            .client
+            .feed(&mut segments(20, [0, 0], 500).into_iter());
+        lose(&mut world);
+        assert_eq!(world.request(end.clone()), Ok(Answer::Done));
+        world.request(Request::Enable).unwrap();
+        let given_up = Incoming::Stream(StreamEnd::TimedOut);
+        world.until("an end", |world| world.told.contains(&given_up));
+        assert_eq!(world.bench.moved, 0, "{end:?}");
+        // The next one is another one.
+        world.begin_here(10, WhenDry::End);
+        world
+            .client
+            .feed(&mut segments(15, [0, 0], 300).into_iter());
+        world.client.finish();
+        world.until("the motion", |world| world.bench.mock().targets[0] == 300);
+    }
+}
+
+/// The same of one that has not gone out yet.
+#[test]
+fn a_stop_does_not_overtake_the_beginning_of_a_stream() {
+    for end in [Request::Stop, Request::Halt, Request::Disable] {
+        let mut world = World::new(1, 3, 0);
+        world.connect_and_enable();
+        world.begin_here(9, WhenDry::End);
+        world
+            .client
+            .feed(&mut segments(15, [0, 0], 500).into_iter());
+        world.client.finish();
+        assert_eq!(world.request(end.clone()), Ok(Answer::Done));
+        for _ in 0..2_000 {
+            world.step();
+        }
+        assert_eq!(world.bench.moved, 0, "{end:?}");
+    }
+}
+
+/// The reply is lost, and the board has begun it: the stop has found it.
+#[test]
+fn a_stream_that_has_begun_before_a_stop_ends_with_it() {
+    let mut world = World::new(1, 0, 0);
+    world.connect_and_enable();
+    world.begin_here(9, WhenDry::End);
+    world
+        .client
+        .feed(&mut segments(20, [0, 0], 500).into_iter());
+    world.step();
+    assert_eq!(world.request(Request::Stop), Ok(Answer::Done));
+    let is_refused = |told: &Incoming| {
+        matches!(told, Incoming::Stream(StreamEnd::Refused { refused, .. })
+            if refused.reason() == Some(Reason::Ended))
+    };
+    world.until("an end", |world| world.told.iter().any(is_refused));
+    assert_eq!(world.bench.player.phase(), StreamPhase::Stopped);
+}
+
+/// Another speed was asked for before a stop, and lost: the stream that is begun behind it keeps its own.
+#[test]
+fn a_speed_that_was_lost_is_not_that_of_the_stream_behind_a_stop() {
+    let mut world = World::new(1, 3, 0);
+    world.connect_and_enable();
+    let override_of_before = Request::Override { percent: 200 };
+    let ticket = world.client.request(override_of_before).unwrap();
+    lose(&mut world);
+    assert_eq!(world.request(Request::Stop), Ok(Answer::Done));
+    world.begin_here(9, WhenDry::End);
+    world
+        .client
+        .feed(&mut segments(16, [0, 0], 500).into_iter());
+    let given_up = Incoming::Reply {
+        ticket,
+        result: Err(RequestError::TimedOut { tries: 1 }),
+    };
+    world.until("an end", |world| world.told.contains(&given_up));
+}

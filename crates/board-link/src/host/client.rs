@@ -3,11 +3,11 @@
 use heapless::Deque;
 
 use super::clock::ClockEstimate;
-use super::connection::{Connection, Phase};
+use super::connection::{self, Connection};
 use super::events::EventOrder;
 use super::exchange::{Exchange, FOR_EVER, Next, RequestError};
 use super::incoming::{ClientConfig, Incoming};
-use super::stream::{Stream, StreamEnd};
+use super::stream::{Phase, Stream, StreamEnd};
 use crate::frame::{Decoder, Losses, decode};
 use crate::message::{Answer, Info, Request, ToHost};
 use crate::outbox::Outbox;
@@ -76,7 +76,7 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
     /// Whether the board answers, and the command is claimed where it shall be.
     #[must_use]
     pub fn is_connected(&self) -> bool {
-        self.connection.phase == Phase::Online
+        self.connection.phase == connection::Phase::Online
     }
 
     /// What the board is, once it has answered.
@@ -104,7 +104,8 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
     }
 
     /// Sends a request; its reply comes from [`Self::next`] with this ticket. [`Request::Stop`] and [`Request::Halt`] wait for no other
-    /// request; [`Request::Disable`] takes the place of one that is under way, which is given up.
+    /// request; [`Request::Disable`] takes the place of one that is under way, which is given up. What was asked for before one of these three
+    /// and could move the axes is not sent behind it any more: a stream that the board has not begun by then ends.
     ///
     /// # Errors
     /// [`RequestError::Offline`], [`RequestError::Busy`].
@@ -112,6 +113,9 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let is_urgent = request.is_stopping();
         if !self.is_connected() && !is_urgent {
             return Err(RequestError::Offline);
+        }
+        if is_urgent || request == Request::Disable {
+            self.recall_what_moves();
         }
         if request == Request::Disable
             && let Some(exchange) = self.command.take()
@@ -131,17 +135,28 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let number = self.number();
         let exchange = Exchange::new(number, self.connection.session, request);
         if is_urgent {
-            if let Some(command) = &mut self.command
-                && matches!(command.message.request, Request::Home | Request::Enable)
-            {
-                // Sent again, it would begin, or enable what was halted, behind the stop where it was lost before.
-                command.recall();
-            }
             self.urgent = Some(exchange);
         } else {
             self.command = Some(exchange);
         }
         Ok(number)
+    }
+
+    /// Sent behind a stop, because it waited or was lost before, it would begin, enable what was halted, or change the stream that comes next.
+    fn recall_what_moves(&mut self) {
+        if let Some(command) = &mut self.command
+            && matches!(
+                command.message.request,
+                Request::Home | Request::Enable | Request::Resume | Request::Override { .. }
+            )
+        {
+            command.recall();
+        }
+        if let Some(stream) = &mut self.stream
+            && let Phase::Beginning(begin) = &mut stream.phase
+        {
+            begin.recall();
+        }
     }
 
     pub(super) fn number(&mut self) -> u16 {

@@ -45,8 +45,9 @@ pub(super) struct Exchange {
     is_recalled: bool,
 }
 
-/// A reply to a request that was recalled is waited for so many times as long as usual: an axis slows down first, and backs off a stop.
-const PATIENCE_WHEN_RECALLED: u64 = 50;
+/// A reply to a homing or an enable that was recalled is waited for so many times as long as usual: an axis slows down first, and backs off a
+/// stop.
+const PATIENCE_WHEN_RECALLED: u8 = 50;
 
 /// What is to be done with an exchange.
 pub(super) enum Next {
@@ -88,7 +89,7 @@ impl Exchange {
         (timeout_us, most_tries): (u32, u8),
     ) -> Next {
         if self.is_recalled {
-            return self.wait_for_reply(now_us, timeout_us);
+            return self.wait_for_reply(now_us, timeout_us, most_tries);
         }
         let is_due = self.tries == 0 || now_us.saturating_sub(self.sent_us) >= timeout_us.into();
         if !is_due {
@@ -107,8 +108,12 @@ impl Exchange {
         Next::Wait
     }
 
-    fn wait_for_reply(&self, now_us: u64, timeout_us: u32) -> Next {
-        let most_us = PATIENCE_WHEN_RECALLED * u64::from(timeout_us);
+    fn wait_for_reply(&self, now_us: u64, timeout_us: u32, most_tries: u8) -> Next {
+        let times = match self.message.request {
+            Request::Home | Request::Enable => PATIENCE_WHEN_RECALLED,
+            _ => most_tries,
+        };
+        let most_us = u64::from(times) * u64::from(timeout_us);
         if self.tries > 0 && now_us.saturating_sub(self.sent_us) < most_us {
             return Next::Wait;
         }

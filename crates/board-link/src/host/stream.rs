@@ -21,7 +21,7 @@ pub enum StreamEnd {
         /// Why.
         refused: Refused,
     },
-    /// No reply came.
+    /// No reply came; or it was stopped before one came to its begin, and none has come since.
     TimedOut,
     /// The connection was lost.
     Lost,
