@@ -41,7 +41,7 @@ pub(super) fn refused(py: Python<'_>, why: &Refused, index: Option<u32>) -> PyEr
     static TYPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let reason = why.reason();
     let (scale, unit) = match reason.map_or(Unit::Number, board_link::Reason::unit) {
-        Unit::Nothing | Unit::Number => (1.0, ""),
+        Unit::Nothing | Unit::Number | Unit::State | Unit::Fault => (1.0, ""),
         Unit::Position => (UNITS, "counts"),
         Unit::Velocity => (UNITS, "counts per cycle"),
         Unit::Acceleration => (UNITS, "counts per cycle^2"),
