@@ -8,7 +8,7 @@ import sys
 import textwrap
 import threading
 import time
-from typing import Any, Iterator, List, Tuple
+from typing import Any, Dict, Iterator, List, Tuple
 
 import numpy
 import pytest
@@ -18,6 +18,7 @@ from motion_board import (
     BoardError,
     CodecError,
     ConnectionLost,
+    Fault,
     InputError,
     NotConnected,
     Progress,
@@ -515,3 +516,26 @@ def test_a_program_that_dies_is_a_stop_along_the_path(simulated: SimulatedBoard)
         assert board.snapshot().phase in ("Stopped", "DriedUp")
         assert board.counters().silent_hosts == 1
     check_limits(simulated)
+
+
+class GrowingLog:
+    """A link whose fault log gets an entry between two questions."""
+
+    def __init__(self) -> None:
+        self.numbers = [3, 2, 1]
+        self.asked = 0
+
+    def fault(self, index: int) -> Dict[str, Any]:
+        self.asked += 1
+        if self.asked == 2:
+            self.numbers.insert(0, 4)
+        if index >= len(self.numbers):
+            raise Refused("no entry", 35, "NoEntry", None, 0.0, 0.0, "", "", None)
+        names = ("boot", "uptime_ms", "firmware", "axis", "code", "detail", "place")
+        return {"number": self.numbers[index], **dict.fromkeys(names, 0)}
+
+
+def test_a_fault_between_two_entries_is_no_entry_twice() -> None:
+    link: Any = GrowingLog()
+    entries: List[Fault] = Board(link, commands=False).faults()
+    assert [entry.number for entry in entries] == [3, 2, 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 import warnings
 from dataclasses import dataclass
@@ -361,13 +362,17 @@ class Board:
     def faults(self) -> List[Fault]:
         """The fault log, latest first."""
         entries: List[Fault] = []
-        while True:
+        for index in itertools.count():
             try:
-                entries.append(Fault(**self._link.fault(len(entries))))
+                fault = Fault(**self._link.fault(index))
             except Refused as refused:
                 if refused.number != _NO_ENTRY:
                     raise
-                return entries
+                break
+            # One that happens meanwhile moves all others on by a place.
+            if not entries or fault.number < entries[-1].number:
+                entries.append(fault)
+        return entries
 
     def counters(self) -> Counters:
         """What came in at the board, and what was lost."""
