@@ -23,8 +23,8 @@ use crate::errors::input_error;
 use crate::points::{Point, SegmentMaker};
 use errors::{connection_lost, no_reply, not_connected, refused};
 use port::Port;
-use state::{Shared, State, StreamState};
-use waiting::{SIGNALS, locked, seconds};
+use state::{End, Shared, State, StreamState};
+use waiting::{ANSWER, SIGNALS, locked, seconds};
 use worker::Worker;
 
 /// An event and its number.
@@ -38,8 +38,9 @@ pub(crate) struct Link {
     address: String,
     shared: Arc<Shared>,
     thread: Mutex<Option<JoinHandle<()>>>,
-    maker: Mutex<Option<SegmentMaker>>,
     last_stream: AtomicU32,
+    /// The process in which the thread runs.
+    process: u32,
 }
 
 #[pymethods]
@@ -63,8 +64,8 @@ impl Link {
             address,
             shared,
             thread: Mutex::new(Some(thread)),
-            maker: Mutex::new(None),
             last_stream: AtomicU32::new(random()),
+            process: std::process::id(),
         })
     }
 
@@ -75,8 +76,8 @@ impl Link {
             return Ok(());
         }
         let address = &self.address;
-        let state = self.shared.lock();
-        let text = match &state.unavailable {
+        let unavailable = self.state(py)?.unavailable;
+        let text = match unavailable {
             Some(refused) => format!("{address}: {refused}"),
             None => format!(
                 "{address}: no board has answered in {timeout_s} s: check the port, the bit rate, and that the board runs"
@@ -194,7 +195,7 @@ impl Link {
 
     /// How everything is: the first report that came after this call.
     fn snapshot<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Bound<'py, PyAny>> {
-        let before = self.shared.lock().snapshots;
+        let before = self.state(py)?.snapshots;
         let look = |state: &mut State| {
             // One that was on its way may be of a moment before the call.
             let is_new = state.snapshots > before + 1;
@@ -211,7 +212,7 @@ impl Link {
 
     /// The latest report, at once; `None` before the first one.
     fn latest_snapshot<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let snapshot = self.shared.lock().snapshot.clone();
+        let snapshot = self.state(py)?.snapshot.clone();
         let snapshot = snapshot.map(|snapshot| pythonize(py, &snapshot));
         Ok(snapshot.transpose()?)
     }
@@ -219,7 +220,7 @@ impl Link {
     /// Events that have come, and how many were lost since the last call.
     fn events<'py>(&self, py: Python<'py>) -> PyResult<(Vec<Numbered<'py>>, u64)> {
         let (events, lost) = {
-            let mut state = self.shared.lock();
+            let mut state = self.state(py)?;
             let lost = core::mem::take(&mut state.events_lost);
             (core::mem::take(&mut state.events), lost)
         };
@@ -256,85 +257,106 @@ impl Link {
             percent,
             from,
         };
-        let mut state = self.shared.lock();
-        let is_under_way = |stream: &StreamState| stream.end.is_none();
-        if state.stream.as_ref().is_some_and(is_under_way) && state.gone.is_none() {
-            return Err(input_error(
-                py,
-                "another stream is under way: stop it, or wait for its end",
-            ));
+        let stream = StreamState::new(begin, SegmentMaker::new(first));
+        let has_begun = self.state(py)?.begin(stream);
+        if has_begun {
+            return Ok(number);
         }
-        state.stream = Some(StreamState {
-            begin: Some(begin),
-            ..StreamState::default()
-        });
-        drop(state);
-        *locked(&self.maker) = Some(SegmentMaker::new(first));
-        Ok(number)
+        Err(input_error(
+            py,
+            "another stream is under way: stop it, or wait for its end",
+        ))
     }
 
-    /// Adds a set-point; waits for room. Whether the stream still takes set-points.
-    fn push(&self, py: Python<'_>, cycles: f64, counts: Vec<f64>) -> PyResult<bool> {
+    /// Adds a set-point to a stream; waits for room. Whether the stream still takes set-points.
+    fn push(&self, py: Python<'_>, number: u32, cycles: f64, counts: Vec<f64>) -> PyResult<bool> {
         let point = Point::of(cycles, &counts).map_err(|text| input_error(py, text))?;
-        match self.make(point).map_err(|text| input_error(py, text))? {
-            Some(segment) => self.offer(py, segment),
-            None => Ok(self.is_open()),
+        let made = self
+            .state(py)?
+            .open_stream(number)
+            .map(|stream| stream.make(point));
+        let Some(made) = made else { return Ok(false) };
+        match made.map_err(|text| input_error(py, text))? {
+            Some(segment) => self.offer(py, number, segment),
+            None => Ok(true),
         }
     }
 
-    /// No set-point follows.
-    fn finish(&self, py: Python<'_>) -> PyResult<bool> {
-        let segment = locked(&self.maker)
-            .take()
-            .and_then(|mut maker| maker.finish());
-        if let Some(segment) = segment {
-            self.offer(py, segment)?;
+    /// No set-point of a stream follows. Whether it was taken as a whole.
+    fn finish(&self, py: Python<'_>, number: u32) -> PyResult<bool> {
+        let last = self
+            .state(py)?
+            .open_stream(number)
+            .and_then(StreamState::make_last);
+        if let Some(segment) = last {
+            self.offer(py, number, segment)?;
         }
-        if let Some(stream) = &mut self.shared.lock().stream {
+        let mut state = self.state(py)?;
+        let stream = state.open_stream(number);
+        let is_open = stream.is_some();
+        if let Some(stream) = stream {
             stream.is_finished = true;
         }
-        Ok(self.is_open())
+        Ok(is_open)
     }
 
-    /// No set-point follows, and those that wait are not sent; the board is told to stop by another call.
-    fn abandon(&self) {
-        *locked(&self.maker) = None;
-        if let Some(stream) = &mut self.shared.lock().stream {
-            stream.segments.clear();
-            stream.end.get_or_insert(StreamEnd::Lost);
-            // The board refuses the end of a stream that was told to stop, and that is its end for the client, too.
-            stream.is_finished = true;
+    /// Stops a stream, unless it was stopped, or another one was begun since. Whether it may move the axes yet.
+    fn stop_stream(&self, py: Python<'_>, number: u32) -> PyResult<bool> {
+        let ticket = {
+            let mut state = self.state(py)?;
+            if !state.may_move(number) {
+                return Ok(false);
+            }
+            state.stop_stream(number)
+        };
+        if let Some(ticket) = ticket {
+            self.reply_within(py, ticket, ANSWER)?;
         }
+        Ok(true)
     }
 
-    /// How far the stream is: "sending", "sent", "lost" or "timed-out". A stream that the board refuses is an exception.
-    fn stream_end(&self, py: Python<'_>) -> PyResult<&'static str> {
-        let end = self.shared.lock().stream.as_ref().map(|stream| stream.end);
+    /// How far a stream is: "sending", "sent", "lost", "timed-out", "stopped", or "replaced" by another one. One that the board refuses is
+    /// an exception.
+    fn stream_end(&self, py: Python<'_>, number: u32) -> PyResult<&'static str> {
+        let end = self.state(py)?.stream(number).map(|stream| stream.end);
         match end {
-            None => Err(input_error(py, "no stream was begun")),
+            None => Ok("replaced"),
             Some(None) => Ok("sending"),
-            Some(Some(StreamEnd::Sent { .. })) => Ok("sent"),
-            Some(Some(StreamEnd::Lost)) => Ok("lost"),
-            Some(Some(StreamEnd::TimedOut)) => Ok("timed-out"),
-            Some(Some(StreamEnd::Refused {
+            Some(Some(End::Stopped)) => Ok("stopped"),
+            Some(Some(End::Told(StreamEnd::Sent { .. }))) => Ok("sent"),
+            Some(Some(End::Told(StreamEnd::Lost))) => Ok("lost"),
+            Some(Some(End::Told(StreamEnd::TimedOut))) => Ok("timed-out"),
+            Some(Some(End::Told(StreamEnd::Refused {
                 index,
                 refused: why,
-            })) => {
+            }))) => {
                 // Segment 0 leads to set-point 1.
                 Err(refused(py, &why, index.map(|index| index + 1)))
             }
         }
     }
 
+    /// What became of a stream, as the board has said last; `None` when it has said nothing of it.
+    fn played<'py>(&self, py: Python<'py>, number: u32) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let player = self.state(py)?.played(number);
+        let player = player.map(|player| pythonize(py, &player));
+        Ok(player.transpose()?)
+    }
+
     /// Waits a moment for news, with Python let go.
     fn wait_for_news(&self, py: Python<'_>, most_s: f64) -> PyResult<()> {
         let most = seconds(py, most_s)?.min(SIGNALS);
+        self.check_process(py)?;
         py.detach(|| self.shared.wait(most));
         py.check_signals()
     }
 
     /// Gives the command back and closes the port.
     fn close(&self, py: Python<'_>) {
+        if !self.is_here() {
+            // The thread is none of this process.
+            return;
+        }
         self.shared.lock().is_closing = true;
         let thread = locked(&self.thread).take();
         if let Some(thread) = thread {
@@ -346,14 +368,23 @@ impl Link {
     }
 
     fn is_closed(&self) -> bool {
-        locked(&self.thread).is_none()
+        !self.is_here() || locked(&self.thread).is_none()
+    }
+}
+
+impl Link {
+    /// Whether this is the process that has opened it, and no child that was forked.
+    fn is_here(&self) -> bool {
+        self.process == std::process::id()
     }
 }
 
 impl Drop for Link {
     fn drop(&mut self) {
-        // The thread says goodbye by itself.
-        self.shared.lock().is_closing = true;
+        if self.is_here() {
+            // The thread says goodbye by itself.
+            self.shared.lock().is_closing = true;
+        }
     }
 }
 

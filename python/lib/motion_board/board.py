@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time
 import warnings
 from dataclasses import dataclass
@@ -290,6 +291,7 @@ class Board:
 
         Raises :class:`motion_board.NotConnected`.
         """
+        _deadline(timeout_s)
         link = _native.Link(address, baud, commands)
         board = cls(link, commands)
         try:
@@ -391,6 +393,7 @@ class Board:
 
     def disable(self, timeout_s: float = 10.0) -> None:
         """Stops along the path, switches the drives off, and waits until they are."""
+        _deadline(timeout_s)
         try:
             self.stop(timeout_s)
         finally:
@@ -409,6 +412,8 @@ class Board:
 
         Raises :class:`motion_board.Refused` with the axis and the reason when one is not found, or when something has ended it.
         """
+        # Here, because what goes wrong below stops the axes.
+        _deadline(timeout_s)
         try:
             self._link.home(timeout_s)
         except Refused:
@@ -434,14 +439,17 @@ class Board:
 
     def stop(self, timeout_s: float = 30.0) -> None:
         """Slows down along the path, and waits until the axes stand."""
-        self._link.command("stop", 0)
         deadline = _deadline(timeout_s)
+        self._link.command("stop", 0)
         while True:
             snapshot = self.snapshot()
             if not snapshot.is_moving and snapshot.state not in ("Homing", "Stopping"):
                 return
             if time.monotonic() > deadline:
                 raise BoardError(f"the axes did not stop in {timeout_s} s: the board is {_words(snapshot)}")
+            if snapshot.is_moving:
+                # Another thread or another program may have begun it at the same moment.
+                self._link.command("stop", 0)
 
     def halt(self) -> None:
         """Ends all set-points at once; the axes stop as hard as the drives let them. The drives keep their power, and follow nothing until
@@ -574,22 +582,22 @@ class Board:
         try:
             due = time.monotonic()
             for moment, row in points:
-                is_open = self._link.push(cycles(moment), counts(row))
+                is_open = self._link.push(number, cycles(moment), counts(row))
                 sent, last = sent + 1, moment
                 if not is_open:
                     self._raise_end(number)
                 if time.monotonic() >= due:
                     due = time.monotonic() + 2 * _POLL_S
-                    yield self._progress(number, sent, cycle_us)
-            if not self._link.finish():
+                    yield self._progress(number, sent, cycle_us, percent)
+            if not self._link.finish(number):
                 self._raise_end(number)
             while self._is_under_way(number):
                 if time.monotonic() >= due:
                     due = time.monotonic() + 2 * _POLL_S
-                    yield self._progress(number, sent, cycle_us)
+                    yield self._progress(number, sent, cycle_us, percent)
                 self._link.wait_for_news(_POLL_S)
         except BaseException:
-            self._stop_stream()
+            self._stop_stream(number)
             raise
         return StreamResult(sent, last - start)
 
@@ -598,18 +606,21 @@ class Board:
         end = self._stream_end(number)
         if end == "sending":
             return True
-        if end != "sent":
+        if end in ("lost", "timed-out"):
             raise ConnectionLost("the connection was lost in the stream: the board stops the axes by itself")
-        latest = self._link.latest_snapshot()
-        if latest is None or latest["stream"] != number or latest["player"]["phase"] in _ACTIVE:
-            return True
-        if latest["player"]["phase"] != "Complete":
+        if end == "sent":
+            # Of a moment after everything was taken, so that it knows the stream, unless another one has begun or the board was reset.
+            snapshot = self.snapshot()
+            if snapshot.stream == number and snapshot.is_moving:
+                return True
+        played = self._link.played(number)
+        if played is None or played["phase"] != "Complete":
             self._raise_stopped(number)
         return False
 
     def _stream_end(self, number: int) -> str:
         try:
-            return self._link.stream_end()
+            return self._link.stream_end(number)
         except Refused as refused:
             if refused.number in (_LATE, _ENDED):
                 self._raise_stopped(number)
@@ -621,33 +632,47 @@ class Board:
         self._raise_stopped(number)
 
     def _raise_stopped(self, number: int) -> None:
-        while (snapshot := self.snapshot()).stream == number and snapshot.is_moving:
-            self._link.wait_for_news(_POLL_S)
-        time_s = snapshot.time_cycles * self.info().cycle_us / 1e6
+        snapshot = self._rest_of(number)
+        # A board that has said nothing of it was told to stop before it has begun it.
+        played = self._link.played(number) or {"phase": "Stopped", "time_cycles": 0}
+        time_s = played["time_cycles"] * self.info().cycle_us / 1e6
         why = {
             "DriedUp": "the set-points came too late: send them earlier, or fewer of them",
             "Stopped": "it was stopped",
             "Displaced": "the axes were moved before it began",
-        }.get(snapshot.phase, "it ended early")
+        }.get(played["phase"], "it ended early")
         raise StreamStopped(
-            f"the stream ended at {time_s:.3f} s: {why}; the board is {_words(snapshot)}", snapshot.phase, time_s
+            f"the stream ended at {time_s:.3f} s: {why}; the board is {_words(snapshot)}", played["phase"], time_s
         )
 
-    def _stop_stream(self) -> None:
+    def _stop_stream(self, number: int) -> None:
         """Brings the axes to rest along the path; the error that led here is the one to see."""
+        if self._link.is_closed():
+            # That has stopped it.
+            return
         try:
-            self._link.command("stop", 0)
-            self._link.abandon()
-            self.stop()
+            if self._link.stop_stream(number):
+                self._rest_of(number, 30.0)
         except BoardError as reason:
-            self._link.abandon()
             warnings.warn(f"the stream could not be stopped: {reason}", RuntimeWarning, stacklevel=3)
 
-    def _progress(self, number: int, sent: int, cycle_us: int) -> Progress:
+    def _rest_of(self, number: int, timeout_s: float = math.inf) -> Snapshot:
+        """Waits until a stream that has ended moves nothing any more."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            snapshot = self.snapshot()
+            is_over = not snapshot.is_moving and snapshot.state != "Stopping"
+            if is_over or snapshot.stream != number:
+                return snapshot
+            if time.monotonic() > deadline:
+                raise BoardError(f"the axes did not stop in {timeout_s} s: the board is {_words(snapshot)}")
+
+    def _progress(self, number: int, sent: int, cycle_us: int, percent: int) -> Progress:
         latest = self._link.latest_snapshot()
-        if latest is None or latest["stream"] != number:
-            return Progress(0.0, sent, "Waiting", 100, [])
-        snapshot = _snapshot(latest)
+        snapshot = self.snapshot() if latest is None else _snapshot(latest)
+        if snapshot.stream != number:
+            # It has not begun, as far as the board has said.
+            return Progress(0.0, sent, "Waiting", percent, snapshot.positions)
         time_s = snapshot.time_cycles * cycle_us / 1e6
         return Progress(time_s, sent, snapshot.phase, snapshot.percent, snapshot.positions)
 

@@ -9,14 +9,13 @@ use pyo3::prelude::*;
 
 use super::Link;
 use super::errors::{connection_lost, no_reply, request_failed};
-use super::state::{QUEUE, State};
+use super::state::{QUEUE, State, ends};
 use crate::errors::input_error;
-use crate::points::Point;
 
 /// Python looks for Ctrl-C this often.
 pub(super) const SIGNALS: Duration = Duration::from_millis(50);
 /// The application of a board takes no longer for a command than this.
-const ANSWER: Duration = Duration::from_secs(15);
+pub(super) const ANSWER: Duration = Duration::from_secs(15);
 
 impl Link {
     /// Waits until something is so; `None` when it took too long.
@@ -26,33 +25,55 @@ impl Link {
         most: Duration,
         mut look: impl FnMut(&mut State) -> Option<T> + Send,
     ) -> PyResult<Option<T>> {
+        self.check_process(py)?;
         let start = Instant::now();
         loop {
-            let mut found = py.detach(|| {
-                let found = look(&mut self.shared.lock());
-                if found.is_none() {
-                    self.shared
-                        .wait(SIGNALS.min(most.saturating_sub(start.elapsed())));
+            let seen = py.detach(|| {
+                let seen = self.look(&mut look);
+                if !matches!(seen, Seen::Nothing) {
+                    return seen;
                 }
-                found
+                let most = SIGNALS.min(most.saturating_sub(start.elapsed()));
+                self.shared.wait(most);
+                self.look(&mut look)
             });
-            if found.is_none() {
-                found = look(&mut self.shared.lock());
-            }
-            if found.is_some() {
-                return Ok(found);
+            match seen {
+                Seen::It(found) => return Ok(Some(found)),
+                Seen::Gone(text) => return Err(connection_lost(py, text)),
+                Seen::Nothing => {}
             }
             py.check_signals()?;
-            if let Some(gone) = &self.shared.lock().gone {
-                return Err(connection_lost(
-                    py,
-                    format_args!("{}: {gone}", self.address),
-                ));
-            }
             if start.elapsed() >= most {
                 return Ok(None);
             }
         }
+    }
+
+    fn look<T>(&self, look: &mut impl FnMut(&mut State) -> Option<T>) -> Seen<T> {
+        let mut state = self.shared.lock();
+        match (look(&mut state), &state.gone) {
+            (Some(found), _) => Seen::It(found),
+            (None, Some(gone)) => Seen::Gone(format!("{}: {gone}", self.address)),
+            (None, None) => Seen::Nothing,
+        }
+    }
+
+    /// The state, for a moment in which no object of Python is made: that may wait for a thread that waits for the state.
+    pub(super) fn state(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, State>> {
+        self.check_process(py)?;
+        Ok(self.shared.lock())
+    }
+
+    /// A child that was forked has a copy of the link without its thread, which may have held the state at that moment.
+    pub(super) fn check_process(&self, py: Python<'_>) -> PyResult<()> {
+        if self.is_here() {
+            return Ok(());
+        }
+        let address = &self.address;
+        Err(connection_lost(
+            py,
+            format_args!("{address}: the link belongs to another process: open it anew"),
+        ))
     }
 
     pub(super) fn ask(&self, py: Python<'_>, request: Request) -> PyResult<Answer> {
@@ -65,25 +86,24 @@ impl Link {
         request: Request,
         most: Duration,
     ) -> PyResult<Answer> {
-        let ticket = {
-            let mut state = self.shared.lock();
-            if let Some(gone) = &state.gone {
-                return Err(connection_lost(
-                    py,
-                    format_args!("{}: {gone}", self.address),
-                ));
-            }
-            state.last_ticket += 1;
-            let ticket = state.last_ticket;
-            state.requests.push_back((ticket, request));
-            ticket
-        };
+        let ticket = self.state(py)?.queue(request);
+        self.reply_within(py, ticket, most)
+    }
+
+    /// The reply to a request that was queued.
+    pub(super) fn reply_within(
+        &self,
+        py: Python<'_>,
+        ticket: u64,
+        most: Duration,
+    ) -> PyResult<Answer> {
         let waited = self.wait(py, most, |state| state.replies.remove(&ticket));
         if !matches!(waited, Ok(Some(_))) {
             // What nobody waits for any more, and has not gone out yet, does not go out behind the stop that follows; but what stops does.
-            let ends = |request: &Request| request.is_stopping() || *request == Request::Disable;
-            let is_another = |one: &(u64, Request)| one.0 != ticket || ends(&one.1);
-            self.shared.lock().requests.retain(is_another);
+            let mut state = self.shared.lock();
+            let is_gone = state.gone.is_some();
+            let is_another = |one: &(u64, Request)| one.0 != ticket || (ends(&one.1) && !is_gone);
+            state.requests.retain(is_another);
         }
         match waited? {
             Some(Ok(answer)) => Ok(answer),
@@ -98,32 +118,14 @@ impl Link {
         }
     }
 
-    /// The segment that a set-point completes.
-    pub(super) fn make(&self, point: Point) -> Result<Option<Segment>, String> {
-        let mut maker = locked(&self.maker);
-        let Some(maker) = maker.as_mut() else {
-            return Err("no stream is under way".to_owned());
-        };
-        let latest = maker.latest().time;
-        if point.time <= latest {
-            let (expected, actual) = (latest.cycles(), point.time.cycles());
-            return Err(format!(
-                "the time: expected later than {expected} cycles, got {actual}"
-            ));
-        }
-        Ok(maker.push(point))
-    }
-
-    pub(super) fn offer(&self, py: Python<'_>, segment: Segment) -> PyResult<bool> {
+    /// Adds a segment when there is room; whether the stream still takes them.
+    pub(super) fn offer(&self, py: Python<'_>, number: u32, segment: Segment) -> PyResult<bool> {
         let mut segment = Some(segment);
         loop {
             let look = |state: &mut State| {
-                let Some(stream) = &mut state.stream else {
+                let Some(stream) = state.open_stream(number) else {
                     return Some(false);
                 };
-                if stream.end.is_some() {
-                    return Some(false);
-                }
                 let has_room = stream.segments.len() < QUEUE;
                 has_room.then(|| {
                     stream.segments.extend(segment.take());
@@ -135,14 +137,14 @@ impl Link {
             }
         }
     }
+}
 
-    pub(super) fn is_open(&self) -> bool {
-        let state = self.shared.lock();
-        state
-            .stream
-            .as_ref()
-            .is_some_and(|stream| stream.end.is_none())
-    }
+/// What a look at the state has found.
+enum Seen<T> {
+    It(T),
+    /// The thread has ended, and why.
+    Gone(String),
+    Nothing,
 }
 
 /// A caller that panicked left nothing half done.

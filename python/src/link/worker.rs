@@ -6,11 +6,11 @@ use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use board_link::host::{Client, ClientConfig, Incoming, RequestError};
+use board_link::host::{Client, ClientConfig, Incoming, RequestError, StreamEnd};
 use board_link::message::{Answer, Request};
 
 use super::port::Port;
-use super::state::{Shared, State};
+use super::state::{End, Shared, State, ends};
 
 /// Segments on their way, and bytes that wait: few, so that a stop does not wait behind them.
 const WINDOW: usize = 32;
@@ -87,13 +87,11 @@ impl Worker {
         self.client.on_bytes(now_us, bytes);
         let shared = Arc::clone(&self.shared);
         let mut state = shared.lock();
+        // Before the next stream is begun: the end of the one before is not its own.
+        let mut has_news = self.take_all(&mut state);
         self.take_orders(&mut state);
         self.client.poll(now_us);
-        let mut has_news = false;
-        while let Some(incoming) = self.client.next() {
-            self.take(&mut state, incoming);
-            has_news = true;
-        }
+        has_news |= self.take_all(&mut state);
         drop(state);
         if has_news || count > 0 {
             shared.tell();
@@ -131,13 +129,15 @@ impl Worker {
 
     /// In order, but for what stops: that waits for nothing, and nothing that waited before it moves or enables behind it.
     fn pass_requests(&mut self, state: &mut State) {
-        let ends = |request: &Request| request.is_stopping() || *request == Request::Disable;
         let urgent = state.requests.iter().position(|one| ends(&one.1));
         if let Some(urgent) = urgent {
             let (mut place, mut given_up) = (0, Vec::new());
             state.requests.retain(|(ticket, request)| {
-                let begins = matches!(request, Request::Enable | Request::Home);
-                let is_kept = place >= urgent || !begins;
+                let moves = matches!(
+                    request,
+                    Request::Enable | Request::Home | Request::Resume | Request::Override { .. }
+                );
+                let is_kept = place >= urgent || !moves;
                 place += 1;
                 if !is_kept {
                     given_up.push(*ticket);
@@ -169,17 +169,22 @@ impl Worker {
     }
 
     fn pass_stream(&mut self, state: &mut State) {
+        // It would stop what was begun behind it.
+        let waits = state.requests.iter().any(|one| ends(&one.1));
         let Some(stream) = &mut state.stream else {
             return;
         };
         if let Some(begin) = &stream.begin {
+            if waits {
+                return;
+            }
             match self.client.begin(begin.clone()) {
                 Ok(()) => stream.begin = None,
                 // The one before is still at its end.
                 Err(RequestError::Busy) => return,
                 Err(_) => {
                     stream.begin = None;
-                    stream.end = Some(board_link::host::StreamEnd::Lost);
+                    stream.end = Some(End::Told(StreamEnd::Lost));
                 }
             }
         }
@@ -197,6 +202,16 @@ impl Worker {
             stream.is_finish_told = true;
             self.client.finish();
         }
+    }
+
+    /// Takes what the client says; whether there was anything.
+    fn take_all(&mut self, state: &mut State) -> bool {
+        let mut has_news = false;
+        while let Some(incoming) = self.client.next() {
+            self.take(state, incoming);
+            has_news = true;
+        }
+        has_news
     }
 
     fn take(&mut self, state: &mut State, incoming: Incoming) {
@@ -217,17 +232,14 @@ impl Worker {
                 if let Some(stream) = &mut state.stream
                     && stream.begin.is_none()
                 {
-                    stream.end = Some(end);
+                    stream.end.get_or_insert(End::Told(end));
                     stream.segments.clear();
                 }
             }
             Incoming::Event { number, event } => state.keep_event(number, event),
             Incoming::EventsLost(count) => state.events_lost += u64::from(count),
             Incoming::Snapshot(_) if !self.has_snapshots => {}
-            Incoming::Snapshot(snapshot) => {
-                state.snapshot = Some(snapshot);
-                state.snapshots += 1;
-            }
+            Incoming::Snapshot(snapshot) => state.keep_snapshot(snapshot),
         }
     }
 
@@ -256,7 +268,7 @@ impl Worker {
             && stream.end.is_none()
         {
             stream.begin = None;
-            stream.end = Some(board_link::host::StreamEnd::Lost);
+            stream.end = Some(End::Told(StreamEnd::Lost));
         }
     }
 
