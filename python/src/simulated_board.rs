@@ -53,6 +53,8 @@ pub(crate) struct SimulatedBoard {
     axes: usize,
     wishes: Arc<Mutex<Wishes>>,
     thread: Mutex<Option<JoinHandle<()>>>,
+    /// The process in which the thread runs.
+    process: u32,
 }
 
 #[pymethods]
@@ -137,6 +139,7 @@ impl SimulatedBoard {
             axes,
             wishes,
             thread: Mutex::new(Some(thread)),
+            process: std::process::id(),
         })
     }
 
@@ -209,6 +212,10 @@ impl SimulatedBoard {
 
     /// Ends the board.
     fn close(&self, py: Python<'_>) {
+        if !self.is_here() {
+            // The thread is none of this process.
+            return;
+        }
         self.wishes().is_closing = true;
         let thread = self.thread.lock().map_or(None, |mut thread| thread.take());
         if let Some(thread) = thread {
@@ -221,6 +228,11 @@ impl SimulatedBoard {
 }
 
 impl SimulatedBoard {
+    /// Whether this is the process that has started it, and no child that was forked.
+    fn is_here(&self) -> bool {
+        self.process == std::process::id()
+    }
+
     fn wishes(&self) -> MutexGuard<'_, Wishes> {
         lock(&self.wishes)
     }
@@ -228,7 +240,9 @@ impl SimulatedBoard {
 
 impl Drop for SimulatedBoard {
     fn drop(&mut self) {
-        self.wishes().is_closing = true;
+        if self.is_here() {
+            self.wishes().is_closing = true;
+        }
     }
 }
 
