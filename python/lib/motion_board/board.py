@@ -398,7 +398,7 @@ class Board:
             self.stop(timeout_s)
         finally:
             # Whatever became of the stop.
-            self._link.command("disable", 0)
+            self._end("disable")
         off = ("Off", "NoSettings", "Locked", "StopOpen", "EnableInactive", "Faulted")
         self._wait_for(off, _ON, "off", _deadline(timeout_s))
 
@@ -440,7 +440,7 @@ class Board:
     def stop(self, timeout_s: float = 30.0) -> None:
         """Slows down along the path, and waits until the axes stand."""
         deadline = _deadline(timeout_s)
-        self._link.command("stop", 0)
+        self._end("stop")
         while True:
             snapshot = self.snapshot()
             if not snapshot.is_moving and snapshot.state not in ("Homing", "Stopping"):
@@ -450,6 +450,14 @@ class Board:
             if snapshot.is_moving:
                 # Another thread or another program may have begun it at the same moment.
                 self._link.command("stop", 0)
+
+    def _end(self, command: str) -> None:
+        try:
+            self._link.command(command, 0)
+        except Refused:
+            # A board without settings refuses every command; it has no drives that move or are on.
+            if self.snapshot().state != "NoSettings":
+                raise
 
     def halt(self) -> None:
         """Ends all set-points at once; the axes stop as hard as the drives let them. The drives keep their power, and follow nothing until
