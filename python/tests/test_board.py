@@ -133,7 +133,7 @@ WRONG: Tuple[Tuple[Any, Any, str], ...] = (
     ([0, 1], numpy.array([[0, 0], [numpy.nan, 0]]), "set-point 1, axis 0: expected a position, got nan"),
     ([0, 1, 0.5], [[0, 0], [1, 1], [2, 2]], "set-point 2: expected a time after 1.0 s, got 0.5 s"),
     (numpy.array([0, numpy.inf]), [[0, 0], [1, 1]], "set-point 1: expected a time in seconds, got inf"),
-    (numpy.zeros((2, 2)), [[0, 0], [1, 1]], "set-point 0: expected a time and a row of positions"),
+    (numpy.zeros((2, 2)), [[0, 0], [1, 1]], "set-point 0: expected a time in seconds, got [0.0, 0.0]"),
     ([], [], "at least one set-point"),
     ([(0, [0, 0]), "end"], None, "set-point 1: expected a time and a row of positions, got 'end'"),
 )

@@ -66,7 +66,7 @@ def test_lists_and_generators_are_taken_as_arrays_are() -> None:
         ([0, 1, 1], [[0], [1], [2]], {}, "set-point 2: expected a time after 1.0 s, got 1.0 s"),
         ([0, float("inf")], [[0], [1]], {}, "set-point 1: expected a time in seconds, got inf"),
         ([], [], {}, "at least one set-point"),
-        ([0, 1], [[0], ["far"]], {}, "set-point 1: expected a time and a row of positions"),
+        ([0, 1], [[0], ["far"]], {}, "set-point 1, axis 0: expected a position, got 'far'"),
         ([0, 1], [[0], [1]], {"drives": [1, 2]}, "expected 2 positions, one for each drive, got 1"),
         ([0, 1], [[0], [1]], {"counts_per_unit": [1, 2]}, "counts_per_unit: expected one for each of 1 axes, got 2"),
         ([0, 1], [[0], [1]], {"counts_per_unit": 0.0}, "counts_per_unit, axis 0: expected a number other than 0"),
