@@ -5,11 +5,14 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterator, Mapping, Sequence, Set
 from reprlib import repr as shown
-from typing import Any, Optional, Type
+from typing import Any, List, Optional, Type, Union
 
 from .errors import InputError
 
-__all__ = ["number", "refuse_unordered", "row", "shown", "whole"]
+__all__ = ["BytesLike", "drive_ids", "number", "octets", "real", "refuse_unordered", "row", "shown", "whole"]
+
+BytesLike = Union[bytes, bytearray, memoryview]
+"""Anything that holds bytes."""
 
 # Not in the order of axes or times, or characters in the place of numbers.
 _NO_ROWS = (str, bytes, bytearray, Mapping, Set)
@@ -35,6 +38,36 @@ def whole(name: str, value: Any, lowest: int, highest: int, error: Type[ValueErr
     if found is None or not lowest <= found <= highest:
         raise error(f"{name}: expected {lowest} to {highest}, got {shown(value)}")
     return found
+
+
+def real(name: str, value: Any) -> float:
+    """A real number; whether it makes sense is checked where it is used."""
+    try:
+        return number(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{name}: expected a number, got {shown(value)}") from error
+
+
+def drive_ids(name: str, drives: Any) -> List[int]:
+    """Drive ids in their order."""
+    try:
+        given = row(drives)
+    except TypeError as error:
+        raise InputError(f"{name}: expected drive ids: {error}") from error
+    return [whole(f"{name}, drive {place}", drive, 1, 63) for place, drive in enumerate(given)]
+
+
+def octets(name: str, data: BytesLike) -> bytes:
+    """The bytes of anything that holds bytes."""
+    if isinstance(data, bytes):
+        return data
+    try:
+        view = memoryview(data)
+    except TypeError as error:
+        raise TypeError(f"{name}: expected bytes, got {shown(data)}") from error
+    if view.itemsize != 1:
+        raise TypeError(f"{name}: expected bytes, got numbers of {view.itemsize} bytes")
+    return view.tobytes()
 
 
 def _listed(values: Any) -> Any:

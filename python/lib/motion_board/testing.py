@@ -18,10 +18,23 @@ from types import TracebackType
 from typing import List, NamedTuple, Optional, Sequence, Tuple, Type
 
 from . import _native
+from .arguments import BytesLike, octets, row, whole
+from .errors import InputError
 
 __all__ = ["SetPoint", "SimulatedBoard"]
 
 _UNITS = 1 << 24
+
+
+def _origins(origins: Sequence[Optional[int]]) -> List[Optional[int]]:
+    try:
+        given = row(origins)
+    except TypeError as error:
+        raise InputError(f"origins: {error}") from error
+    return [
+        None if at is None else whole(f"origins, axis {axis}", at, -(1 << 31), (1 << 31) - 1)
+        for axis, at in enumerate(given)
+    ]
 
 
 class SetPoint(NamedTuple):
@@ -46,7 +59,7 @@ class SimulatedBoard:
         travel: Tuple[int, int] = (-1_000_000, 1_000_000),
         cycle_us: int = 1000,
         silence_cycles: int = 500,
-        settings: bytes = b"",
+        settings: BytesLike = b"",
         port: int = 0,
         origins: Sequence[Optional[int]] = (),
     ) -> None:
@@ -55,7 +68,7 @@ class SimulatedBoard:
         ``axes``: 1 to 14. ``velocity``, ``acceleration``, ``jerk``: limits of every axis in counts per cycle, per cycle² and per cycle³
         (None: not limited); of these a stream may need all of the velocity, two thirds of the acceleration, half of the jerk.
         ``travel``: lowest and highest position in counts. ``silence_cycles``: a host that is silent for so long is a stop.
-        ``settings``: what it has as its settings, and does not obey. ``port``: of TCP, 0 for one that is free.
+        ``settings``: what it has as its settings, and does not obey; what is written counts from :meth:`reset` on. ``port``: of TCP, 0 for one that is free.
         ``origins``: an axis with a number is one that is to be homed; its homing takes a fifth of a second, finds its origin there, and brings it there.
         """
         self._board = _native.SimulatedBoard(
@@ -66,9 +79,9 @@ class SimulatedBoard:
             travel,
             cycle_us,
             silence_cycles,
-            settings,
-            port,
-            list(origins),
+            octets("settings", settings),
+            whole("port", port, 0, 0xFFFF),
+            _origins(origins),
         )
 
     @property
@@ -117,7 +130,8 @@ class SimulatedBoard:
         self._board.raise_fault(axis, code, detail)
 
     def reset(self) -> None:
-        """As if it were switched off and on: the axes stay where they are, everything else begins anew."""
+        """As if it were switched off and on: the axes stay where they are, the fault log and the settings that were written last are kept,
+        everything else begins anew."""
         self._board.reset()
 
     def drop_link(self) -> None:

@@ -15,6 +15,15 @@ const COMMANDS: usize = 4;
 /// A homing takes so long.
 const HOMING_US: u32 = 200_000;
 
+/// What a start leaves to the next one.
+#[derive(Clone)]
+pub(super) struct Kept {
+    pub(super) targets: Vec<i32>,
+    pub(super) fault_log: Vec<FaultEntry>,
+    /// The settings that count from the next start on.
+    pub(super) settings: Vec<u8>,
+}
+
 pub(super) struct Axes {
     pub(super) state: BoardState,
     pub(super) targets: Vec<i32>,
@@ -26,9 +35,11 @@ pub(super) struct Axes {
     commands: VecDeque<(u16, Command)>,
     results: VecDeque<(u16, Result<(), Refused>)>,
     events: VecDeque<Event>,
+    /// Those in force, and those of the next start.
     settings: Vec<u8>,
+    stored: Vec<u8>,
     staging: Vec<u8>,
-    pub(super) fault_log: Vec<FaultEntry>,
+    fault_log: Vec<FaultEntry>,
     /// Where the axes that are to be homed find their origins, and whether they have.
     origins: Vec<Option<i32>>,
     is_homed: bool,
@@ -37,11 +48,11 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    pub(super) fn new(made: &Made, boot: u32, targets: Vec<i32>, log: Vec<FaultEntry>) -> Self {
+    pub(super) fn new(made: &Made, boot: u32, kept: Kept) -> Self {
         Self {
             state: BoardState::Off,
-            faults: vec![0; targets.len()],
-            targets,
+            faults: vec![0; kept.targets.len()],
+            targets: kept.targets,
             is_stop_open: false,
             is_enable_inactive: false,
             boot,
@@ -49,12 +60,21 @@ impl Axes {
             commands: VecDeque::new(),
             results: VecDeque::new(),
             events: VecDeque::new(),
-            settings: made.settings.clone(),
+            settings: kept.settings.clone(),
+            stored: kept.settings,
             staging: vec![0; SETTINGS_ROOM],
-            fault_log: log,
+            fault_log: kept.fault_log,
             origins: made.origins.clone(),
             is_homed: false,
             homing: None,
+        }
+    }
+
+    pub(super) fn kept(&self) -> Kept {
+        Kept {
+            targets: self.targets.clone(),
+            fault_log: self.fault_log.clone(),
+            settings: self.stored.clone(),
         }
     }
 
@@ -216,7 +236,7 @@ impl Axes {
             return Err(Reason::Enabled.plain());
         }
         let bytes = self.staging.get(..length as usize);
-        self.settings = bytes.map(<[u8]>::to_vec).unwrap_or_default();
+        self.stored = bytes.map(<[u8]>::to_vec).unwrap_or_default();
         Ok(())
     }
 

@@ -6,11 +6,10 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use board_link::board::{Board, BoardConfig, Link};
-use board_link::message::FaultEntry;
 use board_link::segment::{Player, SegmentConfig, SegmentQueue};
 use trajectory::Position;
 
-use super::machine::Axes;
+use super::machine::{Axes, Kept};
 use super::{MOST_AXES, MOST_TRACE, Made, Wishes, lock};
 
 /// Segments of the queue, and one place more.
@@ -20,27 +19,28 @@ const OUT: usize = 4_096;
 /// Starts the board, and starts it anew after a reset, until it is to end.
 pub(super) fn run(listener: &TcpListener, made: &Made, wishes: &Mutex<Wishes>) {
     let mut boot = 0;
-    let mut targets = vec![0; made.limits.len()];
-    let mut log = Vec::new();
+    let mut kept = Kept {
+        targets: vec![0; made.limits.len()],
+        fault_log: Vec::new(),
+        settings: made.settings.clone(),
+    };
     let mut host = None;
     while !lock(wishes).is_closing {
         boot += 1;
         let queue = SegmentQueue::<MOST_AXES, QUEUE>::new();
         let start = Start {
             boot,
-            targets,
-            log,
+            kept,
             host,
             queue,
         };
-        (targets, log, host) = live(listener, made, wishes, start);
+        (kept, host) = live(listener, made, wishes, start);
     }
 }
 
 struct Start {
     boot: u32,
-    targets: Vec<i32>,
-    log: Vec<FaultEntry>,
+    kept: Kept,
     /// The cable stays in a board that is reset.
     host: Option<TcpStream>,
     queue: SegmentQueue<MOST_AXES, QUEUE>,
@@ -52,13 +52,13 @@ fn live(
     made: &Made,
     wishes: &Mutex<Wishes>,
     mut start: Start,
-) -> (Vec<i32>, Vec<FaultEntry>, Option<TcpStream>) {
+) -> (Kept, Option<TcpStream>) {
     let cycles_per_second = 1_000_000 / made.cycle_us;
     let config = SegmentConfig::with_cycles_per_second(cycles_per_second);
-    let axes = Axes::new(made, start.boot, start.targets.clone(), start.log.clone());
+    let axes = Axes::new(made, start.boot, start.kept.clone());
     let Some((admission, player)) = start.queue.split(&made.limits, config) else {
         lock(wishes).is_closing = true;
-        return (start.targets, start.log, None);
+        return (start.kept, None);
     };
     let config = BoardConfig {
         silence: made.silence_cycles,
@@ -72,6 +72,7 @@ fn live(
         now: 0,
         cycle_us: made.cycle_us,
         stand: start
+            .kept
             .targets
             .iter()
             .map(|&at| Position::from_counts(at))
@@ -88,8 +89,7 @@ fn live(
             std::thread::sleep(early);
         }
     }
-    let axes = running.board.application();
-    (axes.targets.clone(), axes.fault_log.clone(), running.host)
+    (running.board.application().kept(), running.host)
 }
 
 struct Running<'q> {
