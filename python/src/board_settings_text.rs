@@ -8,14 +8,15 @@ use pyo3::types::PyBytes;
 use pythonize::pythonize;
 
 use crate::errors::codec_error;
+use crate::values::Octets;
 
 /// Text, values, and counts of a turn of each motor.
 type Read<'py> = (String, Bound<'py, PyAny>, Vec<u32>);
 
 /// What settings say.
 #[pyfunction]
-pub(crate) fn read_settings<'py>(py: Python<'py>, data: &[u8]) -> PyResult<Read<'py>> {
-    let settings = Settings::read(data).map_err(|refusal| codec_error(py, refusal))?;
+pub(crate) fn read_settings<'py>(py: Python<'py>, data: Octets) -> PyResult<Read<'py>> {
+    let settings = Settings::read(&data).map_err(|refusal| codec_error(py, refusal))?;
     let turns: PyResult<Vec<u32>> = settings
         .axes
         .iter()

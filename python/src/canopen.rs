@@ -8,6 +8,7 @@ use zlac8030l::{
 };
 
 use crate::errors::codec_error;
+use crate::values::Octets;
 
 type Parts<'py> = (u16, Bound<'py, PyBytes>);
 
@@ -85,9 +86,9 @@ pub(crate) fn canopen_sdo_write<'py>(
     node: i32,
     index: u16,
     sub: u8,
-    data: &[u8],
+    data: Octets,
 ) -> PyResult<Parts<'py>> {
-    let request = SdoRequest::Write(ObjectAddress::new(index, sub), data_of(py, data)?);
+    let request = SdoRequest::Write(ObjectAddress::new(index, sub), data_of(py, &data)?);
     Ok(parts(py, &request.encode(node_of(py, node)?)))
 }
 
@@ -98,9 +99,9 @@ pub(crate) fn canopen_sdo_value<'py>(
     node: i32,
     index: u16,
     sub: u8,
-    data: &[u8],
+    data: Octets,
 ) -> PyResult<Parts<'py>> {
-    let reply = SdoReply::Value(ObjectAddress::new(index, sub), data_of(py, data)?);
+    let reply = SdoReply::Value(ObjectAddress::new(index, sub), data_of(py, &data)?);
     Ok(parts(py, &reply.encode(node_of(py, node)?)))
 }
 

@@ -11,7 +11,7 @@ use pyo3::types::{PyBytes, PyDict};
 use pythonize::pythonize;
 
 use crate::errors::codec_error;
-use crate::values::Values;
+use crate::values::{Octets, Values};
 use dialect::dialect_of;
 
 /// What surrounds the values in a decoded message.
@@ -65,10 +65,10 @@ pub(crate) fn dyn_can_encode_reply<'py>(
 pub(crate) fn dyn_can_decode_request<'py>(
     py: Python<'py>,
     id: u16,
-    data: &[u8],
+    data: Octets,
     dialect: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (frame, dialect) = (frame_of(py, id, data)?, dialect_of(dialect)?);
+    let (frame, dialect) = (frame_of(py, id, &data)?, dialect_of(dialect)?);
     let (address, request) =
         Request::decode(&frame, &dialect).map_err(|error| codec_error(py, error))?;
     message(py, address, Content::Request(request))
@@ -79,11 +79,11 @@ pub(crate) fn dyn_can_decode_request<'py>(
 pub(crate) fn dyn_can_decode_reply<'py>(
     py: Python<'py>,
     id: u16,
-    data: &[u8],
+    data: Octets,
     asked: Option<&str>,
     dialect: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (frame, dialect) = (frame_of(py, id, data)?, dialect_of(dialect)?);
+    let (frame, dialect) = (frame_of(py, id, &data)?, dialect_of(dialect)?);
     let outstanding = match asked {
         None => None,
         Some("position") => Some(ReplyKind::Position),

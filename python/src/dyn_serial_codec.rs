@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::errors::codec_error;
-use crate::values::Values;
+use crate::values::{Octets, Values};
 
 /// How the manual is read, as Python gives it: parameter form, dummy byte, what may go to every drive.
 type DialectWords = (String, i32, String);
@@ -60,10 +60,10 @@ pub(crate) fn dyn_serial_encode_reply<'py>(
 #[pyfunction]
 pub(crate) fn dyn_serial_decode_request<'py>(
     py: Python<'py>,
-    packet: &[u8],
+    packet: Octets,
     dialect: DialectWords,
 ) -> PyResult<(Option<u8>, &'static str, Bound<'py, PyDict>)> {
-    let (packet, dialect) = (packet_of(py, packet)?, dialect_of(py, &dialect)?);
+    let (packet, dialect) = (packet_of(py, &packet)?, dialect_of(py, &dialect)?);
     let (to, request) =
         Request::decode(&packet, &dialect).map_err(|error| codec_error(py, error))?;
     let drive = match to {
@@ -78,9 +78,9 @@ pub(crate) fn dyn_serial_decode_request<'py>(
 #[pyfunction]
 pub(crate) fn dyn_serial_decode_reply<'py>(
     py: Python<'py>,
-    packet: &[u8],
+    packet: Octets,
 ) -> PyResult<(Option<u8>, &'static str, Bound<'py, PyDict>)> {
-    let packet = packet_of(py, packet)?;
+    let packet = packet_of(py, &packet)?;
     let (from, reply) = Reply::decode(&packet).map_err(|error| codec_error(py, error))?;
     let values = message::reply_values(py, &reply)?;
     Ok((Some(from.get()), reply.function().name(), values))
@@ -105,7 +105,7 @@ impl SerialDecoder {
     fn push<'py>(
         &mut self,
         py: Python<'py>,
-        bytes: &[u8],
+        bytes: Octets,
     ) -> Vec<(&'static str, Bound<'py, PyBytes>)> {
         let events = bytes.iter().filter_map(|byte| self.decoder.push(*byte));
         events

@@ -10,6 +10,7 @@ use pythonize::pythonize;
 use serde::{Serialize, Serializer};
 
 use crate::errors::{codec_error, input_error};
+use crate::values::Octets;
 
 /// A frame and its meaning.
 #[derive(Serialize)]
@@ -211,10 +212,21 @@ fn frame_line<'py>(
 fn damage<'py>(py: Python<'py>, line: &str, error: &LineError) -> PyResult<Bound<'py, PyAny>> {
     let said = PyDict::new(py);
     said.set_item("kind", "error")?;
-    said.set_item("error", error.to_string())?;
+    said.set_item("error", words_of(error))?;
     said.set_item("column", column_of(line, error))?;
     said.set_item("ends_log", error.ends_log())?;
     Ok(said.into_any())
+}
+
+/// What is an option of the tool is an argument here.
+fn words_of(error: &LineError) -> String {
+    let text = error.to_string();
+    match error {
+        LineError::Differences { .. } => text
+            .replace("--stamps delta", "stamps=\"delta\"")
+            .replace("--stamps zero", "stamps=\"zero\""),
+        _ => text,
+    }
 }
 
 /// Where the part stands that is wrong, in letters from 1; nothing where it is not there exactly once.
@@ -273,7 +285,7 @@ impl FrameDecoder {
         &mut self,
         py: Python<'py>,
         id: u32,
-        data: &[u8],
+        data: Octets,
         extended: bool,
         remote: bool,
         time_s: Option<f64>,
@@ -281,7 +293,7 @@ impl FrameDecoder {
         let frame = if remote {
             Frame::remote(id, extended, data.len() as u8)
         } else {
-            Frame::new(id, extended, data)
+            Frame::new(id, extended, &data)
         };
         let Some(frame) = frame.filter(|_| data.len() <= 8) else {
             let length = data.len();

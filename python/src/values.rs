@@ -1,10 +1,40 @@
 //! The values of a message by their names: what decoding gives is what encoding takes.
 
 use dyn_can::{Alarm, CommandMode, DriveConfig, DriveStatus, RangeError, ServoMode};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyMemoryView, PyString, PyTuple};
 
 use crate::errors::codec_error;
+
+/// Anything that holds bytes: `bytes`, `bytearray`, `memoryview`, an array of bytes.
+pub(crate) struct Octets(Vec<u8>);
+
+impl core::ops::Deref for Octets {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Octets {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(bytes) = value.cast::<PyBytes>() {
+            return Ok(Self(bytes.as_bytes().to_vec()));
+        }
+        let view = PyMemoryView::from(&value)?;
+        let width: usize = view.getattr("itemsize")?.extract()?;
+        if width != 1 {
+            let text = format!("expected bytes, got numbers of {width} bytes");
+            return Err(PyTypeError::new_err(text));
+        }
+        let bytes = view.call_method0("tobytes")?;
+        Ok(Self(bytes.cast::<PyBytes>()?.as_bytes().to_vec()))
+    }
+}
 
 /// What a caller gave for a message.
 pub(crate) struct Values<'a, 'py> {
@@ -32,7 +62,10 @@ impl<'a, 'py> Values<'a, 'py> {
         let function = self.function;
         value.extract().map(Some).map_err(|error: PyErr| {
             let text = error.value(self.py()).to_string();
-            codec_error(self.py(), format_args!("{function}: {name}: {text}"))
+            codec_error(
+                self.py(),
+                format_args!("{function}: {name}: {text}, got {value}"),
+            )
         })
     }
 
@@ -97,13 +130,12 @@ impl<'a, 'py> Values<'a, 'py> {
     }
 }
 
-/// Bytes and lists are the same sequence.
+/// Bytes, lists and arrays are the same sequence.
 fn as_tuple(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
-    if value.is_instance_of::<PyBytes>() || value.is_instance_of::<PyList>() {
-        value.py().get_type::<PyTuple>().call1((value,))
-    } else {
-        Ok(value)
+    if value.is_instance_of::<PyString>() || value.try_iter().is_err() {
+        return Ok(value);
     }
+    value.py().get_type::<PyTuple>().call1((value,))
 }
 
 /// The configuration: its byte, or what the byte says.

@@ -65,3 +65,25 @@ def test_what_does_not_fit_is_refused() -> None:
         canopen.rpdo(4, 0, [(0x6041, 0, bytes(4)), (0x6042, 0, bytes(4)), (0x6043, 0, bytes(4))])
     with pytest.raises(CodecError, match="0 to 3"):
         canopen.rpdo(4, 4, [])
+
+
+@pytest.mark.parametrize("number", (2**16, 2**40, -1, 1.5, None))
+def test_a_number_that_fits_nowhere_is_an_error_of_the_codec(number: Any) -> None:
+    with pytest.raises(CodecError, match="index: expected 0 to 65535, got"):
+        canopen.sdo_read(1, number)
+    with pytest.raises(CodecError, match="sub: expected 0 to 255, got"):
+        canopen.sdo_written(1, 0x6041, number)
+    with pytest.raises(CodecError, match="node: expected 1 to 127, got"):
+        canopen.sdo_read(number, 0x6041)
+    with pytest.raises(CodecError, match="id: expected 0 to 2047, got"):
+        canopen.decode(Frame(number))
+    with pytest.raises(CodecError, match="id: expected 0 to 536870911, got"):
+        Decoder("canopen").hear(Frame(2**29 if number == 2**16 else number, extended=True))
+    with pytest.raises(CodecError, match="number: expected 0 to 3, got"):
+        canopen.rpdo(4, number, [])
+    with pytest.raises(CodecError, match="index: expected 0 to 65535, got"):
+        canopen.tpdo(4, 0, [(number, 0, b"x")])
+    with pytest.raises(CodecError, match="code: expected 0 to 4294967295, got"):
+        canopen.sdo_abort(4, 0x6041, 0, -1 if number == 2**16 else 2**32)
+    with pytest.raises(CodecError, match="node: expected 1 to 127, got"):
+        canopen.heartbeat(number, "stopped")

@@ -80,10 +80,48 @@ def test_frames_are_followed_one_by_one() -> None:
     assert decoder.hear(Frame(0x1234567, b"", extended=True))["protocol"] == "foreign"
     with pytest.raises(CodecError, match="at most 8 bytes"):
         decoder.hear(Frame(1, bytes(9)))
-    with pytest.raises(CodecError, match="0x800"):
+    with pytest.raises(CodecError, match="id: expected 0 to 2047, got 2048"):
         decoder.hear(Frame(0x800))
     with pytest.raises(InputError, match="time_s"):
         decoder.hear(Frame(1), float("nan"))
+
+
+DELTAS = [f" (000.{us:06d})  can0  03C   [1]  88\n" for us in (0, 10_000, 2_000, 500, 20_000, 1_000)]
+
+
+def test_differences_are_told_in_lists_and_files_as_behind_a_path(tmp_path: Path) -> None:
+    log = tmp_path / "delta.log"
+    log.write_text("".join(DELTAS))
+    times = [line["time_s"] for line in decode(log)]
+    assert times == pytest.approx([0, 0.01, 0.012, 0.0125, 0.0325, 0.0335])
+    assert [line["time_s"] for line in decode(DELTAS)] == times
+    assert [line["time_s"] for line in decode(tuple(DELTAS))] == times
+    with log.open() as file:
+        assert [line["time_s"] for line in decode(file)] == times
+    with log.open() as file:
+        file.readline()
+        assert len(list(decode(file))) == 5
+    assert [line["time_s"] for line in decode(iter(DELTAS), stamps="delta")] == times
+    # Lines that come one by one: what to do is said for Python.
+    with pytest.raises(LogError, match='give stamps="delta" if they are, stamps="zero" if not'):
+        list(decode(iter(DELTAS)))
+
+
+def test_what_gives_no_lines_of_text_is_refused(tmp_path: Path) -> None:
+    log = tmp_path / "run.log"
+    log.write_text(LOG)
+    with log.open("rb") as file, pytest.raises(InputError) as caught:
+        list(decode(file))  # type: ignore[arg-type]
+    assert "line 1 of the log: expected text, got b'" in str(caught.value)
+    assert str(caught.value).endswith("open the log as text, or give its path")
+    wrong: List[Any] = [b"(1.0) can0 029#", 5, None]
+    for what in wrong:
+        with pytest.raises(InputError, match="log: expected a path, or lines of text, got"):
+            decode(what)
+    wrong = [["(1.0) can0 029#", None], iter(["(1.0) can0 029#", 7])]
+    for what in wrong:
+        with pytest.raises(InputError, match="line 2 of the log: expected text, got"):
+            list(decode(what))
 
 
 def plain(value: Any) -> Any:

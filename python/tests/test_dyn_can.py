@@ -192,3 +192,37 @@ def test_a_torque_needs_its_request() -> None:
     assert torque["torque"] == -157 and torque["torque_share_clockwise"] == pytest.approx(-157 / 981)
     other = decode_reply(frame, "torque", Dialect("1.2A")).values
     assert other["torque_share_clockwise"] == pytest.approx(157 / 700)
+
+
+@pytest.mark.parametrize("number", (70000, -1, 2**40, 1.0, True, None))
+def test_a_number_that_fits_nowhere_is_an_error_of_the_codec(number: Any) -> None:
+    with pytest.raises(CodecError, match="id: expected 0 to 2047, got"):
+        decode_request(Frame(number))
+    with pytest.raises(CodecError, match="id: expected 0 to 2047, got"):
+        decode_reply(Frame(number))
+    if number is not None:
+        with pytest.raises(CodecError, match="drive: expected 1 to 63, got"):
+            encode_request("Set_Origin", drive=number)
+        with pytest.raises(CodecError, match="drive: expected 1 to 63, got"):
+            encode_reply("Echo_Function", drive=number, bytes=bytes(4))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    (
+        ("read_dummy", 300, "dialect: read_dummy: expected 0 to 255, got 300"),
+        ("read_dummy", "x", "dialect: read_dummy: expected 0 to 255, got x"),
+        ("set_origin", 70000, "dialect: set_origin: expected 0 to 255, or -1 for no byte, got 70000"),
+        ("set_origin", -2, "dialect: set_origin: expected 0 to 255, or -1 for no byte, got -2"),
+        ("strict_minimal", 1, "dialect: strict_minimal: expected True or False, got 1"),
+    ),
+)
+def test_a_dialect_that_cannot_be_is_named(name: str, value: Any, text: str) -> None:
+    with pytest.raises(CodecError) as caught:
+        encode_request("Set_Origin", 1, Dialect(**{name: value}))
+    assert text in str(caught.value)
+
+
+def test_a_value_that_fits_nowhere_is_shown() -> None:
+    with pytest.raises(CodecError, match="step_counts: .*, got 1099511627776"):
+        encode_request("Go_Relative_Pos_PD", 1, step_counts=2**40)

@@ -116,3 +116,13 @@ def test_the_form_of_the_sample_code_is_the_dialect() -> None:
     assert encode_request("Set_MainGain", 5, form, main_gain=64).hex() == "05b080c0f5"
     with pytest.raises(CodecError, match="parameter_form: expected table or shortest-signed"):
         encode_request("Set_MainGain", 5, Dialect(parameter_form="long"), main_gain=64)
+
+
+@pytest.mark.parametrize("number", (64, 2**40, -1, 1.5))
+def test_a_drive_that_cannot_be_is_an_error_of_the_codec(number: Any) -> None:
+    with pytest.raises(CodecError, match="drive: expected 0 to 63, got"):
+        encode_request("Set_Origin", number)
+    with pytest.raises(CodecError, match="drive: expected 0 to 63, got"):
+        encode_reply("Is_MainGain", number, main_gain=5)
+    with pytest.raises(CodecError, match="dummy: expected 0 to 127, got"):
+        encode_request("Set_Origin", 1, Dialect(dummy=number * 1000))

@@ -13,7 +13,9 @@ from __future__ import annotations
 from typing import Any, Dict, Optional, Sequence, Tuple
 
 from . import _native
-from .frame import Frame
+from .arguments import BytesLike, octets, whole
+from .errors import CodecError
+from .frame import Frame, identifier
 
 __all__ = [
     "decode",
@@ -29,13 +31,13 @@ __all__ = [
     "tpdo",
 ]
 
-Mapped = Tuple[int, int, bytes]
+Mapped = Tuple[int, int, BytesLike]
 """Index, sub-index and value of an object in a PDO, least significant byte first."""
 
 
 def nmt(command: str, node: Optional[int] = None) -> Frame:
     """Network management: "start", "stop", "pre-operational", "reset-node" or "reset-communication", to every node with None."""
-    return Frame(*_native.canopen_nmt(command, node))
+    return Frame(*_native.canopen_nmt(command, None if node is None else _node(node)))
 
 
 def sync() -> Frame:
@@ -45,42 +47,43 @@ def sync() -> Frame:
 
 def heartbeat(node: int, state: str) -> Frame:
     """The heartbeat of a node: "boot-up", "stopped", "operational" or "pre-operational"."""
-    return Frame(*_native.canopen_heartbeat(node, state))
+    return Frame(*_native.canopen_heartbeat(_node(node), state))
 
 
 def sdo_read(node: int, index: int, sub: int = 0) -> Frame:
     """Read an object."""
-    return Frame(*_native.canopen_sdo_read(node, index, sub))
+    return Frame(*_native.canopen_sdo_read(*_object(node, index, sub)))
 
 
-def sdo_write(node: int, index: int, sub: int, data: bytes) -> Frame:
+def sdo_write(node: int, index: int, sub: int, data: BytesLike) -> Frame:
     """Write an object of 1 to 4 bytes, least significant byte first."""
-    return Frame(*_native.canopen_sdo_write(node, index, sub, data))
+    return Frame(*_native.canopen_sdo_write(*_object(node, index, sub), data))
 
 
-def sdo_value(node: int, index: int, sub: int, data: bytes) -> Frame:
+def sdo_value(node: int, index: int, sub: int, data: BytesLike) -> Frame:
     """The reply to a read, for simulated drives."""
-    return Frame(*_native.canopen_sdo_value(node, index, sub, data))
+    return Frame(*_native.canopen_sdo_value(*_object(node, index, sub), data))
 
 
 def sdo_written(node: int, index: int, sub: int = 0) -> Frame:
     """The reply to a write, for simulated drives."""
-    return Frame(*_native.canopen_sdo_written(node, index, sub))
+    return Frame(*_native.canopen_sdo_written(*_object(node, index, sub)))
 
 
 def sdo_abort(node: int, index: int, sub: int, code: int) -> Frame:
     """The reply of a drive that refuses, with an abort code of CiA 301."""
-    return Frame(*_native.canopen_sdo_abort(node, index, sub, code))
+    reason = whole("code", code, 0, 0xFFFF_FFFF, CodecError)
+    return Frame(*_native.canopen_sdo_abort(*_object(node, index, sub), reason))
 
 
 def rpdo(node: int, number: int, objects: Sequence[Mapped]) -> Frame:
     """Process data to a drive, number 0 to 3; the objects must be mapped like this in the drive."""
-    return Frame(*_native.canopen_pdo(True, node, number, list(objects)))
+    return _pdo(True, node, number, objects)
 
 
 def tpdo(node: int, number: int, objects: Sequence[Mapped]) -> Frame:
     """Process data from a drive, for simulated drives."""
-    return Frame(*_native.canopen_pdo(False, node, number, list(objects)))
+    return _pdo(False, node, number, objects)
 
 
 def decode(frame: Frame) -> Dict[str, Any]:
@@ -89,4 +92,19 @@ def decode(frame: Frame) -> Dict[str, Any]:
     It knows of no request, and of no mapping of a PDO: use :class:`motion_board.Decoder` for a conversation.
     """
     decoder = _native.FrameDecoder("canopen", None, 10.0)
-    return decoder.hear(*frame, None)
+    return decoder.hear(identifier(frame), *frame[1:], None)
+
+
+def _node(node: int) -> int:
+    return whole("node", node, 1, 127, CodecError)
+
+
+def _object(node: int, index: int, sub: int) -> Tuple[int, int, int]:
+    index, sub = whole("index", index, 0, 0xFFFF, CodecError), whole("sub", sub, 0, 0xFF, CodecError)
+    return _node(node), index, sub
+
+
+def _pdo(to_drive: bool, node: int, number: int, objects: Sequence[Mapped]) -> Frame:
+    values = [(*_object(node, index, sub)[1:], octets("data", data)) for index, sub, data in objects]
+    number = whole("number", number, 0, 3, CodecError)
+    return Frame(*_native.canopen_pdo(to_drive, _node(node), number, values))

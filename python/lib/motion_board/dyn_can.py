@@ -15,11 +15,12 @@ Requests and replies share identifiers: which of the two a frame is, only its se
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, Dict, Optional
+from typing import Any, Dict, Optional, Tuple
 
 from . import _native
+from .arguments import whole
 from .errors import CodecError
-from .frame import Frame
+from .frame import Frame, identifier
 
 __all__ = [
     "Dialect",
@@ -89,14 +90,14 @@ def encode_request(
     Raises :class:`motion_board.CodecError` for an unknown function, a value that is missing, unknown or out of range, and for
     what the dialect does not allow.
     """
-    return Frame(*_native.dyn_can_encode_request(function, drive, values, asdict(dialect)))
+    return Frame(*_native.dyn_can_encode_request(function, _drive(drive), values, asdict(dialect)))
 
 
 def encode_reply(
     function: str, drive: Optional[int], dialect: Dialect = _RECOMMENDED, **values: Any
 ) -> Frame:
     """The frame of a reply, for simulated drives; ``function`` is that of the request, or Drive_Error."""
-    return Frame(*_native.dyn_can_encode_reply(function, drive, values, asdict(dialect)))
+    return Frame(*_native.dyn_can_encode_reply(function, _drive(drive), values, asdict(dialect)))
 
 
 def decode_request(frame: Frame, dialect: Dialect = _RECOMMENDED) -> Message:
@@ -104,8 +105,7 @@ def decode_request(frame: Frame, dialect: Dialect = _RECOMMENDED) -> Message:
 
     Raises :class:`motion_board.CodecError` for everything that the dialect does not allow as one.
     """
-    _data_frame(frame)
-    return _message(_native.dyn_can_decode_request(frame.id, frame.data, asdict(dialect)))
+    return _message(_native.dyn_can_decode_request(*_data_frame(frame), asdict(dialect)))
 
 
 def decode_reply(
@@ -116,14 +116,18 @@ def decode_reply(
     ``asked``: the function that was asked, as "Read_Drive_Status", or "position" or "torque" for General_Read, whose reply does not
     say which it is (D31); then nothing but its reply and Drive_Error decode. None: whatever does not depend on the request.
     """
-    _data_frame(frame)
-    return _message(_native.dyn_can_decode_reply(frame.id, frame.data, asked, asdict(dialect)))
+    return _message(_native.dyn_can_decode_reply(*_data_frame(frame), asked, asdict(dialect)))
 
 
-def _data_frame(frame: Frame) -> None:
+def _drive(drive: Optional[int]) -> Optional[int]:
+    return None if drive is None else whole("drive", drive, 1, 63, CodecError)
+
+
+def _data_frame(frame: Frame) -> Tuple[int, bytes]:
     if frame.extended or frame.remote:
         kind = "extended" if frame.extended else "remote"
         raise CodecError(f"DYN drives send and hear standard data frames, got another kind: {kind}")
+    return identifier(frame), frame.data
 
 
 def _message(fields: Dict[str, Any]) -> Message:

@@ -15,7 +15,9 @@ from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
 from . import _native
+from .arguments import BytesLike, whole
 from .dyn_can import Message
+from .errors import CodecError
 
 __all__ = [
     "Dialect",
@@ -41,7 +43,7 @@ class Dialect:
     """What may go to every drive: "coordinated-moves", "stop" or "lone-drive" (M24)."""
 
     def _words(self) -> Tuple[str, int, str]:
-        return self.parameter_form, self.dummy, self.general_id
+        return self.parameter_form, whole("dummy", self.dummy, 0, 127, CodecError), self.general_id
 
 
 _RECOMMENDED = Dialect()
@@ -54,15 +56,16 @@ def encode_request(
 
     Raises :class:`motion_board.CodecError` as :func:`motion_board.dyn_can.encode_request` does.
     """
-    return _native.dyn_serial_encode_request(function, drive, values, dialect._words())
+    to = None if drive is None else _drive(drive)
+    return _native.dyn_serial_encode_request(function, to, values, dialect._words())
 
 
 def encode_reply(function: str, drive: int, **values: Any) -> bytes:
     """The packet of a reply, for simulated drives."""
-    return _native.dyn_serial_encode_reply(function, drive, values)
+    return _native.dyn_serial_encode_reply(function, _drive(drive), values)
 
 
-def decode_request(packet: bytes, dialect: Dialect = _RECOMMENDED) -> Message:
+def decode_request(packet: BytesLike, dialect: Dialect = _RECOMMENDED) -> Message:
     """A whole packet as a request.
 
     Raises :class:`motion_board.CodecError` for a wrong checksum, length or byte, and for what is no request.
@@ -71,10 +74,14 @@ def decode_request(packet: bytes, dialect: Dialect = _RECOMMENDED) -> Message:
     return Message(function, drive, values)
 
 
-def decode_reply(packet: bytes) -> Message:
+def decode_reply(packet: BytesLike) -> Message:
     """A whole packet as a message of a drive."""
     drive, function, values = _native.dyn_serial_decode_reply(packet)
     return Message(function, drive, values)
+
+
+def _drive(drive: int) -> int:
+    return whole("drive", drive, 0, 63, CodecError)
 
 
 class Event(NamedTuple):
@@ -93,6 +100,6 @@ class StreamDecoder:
         """Before the first byte."""
         self._decoder = _native.SerialDecoder()
 
-    def push(self, data: bytes) -> List[Event]:
+    def push(self, data: BytesLike) -> List[Event]:
         """Takes bytes as they come, and gives what is complete."""
         return [Event(kind, part) for kind, part in self._decoder.push(data)]

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import os
+from collections.abc import Iterable as IsIterable
 from typing import IO, Any, Dict, Iterable, Iterator, Optional, Union
 
 from . import _native
+from .arguments import shown
 from .errors import InputError, LogError
-from .frame import Frame
+from .frame import Frame, identifier
 
 __all__ = ["Decoder", "decode"]
 
 _LOOK_AHEAD = 1 << 16
+_LINES_AHEAD = 1000
 _LONGEST_LINE = 4096
 # Lines that cannot be read before the first frame: then the file is no log.
 _PATIENCE = 5
@@ -35,7 +39,7 @@ class Decoder:
 
         ``text`` is the meaning in words, ``protocol`` "dyn", "canopen" or "foreign"; the values have names that end in their unit.
         """
-        return self._decoder.hear(frame.id, frame.data, frame.extended, frame.remote, time_s)
+        return self._decoder.hear(identifier(frame), frame.data, frame.extended, frame.remote, time_s)
 
 
 def decode(
@@ -48,8 +52,10 @@ def decode(
 ) -> Iterator[Dict[str, Any]]:
     """What a log says, line by line, as ``motionctl decode --json`` prints it.
 
-    ``log``: the path of a log of candump, python-can, PEAK, Vector or SavvyCAN, or its lines. ``protocol``, ``revision``,
-    ``reply_ms``: as for :class:`Decoder`. ``stamps``: what short times of candump are, "zero" or "delta"; None: as they show.
+    ``log``: the path of a log of candump, python-can, PEAK, Vector or SavvyCAN, or its lines:
+    a list of them, a file that is open as text, or anything that gives them one by one. ``protocol``, ``revision``,
+    ``reply_ms``: as for :class:`Decoder`. ``stamps``: what short times of candump are, "zero" or "delta"; None: as they show
+    in the first lines, which are not known of lines that come one by one.
     ``errors``: what becomes of a line that cannot be read: "raise" raises :class:`motion_board.LogError` with file, line and column;
     "yield" gives a dictionary whose ``kind`` is "error", and goes on.
 
@@ -65,7 +71,26 @@ def decode(
         path = os.fspath(log)
         # Opened here, so that a file that is not there is an error at once.
         return _of_file(decoder, open(path, "rb"), path, errors == "raise")
+    if isinstance(log, (bytes, bytearray, memoryview)) or not isinstance(log, IsIterable):
+        raise InputError(f"log: expected a path, or lines of text, got {shown(log)}")
+    decoder.look_ahead(_first_lines(log))
     return _of_lines(decoder, iter(log), "<lines>", errors == "raise")
+
+
+def _first_lines(log: Iterable[str]) -> str:
+    """What can be read twice of the lines; nothing of those that come one by one."""
+    if isinstance(log, (list, tuple)):
+        return "\n".join(line for line in log[:_LINES_AHEAD] if isinstance(line, str))
+    if isinstance(log, io.TextIOBase) and log.seekable():
+        try:
+            place = log.tell()
+        except OSError:
+            # Lines of it were taken one by one already.
+            return ""
+        begin = log.read(_LOOK_AHEAD)
+        log.seek(place)
+        return begin
+    return ""
 
 
 def _of_file(
@@ -94,6 +119,9 @@ def _of_lines(
 ) -> Iterator[Dict[str, Any]]:
     has_entry, damaged = False, 0
     for number, line in enumerate(lines, 1):
+        if not isinstance(line, str):
+            hint = ": open the log as text, or give its path" if isinstance(line, bytes) else ""
+            raise InputError(f"line {number} of the log: expected text, got {shown(line)}{hint}")
         if len(line.rstrip("\r\n")) > _LONGEST_LINE:
             said = [_too_long()]
         else:

@@ -58,17 +58,38 @@ pub(super) fn dialect_of(given: &Bound<'_, PyDict>) -> PyResult<Dialect> {
     Ok(dialect)
 }
 
+/// -1 stands for no data byte.
+struct OriginByte(SetOriginData);
+
+impl<'py> FromPyObject<'_, 'py> for OriginByte {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let number: i16 = value.extract()?;
+        Ok(Self(if number == -1 {
+            SetOriginData::Empty
+        } else {
+            SetOriginData::Magic(u8::try_from(number)?)
+        }))
+    }
+}
+
 struct Choice<'a, 'py> {
     given: &'a Bound<'py, PyDict>,
 }
 
 impl Choice<'_, '_> {
-    fn get<T>(&self, name: &str) -> PyResult<Option<T>>
+    fn get<T>(&self, name: &str, expected: &str) -> PyResult<Option<T>>
     where
         T: for<'b, 'c> FromPyObject<'b, 'c, Error = PyErr>,
     {
-        let value = self.given.get_item(name)?.filter(|value| !value.is_none());
-        value.map(|value| value.extract()).transpose()
+        let Some(value) = self.given.get_item(name)?.filter(|value| !value.is_none()) else {
+            return Ok(None);
+        };
+        value.extract().map(Some).map_err(|_| {
+            let text = format_args!("dialect: {name}: expected {expected}, got {value}");
+            codec_error(self.given.py(), text)
+        })
     }
 
     fn of<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> PyResult<Option<T>> {
@@ -95,22 +116,10 @@ impl Choice<'_, '_> {
     }
 
     fn bytes_and_switches(&self, dialect: &mut Dialect) -> PyResult<()> {
-        // -1 stands for no data byte.
-        if let Some(byte) = self.get::<i16>("set_origin")? {
-            dialect.set_origin = match u8::try_from(byte) {
-                Ok(byte) => SetOriginData::Magic(byte),
-                Err(_) if byte == -1 => SetOriginData::Empty,
-                Err(_) => {
-                    return Err(codec_error(
-                        self.given.py(),
-                        format_args!(
-                            "dialect: set_origin: expected 0 to 255, or -1 for no byte, got {byte}"
-                        ),
-                    ));
-                }
-            };
+        if let Some(OriginByte(data)) = self.get("set_origin", "0 to 255, or -1 for no byte")? {
+            dialect.set_origin = data;
         }
-        if let Some(byte) = self.get::<u8>("read_dummy")? {
+        if let Some(byte) = self.get::<u8>("read_dummy", "0 to 255")? {
             dialect.read_dummy = Some(byte);
         }
         let switches = [
@@ -119,7 +128,7 @@ impl Choice<'_, '_> {
             ("allow_assign_zero", &mut dialect.allow_assign_zero),
         ];
         for (name, place) in switches {
-            if let Some(value) = self.get::<bool>(name)? {
+            if let Some(value) = self.get::<bool>(name, "True or False")? {
                 *place = value;
             }
         }
