@@ -20,6 +20,8 @@ use bench::Bench;
 
 /// Segments that are kept.
 const SEGMENTS: usize = 65;
+/// Some milliseconds.
+const CYCLES_BETWEEN_SIGNALS: u64 = 1_000;
 
 /// What is to be simulated; the names are those of the arguments in Python.
 #[derive(FromPyObject)]
@@ -71,7 +73,10 @@ pub(crate) fn simulate<'py>(
     wish: Wish,
 ) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyAny>)> {
     let done = py.detach(|| run(&points, &wish));
-    let (set_points, positions, summary) = done.map_err(|text| input_error(py, text))?;
+    let (set_points, positions, summary) = done.map_err(|why| match why {
+        Undone::Refused(text) => input_error(py, text),
+        Undone::Interrupted(error) => error,
+    })?;
     Ok((
         PyBytes::new(py, &set_points),
         PyBytes::new(py, &positions),
@@ -81,18 +86,30 @@ pub(crate) fn simulate<'py>(
 
 type Done = (Vec<u8>, Vec<u8>, Summary);
 
-fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
+/// Why there is no result.
+enum Undone {
+    /// The motion cannot be played.
+    Refused(String),
+    /// A signal, as that of Ctrl-C, has raised an exception.
+    Interrupted(PyErr),
+}
+
+impl From<String> for Undone {
+    fn from(text: String) -> Self {
+        Self::Refused(text)
+    }
+}
+
+fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, Undone> {
     if !(250..=1_000_000).contains(&wish.cycle_us) {
-        return Err(format!(
-            "cycle_us: expected 250 to 1000000, got {}",
-            wish.cycle_us
-        ));
+        let text = format!("cycle_us: expected 250 to 1000000, got {}", wish.cycle_us);
+        return Err(text.into());
     }
     let drives = wish.drives()?;
     let points = points_of(points, drives.len())?;
     let first = points
         .first()
-        .ok_or("expected at least one set-point, got none")?;
+        .ok_or_else(|| "expected at least one set-point, got none".to_owned())?;
     let stand: Vec<Position> = first.positions.clone();
     let limits = vec![wish.limits()?; stand.len()];
     let mut queue = SegmentQueue::<MOST_AXES, SEGMENTS>::new();
@@ -114,9 +131,13 @@ fn run(points: &[(f64, Vec<f64>)], wish: &Wish) -> Result<Done, String> {
     let mut out = stand.clone();
     let mut segments = segments_of(&points).into_iter().enumerate();
     for now in 1.. {
+        if now % CYCLES_BETWEEN_SIGNALS == 0 {
+            Python::attach(|py| py.check_signals()).map_err(Undone::Interrupted)?;
+        }
         feed(&mut admission, &mut segments)?;
         let has_set_points = player.advance(now, &stand, &mut out);
-        if !has_set_points && !player.phase().is_active() {
+        // One set-point is a motion of one cycle, in which the axes stand.
+        if !has_set_points && !player.phase().is_active() && now > 1 {
             break;
         }
         let offsets = out.iter().zip(&stand);

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+import signal
+import subprocess
+import sys
+import textwrap
+import time
 from typing import Any, Dict, List
 
 import numpy
 import pytest
 
-from motion_board import InputError, simulate
+from motion_board import InputError, plan, simulate
 
 
 def quintic(times: List[float], rows: "numpy.ndarray[Any, Any]", moment: float) -> "numpy.ndarray[Any, Any]":
@@ -75,6 +80,14 @@ def test_lists_and_generators_are_taken_as_arrays_are() -> None:
         ([0, 1], [[0], [1]], {"max_rpm": -1}, "limits"),
         ([0, 1], [[0], [1]], {"cycle_us": 0}, "cycle_us"),
         ([0, 1], [[0], [1e12]], {}, "2^31 counts"),
+        ([0, 1], [[0], [1]], {"cycle_us": 1000.5}, "cycle_us: expected 250 to 1000000, got 1000.5"),
+        ([0, 1], [[0], [1]], {"cycle_us": None}, "cycle_us: expected 250 to 1000000, got None"),
+        ([0, 1], [[0], [1]], {"seed": -1}, "seed: expected 0 to 18446744073709551615, got -1"),
+        ([0, 1], [[0], [1]], {"seed": True}, "seed: expected 0 to"),
+        ([0, 1], [[0], [1]], {"max_rpm": "fast"}, "max_rpm: expected a number, got 'fast'"),
+        ([0, 1], [[0], [1]], {"max_jerk": 10**400}, "max_jerk: expected a number, got 1000"),
+        ([0, 1], [[0], [1]], {"drives": {3}}, "drives: expected drive ids: expected a list"),
+        ([0, 1], [[0], [1]], {"drives": [2**40]}, "drives, drive 0: expected 1 to 63, got 1099511627776"),
     ),
 )
 def test_a_motion_that_cannot_be_played_is_refused(times: Any, rows: Any, options: Dict[str, Any], text: str) -> None:
@@ -86,3 +99,45 @@ def test_a_motion_that_cannot_be_played_is_refused(times: Any, rows: Any, option
 def test_a_bus_that_does_not_carry_its_axes_is_refused() -> None:
     with pytest.raises(InputError, match="does not fit"):
         simulate([0, 1], [[0] * 14, [0] * 14])
+
+
+def test_one_set_point_is_a_motion_of_one_cycle() -> None:
+    done = simulate([3.0], [[5, -5]])
+    for table in (done.set_points, done.positions):
+        assert numpy.asarray(table).tolist() == [[5, -5]]
+    assert done.promises_kept and done.cycles == 1 and done.times() == [0.0]
+
+
+@pytest.mark.parametrize("start", (-1.0, 5.0, 1.7e9))
+def test_the_first_time_is_the_start(start: float) -> None:
+    done = simulate([start, start + 0.25], [[0], [40]])
+    assert done.set_points.tolist() == simulate([0.0, 0.25], [[0], [40]]).set_points.tolist()
+
+
+@pytest.mark.parametrize("cycle_us", (500, 10_000, 10_001, 20_000, 100_000, 500_000))
+def test_every_cycle_of_a_plan_can_be_simulated(cycle_us: int) -> None:
+    for axes in (1, 3):
+        assert plan(axes, cycle_us=cycle_us)
+        cycles = max(4, 100_000 // cycle_us)
+        seconds = cycles * cycle_us / 1e6
+        done = simulate([0, seconds], [[0] * axes, [40] * axes], cycle_us=cycle_us)
+        assert done.promises_kept and done.cycles == cycles + 1
+
+
+def test_an_interrupt_ends_a_simulation() -> None:
+    program = """
+        from motion_board import simulate
+        print("ready", flush=True)
+        simulate([5 * step for step in range(100_000)], [[step % 2] for step in range(100_000)])
+    """
+    # Half a million seconds take minutes.
+    with subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None and child.stdout.readline() == "ready\n"
+        time.sleep(0.5)
+        begin = time.monotonic()
+        child.send_signal(signal.SIGINT)
+        try:
+            _, told = child.communicate(timeout=20)
+        finally:
+            child.kill()
+    assert "KeyboardInterrupt" in told and time.monotonic() - begin < 10

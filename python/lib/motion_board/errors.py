@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Optional
+from typing import Any, Optional, Tuple
 
 __all__ = [
     "BoardError",
@@ -44,6 +44,10 @@ class LogError(MotionBoardError, ValueError):
         self.reason = reason
         place = f"{file}:{line}" if column is None else f"{file}:{line}:{column}"
         super().__init__(f"{place}: {reason}")
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        """For pickle, with the arguments."""
+        return type(self), (self.file, self.line, self.column, self.reason), self.__dict__
 
 
 class BoardError(MotionBoardError):
@@ -90,16 +94,26 @@ class Refused(BoardError):
         self.unit = unit
         self.advice = advice
         self.index = index
+        self._message = message
         super().__init__(message if index is None else f"set-point {index}: {message}")
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        """For pickle, with the arguments."""
+        values = (self.number, self.reason, self.axis, self.expected, self.actual, self.unit, self.advice, self.index)
+        return type(self), (self._message, *values), self.__dict__
 
 
 class StreamStopped(BoardError):
     """A stream ended before its last set-point, because it was stopped, ran dry, or the machine stopped.
 
-    ``phase``: what became of it, as :attr:`motion_board.Stream.phase`; ``time_s``: how far it got.
+    ``phase``: what became of it, as :attr:`motion_board.Snapshot.phase`; ``time_s``: how far it got.
     """
 
     def __init__(self, message: str, phase: str, time_s: float) -> None:
         self.phase = phase
         self.time_s = time_s
         super().__init__(message)
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        """For pickle, with the arguments."""
+        return type(self), (str(self), self.phase, self.time_s), self.__dict__

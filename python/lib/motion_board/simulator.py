@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Iterable, List, Optional, Sequence, Union
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple, Union
 
 from . import _native
+from .arguments import drive_ids, real, whole
 from .errors import InputError
 from .set_points import Points, Scale, all_points, scales
 
@@ -38,7 +39,7 @@ class AxisResult:
 
 @dataclass(frozen=True)
 class Simulation:
-    """What became of a motion."""
+    """What became of a motion. It can be pickled and copied; ``dataclasses.asdict`` cannot copy its tables, ``vars`` gives them as they are."""
 
     promises_kept: bool
     """Each drive received exactly its target, no cycle was late, nothing failed."""
@@ -67,6 +68,12 @@ class Simulation:
         """The begin of each cycle, in seconds from the first set-point."""
         return [cycle * self.cycle_us / 1e6 for cycle in range(self.cycles)]
 
+    def __reduce__(self) -> Tuple[Any, ...]:
+        """For pickle, with the tables as bytes."""
+        fields = dict(vars(self))
+        tables = {name: fields.pop(name).tobytes() for name in ("set_points", "positions")}
+        return _restored, (type(self), fields, tables)
+
 
 def simulate(
     times: Union[Sequence[float], Any, Points],
@@ -83,7 +90,7 @@ def simulate(
 ) -> Simulation:
     """Plays a motion on simulated DYN drives: the firmware's master on a bus with exact times; nothing is real.
 
-    ``times``: seconds, ascending. ``positions``: one row a time, one column an axis: lists, or arrays of numpy. Or ``times`` alone:
+    ``times``: seconds, ascending; the first one is the start. ``positions``: one row a time, one column an axis: lists, or arrays of numpy. Or ``times`` alone:
     any iterable of ``(time, positions)``. The axes stand at the first set-point; between set-points they follow the curve that a board
     follows, too. ``drives``: drive id of each axis, 1, 2, 3 ... without. ``counts_per_unit``: counts of a unit of the positions, for all
     axes or for each; at most 14 axes. The simulated drives have 16384 counts a turn. ``max_rpm``, ``max_acceleration`` (r/min per second), ``max_jerk``
@@ -95,23 +102,24 @@ def simulate(
     if not points:
         raise InputError("expected at least one set-point, got none")
     axes = len(points[0][1])
-    ids = list(range(1, axes + 1)) if drives is None else list(drives)
+    ids = list(range(1, axes + 1)) if drives is None else drive_ids("drives", drives)
     factors = scales(counts_per_unit, axes)
-    cycles_per_second = 1e6 / cycle_us if cycle_us > 0 else 0.0
+    cycle_us = whole("cycle_us", cycle_us, 250, 1_000_000)
+    start = points[0][0]
     scaled = [
-        (time * cycles_per_second, [at * factor for at, factor in zip(row, factors)])
+        ((time - start) * 1e6 / cycle_us, [at * factor for at, factor in zip(row, factors)])
         for time, row in points
     ]
     set_points, motors, summary = _native.simulate(
         scaled,
         {
             "drives": ids,
-            "bit_rate_kbit": bit_rate_kbit,
+            "bit_rate_kbit": whole("bit_rate_kbit", bit_rate_kbit, 10, 1000),
             "cycle_us": cycle_us,
-            "max_rpm": max_rpm,
-            "max_acceleration": max_acceleration,
-            "max_jerk": max_jerk,
-            "seed": seed,
+            "max_rpm": real("max_rpm", max_rpm),
+            "max_acceleration": real("max_acceleration", max_acceleration),
+            "max_jerk": None if max_jerk is None else real("max_jerk", max_jerk),
+            "seed": whole("seed", seed, 0, (1 << 64) - 1),
         },
     )
     results = [AxisResult(**axis) for axis in summary.pop("axes")]
@@ -121,6 +129,12 @@ def simulate(
         positions=_table(motors, axes),
         **summary,
     )
+
+
+def _restored(kind: Any, fields: Dict[str, Any], tables: Dict[str, bytes]) -> Simulation:
+    axes = len(fields["axes"])
+    result: Simulation = kind(**fields, **{name: _table(numbers, axes) for name, numbers in tables.items()})
+    return result
 
 
 def _table(numbers: bytes, columns: int) -> "memoryview[Any]":

@@ -3,8 +3,8 @@
 use board_link::segment::MOST_AXES;
 use can_motion::plan::{BusSetup, ResponseWindow};
 use can_motion::{
-    AxisConfig, AxisState, EventKind, GroupId, Instant, Limits, MasterConfig, ServoMaster,
-    StepChange, Travel, service,
+    AxisConfig, AxisState, EventKind, GroupId, Instant, Limits, MasterConfig, PollPeriods,
+    ServoMaster, StepChange, Timeouts, Travel, service,
 };
 use drive_sim::{
     Bus, ControllerConfig, DeviceId, DynDrive, DynDriveConfig, LoadMark, LogMode, NodeId, Outcome,
@@ -18,9 +18,32 @@ use super::{AxisSummary, Summary, gear};
 const GROUP: GroupId = GroupId(0);
 /// The drives are ready by then, or something is wrong.
 const START_UP_US: u64 = 10_000_000;
+const START_UP_CYCLES: u64 = 1_000;
 /// For the drives to arrive, and to be read once more.
 const SETTLE_US: u64 = 300_000;
 const RESPONSE_NS: (u64, u64) = (375_000, 625_000);
+
+/// Those of the firmware, but none within a cycle.
+fn polls(cycle_us: u32) -> PollPeriods {
+    let period_us = |default_us: Option<u32>| default_us.map(|us| us.max(cycle_us));
+    PollPeriods {
+        status_us: period_us(PollPeriods::DEFAULT.status_us),
+        position_us: period_us(PollPeriods::DEFAULT.position_us),
+        ..PollPeriods::DEFAULT
+    }
+}
+
+/// Those of the firmware, longer where its cycle is: a reply is noticed in a later cycle, and a cycle asks one drive.
+fn timeouts(cycle_us: u32, drives: usize) -> Timeouts {
+    let defaults = Timeouts::DEFAULT;
+    let reply_us = defaults.reply_us.max(2 * cycle_us);
+    let round_us = cycle_us * (drives as u32 + 2);
+    Timeouts {
+        reply_us,
+        confirm_us: defaults.confirm_us.max(reply_us + 2 * round_us),
+        ..defaults
+    }
+}
 
 pub(super) struct Bench {
     bench: drive_sim::Bench<DynDrive>,
@@ -68,7 +91,10 @@ impl Bench {
         let limits = Limits::new(StepLimit::MAX, StepChange::MAX, Travel::WHOLE);
         let axes: Vec<AxisConfig> = ascending
             .iter()
-            .map(|&drive| AxisConfig::new(drive, gear, limits))
+            .map(|&drive| AxisConfig {
+                polls: polls(cycle_us),
+                ..AxisConfig::new(drive, gear, limits)
+            })
             .collect();
         let config = MasterConfig {
             cycle_us,
@@ -80,6 +106,7 @@ impl Bench {
                 },
                 ..BusSetup::DEFAULT
             },
+            timeouts: timeouts(cycle_us, drives.len()),
             ..MasterConfig::DEFAULT
         };
         let master = ServoMaster::new(config, &axes).map_err(|error| error.to_string())?;
@@ -109,7 +136,8 @@ impl Bench {
 
     /// From power-on until every axis follows set-points.
     pub(super) fn bring_up(&mut self) -> Result<(), String> {
-        while self.now().as_us() < START_UP_US && !self.has_failed() {
+        let most_us = START_UP_US.max(START_UP_CYCLES * u64::from(self.cycle_us));
+        while self.now().as_us() < most_us && !self.has_failed() {
             let now = self.now();
             if self.master.all_are(GROUP, AxisState::Streaming) {
                 self.anchors = self
@@ -136,7 +164,8 @@ impl Bench {
             .filter_map(|&place| self.master.snapshot(place));
         let states: Vec<String> = states.map(|axis| axis.state.to_string()).collect();
         Err(format!(
-            "the drives were not ready in 10 s: {}",
+            "the drives were not ready in {} s: {}",
+            most_us / 1_000_000,
             states.join(", ")
         ))
     }
