@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Iterable, List, Optional, Tuple, Union
+from typing import Any, Iterable, List, Optional, Sequence, Tuple, Union
 
 from . import _native
+from .arguments import drive_ids, row, shown, whole
+from .errors import InputError
 
 __all__ = ["Plan", "PlannedFrame", "plan"]
+
+
+# A period of a microsecond.
+_MOST_HZ = 1_000_000
+_MOST_US = 0xFFFF_FFFF
 
 
 @dataclass(frozen=True)
@@ -74,7 +81,7 @@ def plan(
     speed_hz: int = 0,
     counter_hz: int = 0,
     requests: int = 1,
-    response_us: Tuple[int, int] = (375, 625),
+    response_us: Sequence[int] = (375, 625),
     tx_order: str = "fifo",
     any_request: bool = False,
     release_jitter_us: int = 0,
@@ -84,7 +91,7 @@ def plan(
     """Works out whether a bus carries its axes.
 
     ``axes``: a number of axes, with drives 1, 2, 3 ..., or their drive ids. ``bit_rate_kbit``: 10 to 1000. ``cycle_us``: 250 to
-    1000000. ``max_step_counts``: largest step of an axis in a cycle. ``..._hz``: polls of each axis, 0 for none. ``requests``: that may
+    1000000. ``max_step_counts``: largest step of an axis in a cycle. ``..._hz``: polls of each axis, 0 for none, at most 1000000. ``requests``: that may
     go out in a cycle. ``response_us``: shortest and longest response of the drives. ``tx_order``: "fifo" or "identifier".
     ``any_request``: axes are brought up while others stream. ``release_jitter_us``: how late a cycle may begin. ``alarms``: in two
     cycles, that set-points must survive. ``error_interval_us``: shortest time between two errors on the bus, None for no errors.
@@ -92,26 +99,40 @@ def plan(
     A plan that is refused is no exception: ``if not plan(axes=14): ...``. Raises :class:`motion_board.InputError` for values that
     make no sense.
     """
-    drives = list(range(1, axes + 1)) if isinstance(axes, int) else list(axes)
+    if isinstance(axes, (set, frozenset)):
+        # Their order does not matter here.
+        axes = sorted(axes)
+    is_number = not hasattr(axes, "__iter__") or getattr(axes, "ndim", None) == 0
+    drives = list(range(1, whole("axes", axes, 1, 63) + 1)) if is_number else drive_ids("axes", axes)
     verdict = _native.plan(
         {
             "drives": drives,
-            "bit_rate_kbit": bit_rate_kbit,
-            "cycle_us": cycle_us,
-            "max_step_counts": max_step_counts,
-            "status_hz": status_hz,
-            "position_hz": position_hz,
-            "torque_hz": torque_hz,
-            "speed_hz": speed_hz,
-            "counter_hz": counter_hz,
-            "requests": requests,
-            "response_us": response_us,
-            "tx_order": tx_order,
-            "any_request": any_request,
-            "release_jitter_us": release_jitter_us,
-            "alarms": alarms,
-            "error_interval_us": error_interval_us,
+            "bit_rate_kbit": whole("bit_rate_kbit", bit_rate_kbit, 10, 1000),
+            "cycle_us": whole("cycle_us", cycle_us, 250, 1_000_000),
+            "max_step_counts": whole("max_step_counts", max_step_counts, 1, 16_384),
+            "status_hz": whole("status_hz", status_hz, 0, _MOST_HZ),
+            "position_hz": whole("position_hz", position_hz, 0, _MOST_HZ),
+            "torque_hz": whole("torque_hz", torque_hz, 0, _MOST_HZ),
+            "speed_hz": whole("speed_hz", speed_hz, 0, _MOST_HZ),
+            "counter_hz": whole("counter_hz", counter_hz, 0, _MOST_HZ),
+            "requests": whole("requests", requests, 1, 255),
+            "response_us": _response(response_us),
+            "tx_order": str(tx_order),
+            "any_request": bool(any_request),
+            "release_jitter_us": whole("release_jitter_us", release_jitter_us, 0, _MOST_US),
+            "alarms": whole("alarms", alarms, 0, 255),
+            "error_interval_us": None
+            if error_interval_us is None
+            else whole("error_interval_us", error_interval_us, 1, _MOST_US),
         }
     )
     frames = [PlannedFrame(**frame) for frame in verdict.pop("frames")]
     return Plan(frames=frames, **verdict)
+
+
+def _response(response_us: Any) -> Tuple[int, int]:
+    try:
+        shortest, longest = row(response_us)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"response_us: expected the shortest and the longest, got {shown(response_us)}") from error
+    return whole("response_us", shortest, 0, _MOST_US), whole("response_us", longest, 0, _MOST_US)
