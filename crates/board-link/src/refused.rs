@@ -70,19 +70,46 @@ struct Value(Unit, i64);
 
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let counts = self.1 as f32 / Position::UNITS as f32;
+        let counts = Fraction::<{ Position::UNITS.trailing_zeros() }, 8>(self.1);
         match self.0 {
             Unit::Nothing | Unit::Number | Unit::Fault => write!(f, "{}", self.1),
             Unit::Position => write!(f, "{counts} counts"),
             Unit::Velocity => write!(f, "{counts} counts per cycle"),
             Unit::Acceleration => write!(f, "{counts} counts per cycle²"),
             Unit::Jerk => write!(f, "{counts} counts per cycle³"),
-            Unit::Time => write!(f, "{} cycles", self.1 as f32 / (1_u64 << 32) as f32),
+            Unit::Time => write!(f, "{} cycles", Fraction::<32, 10>(self.1)),
             Unit::State => match BoardState::with_number(self.1) {
                 Some(state) => write!(f, "'{}'", state.text()),
                 None => write!(f, "state {}", self.1),
             },
         }
+    }
+}
+
+/// A number of units of 2^-BITS, with so many decimals that no two of them look the same.
+struct Fraction<const BITS: u32, const DECIMALS: u32>(i64);
+
+impl<const BITS: u32, const DECIMALS: u32> fmt::Display for Fraction<BITS, DECIMALS> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let magnitude = self.0.unsigned_abs();
+        let (whole, units) = (magnitude >> BITS, magnitude % (1 << BITS));
+        let short = self.0 as f32;
+        // What was a number of 32 bits, as limits are, is told as that; beyond 24 bits it would be rounded.
+        if whole < 1 << f32::MANTISSA_DIGITS && short as i64 == self.0 {
+            return write!(f, "{}", short / (1_u64 << BITS) as f32);
+        }
+        let sign = if self.0 < 0 { "-" } else { "" };
+        write!(f, "{sign}{whole}")?;
+        let scaled = u128::from(units) * 10_u128.pow(DECIMALS);
+        let mut decimals = ((scaled + (1 << (BITS - 1))) >> BITS) as u64;
+        if decimals == 0 {
+            return Ok(());
+        }
+        let mut width = DECIMALS as usize;
+        while decimals.is_multiple_of(10) {
+            (decimals, width) = (decimals / 10, width - 1);
+        }
+        write!(f, ".{decimals:0width$}")
     }
 }
 
@@ -134,6 +161,58 @@ mod tests {
             let row = row.unwrap_or_else(|| panic!("{reason:?} is missing"));
             assert!(row.ends_with(&std::format!("| {what_to_do} |")), "{row}");
         }
+    }
+
+    /// A number of 32 bits would round the counts of a travel until both are the same.
+    #[test]
+    fn values_that_differ_are_told_apart() {
+        let counts = |whole: i64| whole << 24;
+        for (expected, actual, text) in [
+            (
+                counts(2_147_483_600),
+                counts(2_147_483_601),
+                "expected 2147483600 counts, got 2147483601 counts",
+            ),
+            (
+                counts(-16_777_217),
+                counts(-16_777_218),
+                "expected -16777217 counts, got -16777218 counts",
+            ),
+            (
+                counts(100_000_000),
+                counts(100_000_000) + (1 << 23),
+                "expected 100000000 counts, got 100000000.5 counts",
+            ),
+            (
+                counts(i64::from(i32::MAX)),
+                counts(i64::from(i32::MAX)) + 1,
+                "expected 2147483647 counts, got 2147483647.00000006 counts",
+            ),
+            (
+                counts(1),
+                counts(1) + 1,
+                "expected 1 counts, got 1.00000006 counts",
+            ),
+            (-1, 0, "expected -0.000000059604645 counts, got 0 counts"),
+            (
+                i64::MIN,
+                i64::MAX,
+                "expected -549755813888 counts, got 549755813887.99999994 counts",
+            ),
+        ] {
+            let told = Reason::Travel.at(0, expected, actual).to_string();
+            assert!(told.contains(text), "{told}");
+        }
+        // What is a number of 32 bits is told as short as it is.
+        let velocity = (163.84_f32 * Position::UNITS as f32) as i64;
+        let told = Reason::Velocity.at(0, velocity, velocity).to_string();
+        assert!(told.contains("expected 163.84 counts per cycle"), "{told}");
+        let cycles = 10_000_i64 << 32;
+        let told = Reason::Close.because(cycles, cycles + 1).to_string();
+        assert!(
+            told.contains("expected 10000 cycles, got 10000.0000000002 cycles"),
+            "{told}"
+        );
     }
 
     #[test]
