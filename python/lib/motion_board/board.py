@@ -392,8 +392,7 @@ class Board:
         self._wait_for(("Enabled",), ("GettingReady",), "enabled", deadline)
 
     def disable(self, timeout_s: float = 10.0) -> None:
-        """Stops along the path, switches the drives off, and waits until they are."""
-        _deadline(timeout_s)
+        """Stops along the path, switches the drives off, and waits until they are: a `timeout_s` that is none ends the waiting alone."""
         try:
             self.stop(timeout_s)
         finally:
@@ -438,9 +437,10 @@ class Board:
         return origins
 
     def stop(self, timeout_s: float = 30.0) -> None:
-        """Slows down along the path, and waits until the axes stand."""
-        deadline = _deadline(timeout_s)
+        """Slows down along the path, and waits until the axes stand: a `timeout_s` that is none ends the waiting alone."""
+        # The order comes first: a wrong time is no reason to go on.
         self._end("stop")
+        deadline = _deadline(timeout_s)
         while True:
             snapshot = self.snapshot()
             if not snapshot.is_moving and snapshot.state not in ("Homing", "Stopping"):
