@@ -108,7 +108,9 @@ impl<const WINDOW: usize, const OUT: usize> Client<WINDOW, OUT> {
         let is_another = |before: &Info| {
             // Two starts may have the same number where the board had no supply in between; its clock shows them.
             let passed = since_us / u64::from(info.cycle_us.max(1));
-            let least = before.uptime.saturating_add(passed - passed / CLOCKS_DIFFER);
+            let least = before
+                .uptime
+                .saturating_add(passed - passed / CLOCKS_DIFFER);
             before.boot != info.boot || info.uptime < least
         };
         connection.is_reset = connection.info.as_ref().is_some_and(is_another);
