@@ -33,6 +33,7 @@ pub enum BoardState {
 }
 
 impl BoardState {
+    /// By their numbers.
     const ALL: [Self; 11] = [
         Self::NoSettings,
         Self::Locked,
@@ -49,8 +50,9 @@ impl BoardState {
 
     /// The state with this number, as refusals have it.
     #[must_use]
+    #[inline]
     pub fn with_number(number: i64) -> Option<Self> {
-        Self::ALL.into_iter().find(|state| *state as i64 == number)
+        Self::ALL.get(usize::try_from(number).ok()?).copied()
     }
 
     /// In words.
@@ -71,6 +73,14 @@ impl BoardState {
         }
     }
 }
+
+const _: () = {
+    let mut number = 0;
+    while number < BoardState::ALL.len() {
+        assert!(BoardState::ALL[number] as usize == number);
+        number += 1;
+    }
+};
 
 /// How everything is.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
