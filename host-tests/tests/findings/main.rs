@@ -15,4 +15,5 @@ mod ramps;
 mod refusals;
 mod support;
 mod watch;
+mod wheel_life;
 mod wheels;

@@ -7,7 +7,7 @@ use zlac8030l::{
 };
 
 use crate::core::exit::Class;
-use crate::core::facts::{Brake, Facts, Power, Work};
+use crate::core::facts::{Brake, Facts, Knowledge, Power, Work};
 use crate::core::family::{
     Context, Drive, GroupId, Meaning, OutOfTravel, ProcedureRefusal, Reaction, Returned, View,
     Wanted,
@@ -153,10 +153,12 @@ impl Wheel {
     }
 
     /// The control word of the frame of this cycle, by what that frame is for.
-    fn control_word(&self, class: Class, power: Power) -> ControlWord {
+    fn control_word(&self, class: Class, facts: &Facts) -> ControlWord {
+        let power = facts.power;
         let [before, edge] = ControlWord::start_move(zlac8030l::MoveKind::Absolute);
         let moves = match self.is_position() {
-            true if self.edge => edge,
+            // Without its anchor the ledger does not know where the wheel is: the drive takes no target from it.
+            true if self.edge && facts.knowledge == Knowledge::Anchored => edge,
             true => before,
             false => ControlWord::ENABLE_OPERATION,
         };
@@ -253,6 +255,7 @@ impl Drive for Wheel {
             0
         };
         self.ledger.anchor(value);
+        self.edge = false;
         Ok(())
     }
 
@@ -314,7 +317,7 @@ impl Drive for Wheel {
 
     fn cycle_frame(&mut self, view: &View) -> Result<DataFrame, WheelFault> {
         let class = Class::of_cycle(&view.facts);
-        let word = self.control_word(class, view.facts.power);
+        let word = self.control_word(class, &view.facts);
         let value = self.ledger.offer(&self.config.limits.values);
         let (node, mode) = (self.config.node, self.config.mode);
         Ok(process_data::command(node, mode, word, value))

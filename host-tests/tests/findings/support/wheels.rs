@@ -148,6 +148,12 @@ impl Wheels {
         Self(WheelRig::wheels(line.0, &wheels, drives))
     }
 
+    /// The program starts anew with these settings; the drives stay as they are.
+    pub(crate) fn start_anew(&mut self, hubs: &[Hub]) {
+        let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
+        self.0.master = Master::new(wheel_line().0, &wheels).unwrap();
+    }
+
     pub(crate) fn streaming(hubs: &[Hub]) -> Self {
         let mut machine = Self::new(hubs);
         machine.stream();

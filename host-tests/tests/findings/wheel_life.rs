@@ -1,0 +1,57 @@
+//! Wheels that were moved, left to turn or kept waiting where nobody meant it, and of which nothing was said.
+
+use can_motion::facts::Power;
+use can_motion::wheel::{TransferError, WheelEventKind, WheelFault};
+use can_motion::{AxisState, Confirmation};
+use drive_sim::{OfflineReaction, ReplyDamage, ResponseDelay};
+use embedded_can::Frame as _;
+use zlac8030l::{FaultCode, SdoRequest, SetUpError, objects};
+
+use crate::support::wheels::{Command, Hub, Wheels, hub, hubs};
+use crate::support::{Call, id_of};
+
+/// Bit 4 of the control word, whose edge makes a drive in position mode take its target.
+const EDGE: u16 = 0x0010;
+/// Start of a read of 603Fh.
+const READ_FAULT_CODE: [u8; 4] = [0x40, 0x3F, 0x60, 0x00];
+/// Start of a write of 2030h:0E.
+const WRITE_BRAKE: [u8; 4] = [0x2B, 0x30, 0x20, 0x0E];
+
+/// A wheel whose drive does not stop by itself when its master is silent.
+fn careless(node: i32) -> Hub {
+    hub(node).drive(|drive| drive.offline_reaction = OfflineReaction::Nothing)
+}
+
+fn start(machine: &mut Wheels, request: SdoRequest) -> Result<(), TransferError> {
+    let now = machine.0.now();
+    machine.0.master.start(now, 0, request, Confirmation::None)
+}
+
+/// Somebody else sends a frame, and two cycles pass.
+fn stranger_sends(machine: &mut Wheels, stranger: drive_sim::NodeId, id: u16, data: &[u8]) {
+    machine.stranger_sends(stranger, id, data);
+    machine.run(2);
+}
+
+/// A wheel in position mode that holds somewhere is adopted by a program that starts anew: nothing moves it to the zero of its counts.
+#[test]
+fn a_wheel_that_is_adopted_away_from_its_zero_stays_where_it_is() {
+    let wheels = [hub(1).position(300)];
+    let mut machine = Wheels::streaming(&wheels);
+    machine.drive_at(&[6_000], 400);
+    assert_eq!(machine.travel(0), 6_000);
+    machine.start_anew(&wheels);
+    machine.run(300);
+    assert_eq!(machine.0.state(0), AxisState::FoundOn);
+    let mark = machine.mark();
+    machine.call(Call::Adopt).unwrap();
+    machine.run(300);
+    assert_eq!(machine.0.state(0), AxisState::Holding);
+    assert_eq!(machine.travel(0), 6_000, "adopt moves nothing");
+    let commands = machine.commands_since(mark, 0);
+    let elsewhere = |command: &&Command| command.word & EDGE != 0 && command.target != 6_000;
+    assert_eq!(commands.iter().find(elsewhere), None);
+    machine.call(Call::Resume).unwrap();
+    machine.drive_at(&[6_500], 200);
+    assert_eq!(machine.travel(0), 6_500);
+}
