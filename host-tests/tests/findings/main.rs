@@ -7,6 +7,7 @@ mod commands_in_transition;
 mod faults_servo;
 mod faults_wheel;
 mod found_on;
+mod neighbours;
 mod outage;
 mod own_move_faults;
 mod own_moves;

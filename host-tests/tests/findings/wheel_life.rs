@@ -55,3 +55,28 @@ fn a_wheel_that_is_adopted_away_from_its_zero_stays_where_it_is() {
     machine.drive_at(&[6_500], 200);
     assert_eq!(machine.travel(0), 6_500);
 }
+
+/// The check of one wheel wants to write, which must wait while its drive is on; the brake of a wheel of another group closes all the
+/// same, and its power goes off.
+#[test]
+fn a_write_that_has_to_wait_keeps_no_other_wheel_waiting() {
+    let wheels = [hub(1), hub(2).in_group(1).load_can_fall()];
+    let mut machine = Wheels::new(&wheels);
+    machine.become_ready();
+    let other = can_motion::GroupId(1);
+    machine.call(Call::Enable).unwrap();
+    machine.run(200);
+    assert_eq!(machine.0.state(0), AxisState::Streaming);
+    // The program starts anew with another ramp, and finds the first wheel on.
+    let changed = [hub(1).ramp_ms(300), wheels[1].clone()];
+    machine.start_anew(&changed);
+    machine.run(400);
+    assert_eq!(machine.0.axis(0).facts.power, Power::FoundOn);
+    machine.call_group(Call::Enable, other).unwrap();
+    machine.run(300);
+    assert_eq!(machine.0.state(1), AxisState::Streaming);
+    machine.call_group(Call::Disable, other).unwrap();
+    machine.run(300);
+    assert!(!machine.energised(1), "disabled 3 s ago");
+    assert_eq!(machine.0.state(1), AxisState::Ready);
+}

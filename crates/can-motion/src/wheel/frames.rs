@@ -6,7 +6,7 @@ use zlac8030l::{
     objects,
 };
 
-use crate::core::exit::{Class, may_leave};
+use crate::core::exit::{Class, may_be_asked, may_leave};
 use crate::core::facts::{Brake, Work};
 use crate::core::family::{Context, Returned, View, Wanted};
 use crate::core::state::Stage;
@@ -27,19 +27,22 @@ impl Wheel {
         if let Some(abort) = self.abort {
             return Some(Wanted::urgent(Class::Reading, WheelRequest::Abort(abort)));
         }
-        if let Some(command) = self.wanted_nmt(view) {
-            return Some(Wanted::urgent(Class::Repair, WheelRequest::Nmt(command)));
+        if let Some((class, command)) = self.wanted_nmt(view) {
+            return Some(Wanted::urgent(class, WheelRequest::Nmt(command)));
         }
         let (class, purpose, request) = self.wanted_transfer(view, now)?;
         let is_ready = self.sdo.ready(now.as_us(), request.address()).is_ok();
         is_ready.then(|| Wanted::urgent(class, WheelRequest::Transfer(purpose, request)))
     }
 
+    fn wanted_nmt(&self, view: &View) -> Option<(Class, NmtCommand)> {
+        let is_checking = view.facts.is_checking() && may_be_asked(Class::Repair, &view.facts);
+        let command = self.check_nmt(view).filter(|_| is_checking)?;
+        Some((Class::Repair, command))
+    }
+
     /// A mapping changes only while PDOs rest; one that is right already is left in operation.
-    fn wanted_nmt(&self, view: &View) -> Option<NmtCommand> {
-        if !view.facts.is_checking() {
-            return None;
-        }
+    fn check_nmt(&self, view: &View) -> Option<NmtCommand> {
         let is_operational = self.heartbeat.state() == Some(NmtState::Operational);
         match view.stage {
             Stage::CheckingConfig if !self.may_be_mapped => {
@@ -77,11 +80,15 @@ impl Wheel {
         }
         if facts.is_checking() {
             let request = self.check_transfer(view.stage)?;
-            let class = match request {
-                SdoRequest::Write(..) => Class::Repair,
-                _ => Class::Reading,
-            };
-            return Some((class, Purpose::Check, request));
+            if !matches!(request, SdoRequest::Write(..)) {
+                return Some((Class::Reading, Purpose::Check, request));
+            }
+            if may_be_asked(Class::Repair, facts) {
+                return Some((Class::Repair, Purpose::Check, request));
+            }
+            // It waits for a drive without power.
+            let is_time = now.us_since(self.asked_at) >= u64::from(timeouts.confirm_us);
+            return is_time.then(power_reading);
         }
         let Some(request) = self.procedure else {
             let reading = self.wanted_health(now)?;

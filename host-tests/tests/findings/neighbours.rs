@@ -1,0 +1,49 @@
+//! What happens to one axis is no reason for another to wait, to stop late or to lose its velocity.
+
+use can_motion::facts::Power;
+use can_motion::{AxisState, DriveMove, Procedure};
+use dyn_can::{Alarm, FunctionCode, MaxSpeed, SetParamGroup2};
+
+use crate::own_moves::slow_servo;
+use crate::support::Call;
+use crate::support::servos::{Servos, Told, line, servo};
+
+/// A write waits, because somebody else has switched its drive on; the polls of both drives go on.
+#[test]
+fn a_write_that_has_to_wait_keeps_no_poll_waiting() {
+    let slow = |id| {
+        servo(id).drive(|drive| drive.response_delay = drive_sim::ResponseDelay::fixed(3_000_000))
+    };
+    let mut machine = Servos::on(line().responses_up_to_us(3_500), &[slow(1), slow(2)]);
+    let stranger = machine.add_stranger();
+    machine.become_ready();
+    // Its next status is the first that shows it.
+    machine.until_asked(0, FunctionCode::ReadDriveStatus, |machine| machine.run(1));
+    machine.run(5);
+    machine.stranger_switches(stranger, 0, true);
+    machine.until_asked(0, FunctionCode::ReadDriveStatus, |machine| machine.run(1));
+    let group = SetParamGroup2 {
+        max_speed: MaxSpeed::new(33).ok(),
+        max_acceleration: None,
+    };
+    machine.start(0, Procedure::WriteGroup2(group)).unwrap();
+    machine.run(200);
+    assert_eq!(machine.0.axis(0).facts.power, Power::FoundOn);
+    let mark = machine.mark();
+    machine.run(200);
+    let told = machine.told_since(mark);
+    for axis in [0, 1] {
+        for function in [FunctionCode::ReadDriveStatus, FunctionCode::GeneralRead] {
+            let polls = told
+                .iter()
+                .filter(|to| (to.axis, to.told) == (axis, Told::Reading(function)));
+            assert!(polls.count() >= 5, "{function:?} of axis {axis}");
+        }
+    }
+    // It leaves when it may.
+    machine.stranger_switches(stranger, 0, false);
+    let mark = machine.mark();
+    machine.run(200);
+    let written = Told::Write(FunctionCode::SetParamGroup2);
+    assert_eq!(machine.commands_since(mark, 0), [written]);
+}
