@@ -80,3 +80,39 @@ fn a_write_that_has_to_wait_keeps_no_other_wheel_waiting() {
     assert!(!machine.energised(1), "disabled 3 s ago");
     assert_eq!(machine.0.state(1), AxisState::Ready);
 }
+
+/// A program starts anew while its wheel turns, with other settings; somebody has mapped speed and position to the PDO of the status,
+/// which read as a status say that the power is off.
+#[test]
+fn what_another_program_has_mapped_is_not_taken_for_a_status() {
+    for is_slow in [false, true] {
+        let mut machine = Wheels::streaming(&[careless(1)]);
+        let stranger = machine.add_stranger();
+        machine.drive_at(&[100], 60);
+        stranger_sends(&mut machine, stranger, 0, &[0x80, 1]);
+        let mapping: [[u8; 8]; 4] = [
+            [0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0],
+            [0x23, 0x00, 0x1A, 1, 0x20, 0, 0x6C, 0x60],
+            [0x23, 0x00, 0x1A, 2, 0x20, 0, 0x64, 0x60],
+            [0x2F, 0x00, 0x1A, 0, 2, 0, 0, 0],
+        ];
+        machine.start_anew(&[careless(1).ramp_ms(300)]);
+        if is_slow {
+            machine.hang(20);
+        }
+        for data in mapping {
+            stranger_sends(&mut machine, stranger, 0x601, &data);
+        }
+        stranger_sends(&mut machine, stranger, 0, &[0x01, 1]);
+        assert!(machine.energised(0));
+        let mark = machine.mark();
+        machine.run(200);
+        let told = machine.frames_since(mark).filter(|record| {
+            let first = record.frame.data().first().copied();
+            id_of(record) == 0 || (id_of(record) == 0x601 && first.is_some_and(|b| b >> 5 == 1))
+        });
+        assert_eq!(told.count(), 0, "it is on, and not of this master");
+        assert!(machine.energised(0));
+        assert_eq!(machine.0.axis(0).facts.power, Power::FoundOn);
+    }
+}

@@ -7,7 +7,7 @@ use zlac8030l::{
 };
 
 use crate::core::exit::{Class, may_be_asked, may_leave};
-use crate::core::facts::{Brake, Work};
+use crate::core::facts::{Brake, Power, Work};
 use crate::core::family::{Context, Returned, View, Wanted};
 use crate::core::state::Stage;
 use crate::wheel::drive::{Reset, Wheel};
@@ -67,7 +67,8 @@ impl Wheel {
             let is_time = now.us_since(self.asked_at) >= u64::from(timeouts.confirm_us);
             return is_time.then(power_reading);
         }
-        if facts.awaits_power() && !self.takes_frames() && !facts.is_checking() {
+        let may_read_power = !facts.is_checking() || facts.power == Power::OffSent;
+        if facts.awaits_power() && !self.takes_frames() && may_read_power {
             return Some(power_reading());
         }
         if may_leave(Class::BrakeClose, facts) && self.may_close_brake(view, now) {

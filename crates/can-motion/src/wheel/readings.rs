@@ -26,6 +26,8 @@ impl Wheel {
         context: &mut Context<'_, Zlac>,
     ) -> Meaning<WheelFault> {
         let meaning = match Message::decode(frame) {
+            // Until the mapping is that of the set-up it may be any.
+            Ok(Message::Tpdo(..)) if !self.is_set_up => return Meaning::NONE,
             Ok(Message::Tpdo(_, process_data::STATUS, _)) => self.read_status(frame, context),
             Ok(Message::Tpdo(_, process_data::POSITION, _)) => {
                 let meaning = self.read_position(frame, context);
