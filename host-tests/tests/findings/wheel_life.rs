@@ -116,3 +116,50 @@ fn what_another_program_has_mapped_is_not_taken_for_a_status() {
         assert_eq!(machine.0.axis(0).facts.power, Power::FoundOn);
     }
 }
+
+/// Somebody stops a node by network management while it turns: its drive takes no targets any more, and is stopped by a transfer.
+#[test]
+fn a_wheel_that_left_operational_is_stopped() {
+    for state in [0x80, 0x02] {
+        let mut machine = Wheels::streaming(&[careless(1), careless(2)]);
+        let stranger = machine.add_stranger();
+        machine.drive_at(&[100, 100], 60);
+        stranger_sends(&mut machine, stranger, 0, &[state, 1]);
+        machine.run(100);
+        assert!(
+            matches!(machine.fault(0), Some(WheelFault::NotOperational(_))),
+            "{state:02X}"
+        );
+        for axis in [0, 1] {
+            let speed_rpm = machine.speed_rpm(axis);
+            assert_eq!(speed_rpm, 0.0, "{state:02X}: wheel {axis}");
+            assert!(machine.energised(axis), "it holds");
+        }
+        let mark = machine.mark();
+        machine.run(100);
+        assert_eq!(
+            machine.transfers_since(mark, 0),
+            Vec::<Vec<u8>>::new(),
+            "what was done is not repeated"
+        );
+        machine.call(Call::Disable).unwrap();
+        machine.run(100);
+        assert!(!machine.energised(0), "{state:02X}");
+        machine.call(Call::Clear).unwrap();
+        machine.run(300);
+        assert_eq!(machine.0.state(0), AxisState::Ready, "{state:02X}");
+    }
+}
+
+/// The same under `disable` and without a word in between.
+#[test]
+fn a_stopped_node_is_switched_off() {
+    let mut machine = Wheels::streaming(&[careless(1), careless(2)]);
+    let stranger = machine.add_stranger();
+    machine.drive_at(&[100, 100], 60);
+    machine.stranger_sends(stranger, 0, &[0x02, 1]);
+    machine.call(Call::Disable).unwrap();
+    machine.run(300);
+    assert!(!machine.energised(0));
+    assert_eq!(machine.0.axis(0).facts.power, Power::Off);
+}

@@ -53,6 +53,8 @@ pub struct Wheel {
     pub(super) is_known: bool,
     /// The wheel is stopped by control word 2, until it moves again.
     pub(super) quick_stop: bool,
+    /// A drive that is out of operation has taken the quick stop.
+    pub(super) is_told_to_stop: bool,
     /// For so many cycles a ramp may still wait for a wheel that was in a move of its own.
     braking_cycles: u32,
     pub(super) reset: Reset,
@@ -109,6 +111,7 @@ impl Wheel {
             may_be_mapped: false,
             is_known: false,
             quick_stop: false,
+            is_told_to_stop: false,
             braking_cycles: 0,
             reset: Reset::No,
             abort: None,

@@ -7,7 +7,7 @@ use zlac8030l::{
 };
 
 use crate::core::exit::{Class, may_be_asked, may_leave};
-use crate::core::facts::{Brake, Power, Work};
+use crate::core::facts::{Brake, Facts, Power, Work};
 use crate::core::family::{Context, Returned, View, Wanted};
 use crate::core::state::Stage;
 use crate::wheel::drive::{Reset, Wheel};
@@ -36,6 +36,11 @@ impl Wheel {
     }
 
     fn wanted_nmt(&self, view: &View) -> Option<(Class, NmtCommand)> {
+        let was_heard = self.feedback.nmt.is_some();
+        if self.heartbeat.state() == Some(NmtState::Stopped) {
+            // It answers nothing and can be told nothing else, whatever its power is. Once a heartbeat.
+            return was_heard.then_some((Class::Reading, NmtCommand::PreOperational));
+        }
         let is_checking = view.facts.is_checking() && may_be_asked(Class::Repair, &view.facts);
         let command = self.check_nmt(view).filter(|_| is_checking)?;
         Some((Class::Repair, command))
@@ -66,6 +71,10 @@ impl Wheel {
             // Seldom: each question that is not answered costs the others their turns.
             let is_time = now.us_since(self.asked_at) >= u64::from(timeouts.confirm_us);
             return is_time.then(power_reading);
+        }
+        if self.is_to_be_stopped(facts) {
+            let request = objects::CONTROL_WORD.write(ControlWord::QUICK_STOP.get());
+            return Some((Class::StopFrame, Purpose::Stop, request));
         }
         let may_read_power = !facts.is_checking() || facts.power == Power::OffSent;
         if facts.awaits_power() && !self.takes_frames() && may_read_power {
@@ -101,6 +110,14 @@ impl Wheel {
             _ => Class::Poll,
         };
         Some((class, Purpose::Procedure, request))
+    }
+
+    /// A drive that somebody took out of operation takes no frame of a cycle: it is told to stop by a transfer.
+    fn is_to_be_stopped(&self, facts: &Facts) -> bool {
+        let is_out = self.heartbeat.state() == Some(NmtState::PreOperational);
+        let may_turn = facts.power.may_be_on() && facts.power != Power::OffSent;
+        let is_told = self.is_told_to_stop || facts.is_checking();
+        self.is_set_up && is_out && may_turn && !is_told && may_leave(Class::StopFrame, facts)
     }
 
     /// The reading whose turn it is.

@@ -229,6 +229,7 @@ impl Wheel {
             Some(HeartbeatEvent::BootUp) => self.read_boot_up(context),
             Some(HeartbeatEvent::State(state)) => {
                 context.log.push(WheelEventKind::Nmt(state));
+                self.is_told_to_stop = false;
                 let must_run = context.view.facts.knowledge != Knowledge::Unknown;
                 let has_stopped = must_run && state != NmtState::Operational;
                 Meaning {
@@ -292,6 +293,8 @@ impl Wheel {
             Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => {
                 meaning.brake = Some(brake);
             }
+            // One that was refused is not told again and again.
+            Some(Purpose::Stop) => self.is_told_to_stop = event.end != SdoEnd::TimedOut,
             Some(Purpose::Health(reading)) => self.note_health(reading, event.end, context.log.now),
             Some(Purpose::Power) => meaning.power = self.power_read(event.end, context.view),
             Some(Purpose::Check) if context.view.facts.is_checking() => {
