@@ -163,3 +163,72 @@ fn a_stopped_node_is_switched_off() {
     assert!(!machine.energised(0));
     assert_eq!(machine.0.axis(0).facts.power, Power::Off);
 }
+
+/// A reading that was started under a fault does not keep the checks behind `clear` waiting.
+#[test]
+fn a_reading_under_a_fault_ends_with_clear() {
+    let mut machine = Wheels::streaming(&hubs(1));
+    machine.faults_mut(0).power_cycle(50_000_000);
+    machine.run(300);
+    assert!(machine.fault(0).is_some());
+    start(&mut machine, objects::FAULT_CODE.read()).unwrap();
+    machine.call(Call::Clear).unwrap();
+    machine.run(500);
+    assert_eq!(machine.0.state(0), AxisState::Ready);
+    assert!(
+        machine
+            .0
+            .saw(|kind| *kind == WheelEventKind::ProcedureAborted)
+    );
+}
+
+/// Somebody changes a setting between the check and `enable`, which cannot write it back.
+#[test]
+fn a_setting_that_differs_when_it_is_enabled_is_a_fault() {
+    let mut machine = Wheels::new(&hubs(2));
+    let stranger = machine.add_stranger();
+    machine.become_ready();
+    let address = objects::ACCELERATION_TIME_MS.address();
+    let data = [0x23, 0x83, 0x60, 0x00, 0x09, 0x03, 0x00, 0x00];
+    stranger_sends(&mut machine, stranger, 0x601, &data);
+    machine.call(Call::Enable).unwrap();
+    machine.run(300);
+    let fault = machine.fault(0);
+    let is_right = matches!(fault, Some(WheelFault::SetUp(SetUpError::Differs { address: is, actual: 777, .. })) if is == address);
+    assert!(is_right, "{fault:?}");
+    machine.call(Call::Disable).unwrap();
+    machine.run(100);
+    machine.call(Call::Clear).unwrap();
+    machine.run(300);
+    machine.call(Call::Enable).unwrap();
+    machine.run(300);
+    assert!(machine.all_stream());
+}
+
+/// A drive that keeps its power under a fault is not reset by `clear`, which switches nothing: the fault is there again.
+#[test]
+fn a_fault_of_a_drive_that_holds_is_told_again_after_clear() {
+    let slow = hub(1).drive(|drive| drive.response_delay = ResponseDelay::fixed(15_000_000));
+    let mut machine = Wheels::streaming(&[slow]);
+    let reports = |machine: &mut Wheels, cycles| {
+        for _ in 0..cycles {
+            let is_asked = machine
+                .transfers_since(0, 0)
+                .last()
+                .is_some_and(|request| request.starts_with(&READ_FAULT_CODE));
+            machine.0.cycle_with(|rig| {
+                Wheels::comes_in(rig, 0x181, &[0x37, 0x04, 0x04, 0, 0, 0, 0, 0]);
+                if is_asked {
+                    let reply = [0x4B, 0x3F, 0x60, 0, 0x04, 0, 0, 0];
+                    Wheels::comes_in(rig, 0x581, &reply);
+                }
+            });
+        }
+    };
+    reports(&mut machine, 30);
+    assert_eq!(machine.fault(0), Some(WheelFault::Drive(FaultCode::new(4))));
+    assert_eq!(machine.0.axis(0).facts.power, Power::On);
+    machine.call(Call::Clear).unwrap();
+    reports(&mut machine, 500);
+    assert_eq!(machine.fault(0), Some(WheelFault::Drive(FaultCode::new(4))));
+}

@@ -2,11 +2,11 @@
 
 use bus_user::Instant;
 use zlac8030l::{
-    DataFrame, DecodeError, Emcy, HeartbeatEvent, Message, NmtState, ObjectValue, PdoNumber,
-    SdoEnd, SdoEvent, SdoHeard, SdoIgnored, State, StatusWord,
+    DataFrame, DecodeError, Emcy, FaultCode, HeartbeatEvent, Message, NmtState, ObjectValue,
+    PdoNumber, SdoEnd, SdoEvent, SdoHeard, SdoIgnored, SdoRequest, SetUpError, State, StatusWord,
 };
 
-use crate::core::facts::{Knowledge, Latch, Power, Work};
+use crate::core::facts::{Goal, Knowledge, Latch, Power, Work};
 use crate::core::family::{Context, Drive, Meaning, PowerReport, View};
 use crate::core::snapshot::Stamped;
 use crate::core::state::Stage;
@@ -364,7 +364,7 @@ impl Wheel {
 
     fn check_ended(&mut self, end: SdoEnd, context: &mut Context<'_, Zlac>) -> Meaning<WheelFault> {
         if context.view.stage == Stage::CheckingConfig {
-            return self.follow_script(end, &mut context.log);
+            return self.follow_script(end, context);
         }
         let value = match end {
             // What these stages read has 16 bits; a reply may leave that open.
@@ -382,6 +382,14 @@ impl Wheel {
                 };
             }
             Stage::Identifying => return self.judge_resolution(value),
+            // A drive that is to keep its power is not reset.
+            Stage::CheckingStatus
+                if self.reset == Reset::Allowed
+                    && value != 0
+                    && context.view.facts.goal != Goal::Off =>
+            {
+                return Meaning::fault(WheelFault::Drive(FaultCode::new(value as u16)));
+            }
             Stage::CheckingStatus => {
                 self.reset = match self.reset {
                     Reset::Allowed if value != 0 => Reset::Edge,
@@ -402,13 +410,33 @@ impl Wheel {
         Meaning::stage(Stage::CheckingConfig)
     }
 
-    fn follow_script(&mut self, end: SdoEnd, log: &mut Log<'_>) -> Meaning<WheelFault> {
+    fn follow_script(
+        &mut self,
+        end: SdoEnd,
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
         let steps = self.steps();
         self.script.on_end(&steps, end);
         match self.script.outcome() {
-            None => Meaning::NONE,
+            None => match self.script.wanted(&steps) {
+                // Nothing is written to a drive that has power or is to have it.
+                Some(SdoRequest::Write(address, expected))
+                    if context.view.facts.goal != Goal::Off =>
+                {
+                    let actual = match end {
+                        SdoEnd::Value(actual) => actual.raw(),
+                        _ => 0,
+                    };
+                    Meaning::fault(WheelFault::SetUp(SetUpError::Differs {
+                        address,
+                        expected: expected.raw(),
+                        actual,
+                    }))
+                }
+                _ => Meaning::NONE,
+            },
             Some(Ok(report)) => {
-                log.push(WheelEventKind::SetUp(report));
+                context.log.push(WheelEventKind::SetUp(report));
                 self.is_set_up = true;
                 Meaning::stage(Stage::CheckingStatus)
             }
