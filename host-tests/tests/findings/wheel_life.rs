@@ -232,3 +232,36 @@ fn a_fault_of_a_drive_that_holds_is_told_again_after_clear() {
     reports(&mut machine, 500);
     assert_eq!(machine.fault(0), Some(WheelFault::Drive(FaultCode::new(4))));
 }
+
+/// The drive refuses to close its brake: its power stays on, and that is said.
+#[test]
+fn a_brake_that_is_refused_is_a_fault_and_said_again() {
+    let mut machine = Wheels::streaming(&[hub(1).load_can_fall()]);
+    let mark = machine.mark();
+    machine.call(Call::Disable).unwrap();
+    let mut answered = 0;
+    machine.faults_mut(0).damage_next_reply(ReplyDamage::Drop);
+    for _ in 0..300 {
+        let asked = machine.transfers_since(mark, 0);
+        if asked.len() > answered {
+            answered = asked.len();
+            assert_eq!(asked[answered - 1][..4], WRITE_BRAKE);
+            machine.faults_mut(0).damage_next_reply(ReplyDamage::Drop);
+            let reply = [0x80, 0x30, 0x20, 0x0E, 0, 0, 2, 6];
+            machine
+                .0
+                .cycle_with(|rig| Wheels::comes_in(rig, 0x581, &reply));
+        } else {
+            machine.run(1);
+        }
+    }
+    let fault = machine.fault(0);
+    assert!(matches!(fault, Some(WheelFault::Transfer(_))), "{fault:?}");
+    assert_eq!(machine.0.axis(0).facts.power, Power::OffWanted);
+    let said = |wanted: u32| {
+        machine.0.saw(|kind| {
+            matches!(kind, WheelEventKind::DisableUnconfirmed { repeated } if *repeated == wanted)
+        })
+    };
+    assert_eq!([1, 2, 4, 8].map(said), [true, true, true, false]);
+}

@@ -245,6 +245,11 @@ impl<const N: usize, F: Family> Master<N, F> {
         } else if is_sent && over(axis.switched_at, config.confirm_us()) {
             self.axes
                 .apply(now, index, Change::of(Input::ConfirmTimeout));
+        } else if facts.power == Power::OffWanted && over(axis.switched_at, config.confirm_us()) {
+            // A brake that does not close, or a bus that takes nothing.
+            if let Some((axis, mut log)) = self.axes.with_log(now, index) {
+                axis.note_unconfirmed(&mut log);
+            }
         } else if awaits_shaft && over(axis.view.since, config.standstill_limit_us()) {
             self.axes
                 .raise(now, index, CommonFault::NotConfirmed.into());

@@ -290,9 +290,12 @@ impl Wheel {
                 context.log.push(WheelEventKind::Transfer(event));
                 meaning.work_ended = self.procedure.take().is_some();
             }
-            Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => {
-                meaning.brake = Some(brake);
-            }
+            Some(Purpose::Brake(brake)) => match event.end {
+                SdoEnd::Written => meaning.brake = Some(brake),
+                // Asked again, and counted.
+                SdoEnd::TimedOut => {}
+                end => meaning.fault = Some(WheelFault::Transfer(end)),
+            },
             // One that was refused is not told again and again.
             Some(Purpose::Stop) => self.is_told_to_stop = event.end != SdoEnd::TimedOut,
             Some(Purpose::Health(reading)) => self.note_health(reading, event.end, context.log.now),
