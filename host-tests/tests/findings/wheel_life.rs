@@ -265,3 +265,28 @@ fn a_brake_that_is_refused_is_a_fault_and_said_again() {
     };
     assert_eq!([1, 2, 4, 8].map(said), [true, true, true, false]);
 }
+
+/// A fault ends a reading that is under way; its reply does not end the next one.
+#[test]
+fn the_reply_to_an_aborted_reading_does_not_end_the_next_one() {
+    let slow = hub(1).drive(|drive| drive.response_delay = ResponseDelay::fixed(35_000_000));
+    let mut machine = Wheels::streaming(&[slow]);
+    start(&mut machine, objects::BUS_VOLTAGE.read()).unwrap();
+    machine.run(1);
+    machine.faults_mut(0).trip(0x0400);
+    machine.run(1);
+    while machine.fault(0).is_none() {
+        machine.run(1);
+    }
+    let from = machine.events();
+    start(&mut machine, objects::MOTOR_TEMPERATURE.read()).unwrap();
+    machine.run(100);
+    let ended: Vec<_> = machine.0.events[from..]
+        .iter()
+        .filter_map(|event| match event.kind {
+            WheelEventKind::Transfer(event) => Some(event.request.address()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(ended, [objects::MOTOR_TEMPERATURE.address()]);
+}

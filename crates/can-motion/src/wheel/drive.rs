@@ -429,6 +429,10 @@ impl Drive for Wheel {
     }
 
     fn abort_work(&mut self, log: &mut Log<'_>) {
+        if self.purpose == Some(Purpose::Procedure) {
+            // Its reply may still come, and ends nothing.
+            self.purpose = None;
+        }
         if self.procedure.take().is_some() {
             log.push(WheelEventKind::ProcedureAborted);
         }
