@@ -290,3 +290,22 @@ fn the_reply_to_an_aborted_reading_does_not_end_the_next_one() {
         .collect();
     assert_eq!(ended, [objects::MOTOR_TEMPERATURE.address()]);
 }
+
+/// What the set-up writes is not written by a procedure too: the next check would undo it.
+#[test]
+fn what_the_set_up_writes_is_refused() {
+    let mut machine = Wheels::new(&hubs(1));
+    machine.become_ready();
+    for request in [
+        objects::ACCELERATION_TIME_MS.write(777),
+        objects::DECELERATION_TIME_MS.write(777),
+        objects::PROFILE_SPEED.write(77),
+        objects::TORQUE_SLOPE.write(777),
+    ] {
+        let refused = start(&mut machine, request);
+        assert!(
+            matches!(refused, Err(TransferError::Owned { .. })),
+            "{request:?}: {refused:?}"
+        );
+    }
+}
