@@ -309,3 +309,24 @@ fn what_the_set_up_writes_is_refused() {
         );
     }
 }
+
+/// A wheel that does not follow has a fault, and then its cable breaks.
+#[test]
+fn a_wheel_that_falls_silent_under_a_fault_is_lost() {
+    let weak = hub(1).drive(|drive| drive.motor_acceleration_rpm_s = 1.0);
+    let mut machine = Wheels::streaming(&[weak, hub(2)]);
+    machine.drive_at(&[100, 100], 300);
+    let fault = machine.fault(0);
+    assert!(
+        matches!(fault, Some(WheelFault::FollowingSpeed { .. })),
+        "{fault:?}"
+    );
+    let from = machine.events();
+    machine.faults_mut(0).leave_bus();
+    machine.run(500);
+    let lost = machine.0.events[from..]
+        .iter()
+        .filter(|event| event.kind == WheelEventKind::Fault(WheelFault::Lost));
+    assert_eq!(lost.count(), 1);
+    assert!(!machine.believed_on(0));
+}

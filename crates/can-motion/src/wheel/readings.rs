@@ -6,7 +6,7 @@ use zlac8030l::{
     PdoNumber, SdoEnd, SdoEvent, SdoHeard, SdoIgnored, SdoRequest, SetUpError, State, StatusWord,
 };
 
-use crate::core::facts::{Goal, Knowledge, Latch, Power, Work};
+use crate::core::facts::{Goal, Knowledge, Power, Work};
 use crate::core::family::{Context, Drive, Meaning, PowerReport, View};
 use crate::core::snapshot::Stamped;
 use crate::core::state::Stage;
@@ -477,7 +477,7 @@ impl Wheel {
     /// The feedback of a drive that is set up must come.
     fn silence(&self, config: &WheelMasterConfig, view: &View, now: Instant) -> Option<WheelFault> {
         let is_known = view.facts.knowledge != Knowledge::Unknown;
-        if !is_known || view.facts.latch == Latch::Own {
+        if !is_known {
             return None;
         }
         let limit_us = u64::from(config.timeouts.feedback_lost_us);
