@@ -47,3 +47,30 @@ fn a_write_that_has_to_wait_keeps_no_poll_waiting() {
     let written = Told::Write(FunctionCode::SetParamGroup2);
     assert_eq!(machine.commands_since(mark, 0), [written]);
 }
+
+/// The mailboxes take three of four set-points while the bus is blocked for a cycle: only the fourth axis has something to catch up.
+#[test]
+fn a_set_point_that_is_late_leaves_the_others_their_velocity() {
+    let servos: Vec<_> = (1..=4)
+        .map(|id| servo(id).ramp_change(1).unwatched())
+        .collect();
+    let mut machine = Servos::streaming(&servos);
+    for velocity in 0..=40 {
+        machine.move_all(&[velocity; 4], 1);
+    }
+    machine.move_all(&[40; 4], 10);
+    let mark = machine.mark();
+    let merged = |machine: &Servos| [0, 1, 2, 3].map(|axis| machine.0.axis(axis).counters.merged);
+    let before = merged(&machine);
+    machine.block_bus_for_ms(1);
+    machine.move_all(&[40; 4], 200);
+    let steps = [0, 1, 2, 3].map(|axis| machine.steps_since(mark, axis));
+    let was_late = merged(&machine).map(|merged| merged > 0);
+    assert_eq!(before, [0; 4]);
+    assert_eq!(was_late, [false, false, false, true]);
+    for (axis, steps) in steps.iter().enumerate().take(3) {
+        let other = steps.iter().find(|step| **step != 40);
+        assert_eq!(other, None, "axis {axis}: {steps:?}");
+    }
+    assert!(machine.all_stream());
+}
