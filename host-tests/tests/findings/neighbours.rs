@@ -74,3 +74,23 @@ fn a_set_point_that_is_late_leaves_the_others_their_velocity() {
     }
     assert!(machine.all_stream());
 }
+
+/// An alarm of one drive ends the motion that another one makes by itself, as soon as without the alarm.
+#[test]
+fn the_quiet_time_behind_an_alarm_delays_no_stop() {
+    let mut machine = Servos::streaming(&[slow_servo(1), slow_servo(2)]);
+    machine.call(Call::Stop).unwrap();
+    machine.0.run_until(AxisState::Holding);
+    machine.start(1, Procedure::ReadGroup2).unwrap();
+    machine.run(40);
+    machine.lets_move(1, DriveMove::To(400_000)).unwrap();
+    machine.run(200);
+    assert_eq!(machine.0.state(1), AxisState::DriveMoving);
+    machine.faults_mut(0).raise_alarm(Alarm::OverCurrent);
+    machine.run(2);
+    assert!(machine.fault(0).is_some());
+    machine.run(1);
+    let is_stop = |told: &Told| matches!(told, Told::Own(FunctionCode::GoAbsolutePosPtp, at) if *at < 400_000);
+    let commands = machine.commands_since(0, 1);
+    assert!(commands.iter().any(is_stop), "{commands:?}");
+}
