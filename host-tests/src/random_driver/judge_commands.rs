@@ -27,6 +27,7 @@ impl Judge {
                     self.books[axis].takes_value(0);
                 }
             }
+            Command::BrakeAsked => self.counts_request(axis),
             Command::On => self.switches_on(axis, now_us),
             Command::Off | Command::OffInCycle => self.switches_off(axis, command, now_us),
             Command::Ask => {
@@ -233,6 +234,7 @@ impl Judge {
             Command::Go(_) | Command::GoBy(_) | Command::Load(_) | Command::LoadBy(_) => {
                 self.goes_back(axis, command);
             }
+            Command::BrakeAsked => self.requests -= 1,
             Command::Ask | Command::Change => {
                 books.asked = None;
                 self.requests -= 1;

@@ -23,6 +23,8 @@ pub(super) enum Command {
     Hold,
     /// Brakes a drive, or keeps one at rest.
     Brake,
+    /// The same by a request, to a drive that takes no frames of a cycle.
+    BrakeAsked,
     /// Switches on.
     On,
     /// Switches off.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dyn_can::DataFrame;
 
 /// Object, sub-index, bytes, value after power-on.
-const OBJECTS: [(u16, u8, u8, u32); 46] = [
+const OBJECTS: [(u16, u8, u8, u32); 47] = [
     (0x1000, 0, 4, 0x0004_0192),
     (0x1018, 1, 4, 0x100),
     (0x1018, 2, 4, 1),
@@ -13,6 +13,7 @@ const OBJECTS: [(u16, u8, u8, u32); 46] = [
     (0x2000, 0, 2, 1_000),
     (0x2001, 0, 2, 0),
     (0x2009, 0, 2, 0),
+    (0x200A, 0, 2, 1_000),
     (0x2010, 0, 2, 0),
     (0x2025, 0, 2, 7),
     (0x202F, 5, 2, 1),

@@ -128,6 +128,7 @@ impl Subject for Wheels {
             },
             (0x600, [0x40 | 0x80, ..]) => Command::Ask,
             (0x600, [_, 0x40, 0x60, 0, 0, 0, ..]) => Command::Off,
+            (0x600, [_, 0x40, 0x60, 0, 2, 0, ..]) => Command::BrakeAsked,
             (0x600, _) => Command::Change,
             _ => Command::Nothing,
         }
@@ -301,7 +302,7 @@ impl Subject for Wheels {
         let request = match random.u8(..3) {
             0 => objects::DRIVER_TEMPERATURE.read(),
             1 => objects::MOTOR_TEMPERATURE.read(),
-            _ => objects::ACCELERATION_TIME_MS.write(500),
+            _ => objects::MAX_SPEED_RPM.write(500),
         };
         Some((request, Confirmation::None))
     }

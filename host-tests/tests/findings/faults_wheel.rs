@@ -33,7 +33,7 @@ enum Expected {
 const STOP: &[u16] = &[QUICK_STOP];
 const OFF: &[u16] = &[DISABLE_VOLTAGE];
 const RUN: &[u16] = &[0x000F];
-/// The wheel is not set up: no frame goes to it.
+/// The wheel takes no frame of a cycle, so none goes to it.
 const SILENT: &[u16] = &[];
 
 fn row(
@@ -182,18 +182,19 @@ fn of_the_drive() -> Vec<Row> {
 
 fn network() -> Vec<Row> {
     let mut rows: Vec<Row> = [
-        (&[0x7F_u8] as &[u8], NmtState::PreOperational),
-        (&[0x04], NmtState::Stopped),
+        (&[0x7F_u8] as &[u8], NmtState::PreOperational, STOP),
+        // It is told to be pre-operational and then to stop by a transfer: `wheel_life`.
+        (&[0x04], NmtState::Stopped, SILENT),
     ]
     .into_iter()
-    .map(|(data, state)| {
+    .map(|(data, state, words)| {
         row(
             &format!("a heartbeat that says {state:?}"),
             moving,
             comes_in(0x700, data),
             2,
             Expected::Exactly(WheelFault::NotOperational(state)),
-            [STOP, STOP],
+            [words, STOP],
         )
     })
     .collect();

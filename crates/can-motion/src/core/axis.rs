@@ -236,18 +236,25 @@ impl<F: Family> Axis<F> {
             return;
         }
         match (before.power, after.power) {
-            (Power::OffSent, Power::OffWanted) => {
-                self.repeated = self.repeated.saturating_add(1);
-                if self.repeated.is_power_of_two() {
-                    log.push(CommonEvent::DisableUnconfirmed {
-                        repeated: self.repeated.into(),
-                    });
-                }
-            }
+            (Power::OffSent, Power::OffWanted) => self.note_unconfirmed(log),
             (_, Power::OnSent | Power::OffSent) => self.switched_at = Stamp::of(log.now),
             (_, Power::FoundOn) => log.push(CommonEvent::FoundOn),
-            (_, Power::OffWanted | Power::Off) => self.repeated = 0,
+            (_, Power::OffWanted | Power::Off) => {
+                self.repeated = 0;
+                self.switched_at = Stamp::of(log.now);
+            }
             _ => {}
+        }
+    }
+
+    /// The time of a disable command is over: nothing confirmed it, or it could not be sent.
+    pub(crate) fn note_unconfirmed(&mut self, log: &mut EventLog<'_, F::EventKind>) {
+        self.switched_at = Stamp::of(log.now);
+        self.repeated = self.repeated.saturating_add(1);
+        if self.repeated.is_power_of_two() {
+            log.push(CommonEvent::DisableUnconfirmed {
+                repeated: self.repeated.into(),
+            });
         }
     }
 

@@ -11,7 +11,7 @@ use bus_user::{BusFrame, Instant};
 
 use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal, MoveReport};
 use crate::core::event::{CommonEvent, EventLog};
-use crate::core::exit::Class;
+use crate::core::exit::{Class, may_be_asked};
 use crate::core::facts::{Brake, Facts, Work};
 use crate::core::placement::{BehindFrames, RequestPlacement};
 use crate::core::procedure::Confirmation;
@@ -530,9 +530,12 @@ pub trait Drive {
     }
     /// The frame that switches the drive; `None` where the frame of a cycle does that.
     fn switch(&self, on: bool) -> Option<FrameOf<Self>>;
-    /// When the request to send next is due, and for how long that stays so. By default it is asked in every cycle.
+    /// When the request to send next is due, and for how long that stays so. By default it is asked in every cycle. What may not leave
+    /// is no request: it would keep those of other axes waiting.
     fn outlook(&self, view: &View, now: Instant, cycle: u32) -> Outlook {
-        let wanted = self.wanted(view, now, cycle);
+        let wanted = self
+            .wanted(view, now, cycle)
+            .filter(|wanted| may_be_asked(wanted.class, &view.facts));
         Outlook::now(wanted.map(|wanted| wanted.overdue_cycles))
     }
     /// The request to send next.

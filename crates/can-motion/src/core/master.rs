@@ -115,7 +115,7 @@ impl<const N: usize, F: Family> Master<N, F> {
         self.keep_stamps(now);
         let is_on_time = self.count_cycle(now, cycle_us);
         if self.axes.due != 0 || !is_on_time {
-            self.merge_leftovers(now);
+            self.merge_leftovers(now, is_on_time);
         }
         if self.full_since.is_some() {
             self.watch_bus(now, stuck_us);
@@ -180,13 +180,14 @@ impl<const N: usize, F: Family> Master<N, F> {
 
     /// What the cycle before left over, or cycles that were never begun, is not sent in one piece.
     #[inline(never)]
-    fn merge_leftovers(&mut self, now: Instant) {
+    fn merge_leftovers(&mut self, now: Instant, is_on_time: bool) {
         let due = self.axes.due;
         self.cycle.late = self.cycle.late.wrapping_add(u32::from(due != 0));
         for index in 0..self.axes.len() {
             let is_due = due & 1 << index != 0;
             if let Some((axis, mut log)) = self.axes.with_log(now, index)
-                && (is_due || axis.view.facts.sends_set_points())
+                // One that was on time keeps its velocity, whatever was late beside it.
+                && (is_due || (!is_on_time && axis.view.facts.sends_set_points()))
             {
                 axis.drive.merged();
                 if is_due {
@@ -245,6 +246,11 @@ impl<const N: usize, F: Family> Master<N, F> {
         } else if is_sent && over(axis.switched_at, config.confirm_us()) {
             self.axes
                 .apply(now, index, Change::of(Input::ConfirmTimeout));
+        } else if facts.power == Power::OffWanted && over(axis.switched_at, config.confirm_us()) {
+            // A brake that does not close, or a bus that takes nothing.
+            if let Some((axis, mut log)) = self.axes.with_log(now, index) {
+                axis.note_unconfirmed(&mut log);
+            }
         } else if awaits_shaft && over(axis.view.since, config.standstill_limit_us()) {
             self.axes
                 .raise(now, index, CommonFault::NotConfirmed.into());

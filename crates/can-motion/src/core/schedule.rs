@@ -94,7 +94,7 @@ impl<F: Family> Schedule<F> {
         self.left = self.left.saturating_add(1);
     }
 
-    /// No requests for a while.
+    /// No requests for a while, but for what stops a motion of a drive itself.
     pub(crate) fn be_quiet(&mut self, now: Instant, us: u32) {
         self.quiet_until = now + us;
         self.set_next(None);
@@ -119,14 +119,28 @@ impl<F: Family> Schedule<F> {
         cycle: u32,
         axes: &mut Axes<N, F>,
     ) {
-        let may_ask = self.left != 0 && now >= self.quiet_until;
-        let next = if may_ask {
+        let next = if self.left == 0 {
+            None
+        } else if now >= self.quiet_until {
             axes.look_ahead(now, cycle);
             self.find(cycle, axes)
         } else {
-            None
+            Self::find_stop(now, cycle, axes)
         };
         self.set_next(next);
+    }
+
+    /// A motion that a drive makes by itself is stopped in the quiet time too.
+    #[cold]
+    fn find_stop<const N: usize>(now: Instant, cycle: u32, axes: &mut Axes<N, F>) -> Option<usize> {
+        if !F::MAKES_MOVES {
+            return None;
+        }
+        axes.look_ahead(now, cycle);
+        let is_one = |axis: &Axis<F>| {
+            axis.view.facts.is_to_stop_itself() && axis.asks.overdue(cycle) >= URGENT
+        };
+        axes.iter().position(is_one)
     }
 
     fn find<const N: usize>(&mut self, cycle: u32, axes: &Axes<N, F>) -> Option<usize> {

@@ -265,6 +265,8 @@ fn command(facts: &mut Facts, input: Input) {
         Input::Clear => {
             if facts.latch == Latch::Own {
                 lose(facts, Knowledge::Unknown);
+                // A reading: the checks may have to repair something.
+                facts.work = Work::None;
             }
             facts.latch = Latch::None;
         }

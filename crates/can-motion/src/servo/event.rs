@@ -31,7 +31,7 @@ pub enum EventKind {
     Fault(Fault),
     /// The drive reports power that this master did not switch on. It is left alone until `disable` or `adopt`.
     FoundOn,
-    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition, up to 2^15.
+    /// The drive did not confirm the disable command, or it could not be sent in time; it is repeated. Reported at the first, second, fourth, eighth ... repetition, up to 2^15.
     DisableUnconfirmed {
         /// Repetitions so far.
         repeated: u32,

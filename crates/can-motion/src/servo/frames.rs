@@ -3,7 +3,7 @@
 use bus_user::Instant;
 use dyn_can::{Address, DataFrame, ReadSelector, ReplyKind, Request, ServoSwitch};
 
-use crate::core::exit::Class;
+use crate::core::exit::{Class, may_be_asked};
 use crate::core::facts::{Motion, Power, Work};
 use crate::core::family::{Context, Meaning, Returned, View, Wanted};
 use crate::core::stamp::Stamp;
@@ -72,7 +72,8 @@ impl Servo {
     fn procedure_ask(&self, view: &View) -> Option<Ask> {
         let run = self.procedures.run().filter(|run| run.may_go_on(view))?;
         match run.wanted_command() {
-            Some(_) => Some(Ask::Command),
+            // One that has to wait keeps no poll waiting.
+            Some(_) => may_be_asked(command_class(run, view), &view.facts).then_some(Ask::Command),
             None => run.wanted_reading().map(Ask::Reading),
         }
     }
@@ -113,12 +114,7 @@ impl Servo {
             Ask::Poll(kind) => (Class::Poll, self.request(kind)),
             Ask::Command => {
                 let run = self.procedures.run()?;
-                let class = match view.facts.work {
-                    _ if run.is_way_back() => Class::Repair,
-                    Work::Repair => Class::Repair,
-                    _ => Class::Write,
-                };
-                (class, run.wanted_command()?)
+                (command_class(run, view), run.wanted_command()?)
             }
             Ask::Own(class) => (class, self.own_request(class, now)?),
         })
@@ -263,6 +259,15 @@ impl Servo {
             },
         }
         Returned::Request
+    }
+}
+
+/// What the command of a procedure is for.
+fn command_class(run: &Run, view: &View) -> Class {
+    match view.facts.work {
+        _ if run.is_way_back() => Class::Repair,
+        Work::Repair => Class::Repair,
+        _ => Class::Write,
     }
 }
 

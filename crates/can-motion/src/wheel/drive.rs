@@ -7,7 +7,7 @@ use zlac8030l::{
 };
 
 use crate::core::exit::Class;
-use crate::core::facts::{Brake, Facts, Power, Work};
+use crate::core::facts::{Brake, Facts, Knowledge, Power, Work};
 use crate::core::family::{
     Context, Drive, GroupId, Meaning, OutOfTravel, ProcedureRefusal, Reaction, Returned, View,
     Wanted,
@@ -53,6 +53,8 @@ pub struct Wheel {
     pub(super) is_known: bool,
     /// The wheel is stopped by control word 2, until it moves again.
     pub(super) quick_stop: bool,
+    /// A drive that is out of operation has taken the quick stop.
+    pub(super) is_told_to_stop: bool,
     /// For so many cycles a ramp may still wait for a wheel that was in a move of its own.
     braking_cycles: u32,
     pub(super) reset: Reset,
@@ -109,6 +111,7 @@ impl Wheel {
             may_be_mapped: false,
             is_known: false,
             quick_stop: false,
+            is_told_to_stop: false,
             braking_cycles: 0,
             reset: Reset::No,
             abort: None,
@@ -153,10 +156,12 @@ impl Wheel {
     }
 
     /// The control word of the frame of this cycle, by what that frame is for.
-    fn control_word(&self, class: Class, power: Power) -> ControlWord {
+    fn control_word(&self, class: Class, facts: &Facts) -> ControlWord {
+        let power = facts.power;
         let [before, edge] = ControlWord::start_move(zlac8030l::MoveKind::Absolute);
         let moves = match self.is_position() {
-            true if self.edge => edge,
+            // Without its anchor the ledger does not know where the wheel is: the drive takes no target from it.
+            true if self.edge && facts.knowledge == Knowledge::Anchored => edge,
             true => before,
             false => ControlWord::ENABLE_OPERATION,
         };
@@ -253,6 +258,7 @@ impl Drive for Wheel {
             0
         };
         self.ledger.anchor(value);
+        self.edge = false;
         Ok(())
     }
 
@@ -314,7 +320,7 @@ impl Drive for Wheel {
 
     fn cycle_frame(&mut self, view: &View) -> Result<DataFrame, WheelFault> {
         let class = Class::of_cycle(&view.facts);
-        let word = self.control_word(class, view.facts.power);
+        let word = self.control_word(class, &view.facts);
         let value = self.ledger.offer(&self.config.limits.values);
         let (node, mode) = (self.config.node, self.config.mode);
         Ok(process_data::command(node, mode, word, value))
@@ -423,6 +429,10 @@ impl Drive for Wheel {
     }
 
     fn abort_work(&mut self, log: &mut Log<'_>) {
+        if self.purpose == Some(Purpose::Procedure) {
+            // Its reply may still come, and ends nothing.
+            self.purpose = None;
+        }
         if self.procedure.take().is_some() {
             log.push(WheelEventKind::ProcedureAborted);
         }

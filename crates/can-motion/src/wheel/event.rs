@@ -28,12 +28,12 @@ pub enum WheelEventKind {
     Fault(WheelFault),
     /// The drive reports power that this master did not switch on. It is left alone until `disable` or `adopt`.
     FoundOn,
-    /// The drive did not confirm the disable command; it is repeated. Reported at the first, second, fourth, eighth ... repetition.
+    /// The drive did not confirm the disable command, or it could not be sent in time; it is repeated. Reported at the first, second, fourth, eighth ... repetition.
     DisableUnconfirmed {
         /// Repetitions so far.
         repeated: u32,
     },
-    /// A fault of the drive ended the procedure.
+    /// A fault of the drive, or `clear` behind one, ended the procedure.
     ProcedureAborted,
     /// The drive is set up: what was found right and what was written.
     SetUp(SetUpReport),

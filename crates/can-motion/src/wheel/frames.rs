@@ -6,8 +6,8 @@ use zlac8030l::{
     objects,
 };
 
-use crate::core::exit::{Class, may_leave};
-use crate::core::facts::{Brake, Work};
+use crate::core::exit::{Class, may_be_asked, may_leave};
+use crate::core::facts::{Brake, Facts, Power, Work};
 use crate::core::family::{Context, Returned, View, Wanted};
 use crate::core::state::Stage;
 use crate::wheel::drive::{Reset, Wheel};
@@ -27,19 +27,27 @@ impl Wheel {
         if let Some(abort) = self.abort {
             return Some(Wanted::urgent(Class::Reading, WheelRequest::Abort(abort)));
         }
-        if let Some(command) = self.wanted_nmt(view) {
-            return Some(Wanted::urgent(Class::Repair, WheelRequest::Nmt(command)));
+        if let Some((class, command)) = self.wanted_nmt(view) {
+            return Some(Wanted::urgent(class, WheelRequest::Nmt(command)));
         }
         let (class, purpose, request) = self.wanted_transfer(view, now)?;
         let is_ready = self.sdo.ready(now.as_us(), request.address()).is_ok();
         is_ready.then(|| Wanted::urgent(class, WheelRequest::Transfer(purpose, request)))
     }
 
-    /// A mapping changes only while PDOs rest; one that is right already is left in operation.
-    fn wanted_nmt(&self, view: &View) -> Option<NmtCommand> {
-        if !view.facts.is_checking() {
-            return None;
+    fn wanted_nmt(&self, view: &View) -> Option<(Class, NmtCommand)> {
+        let was_heard = self.feedback.nmt.is_some();
+        if self.heartbeat.state() == Some(NmtState::Stopped) {
+            // It answers nothing and can be told nothing else, whatever its power is. Once a heartbeat.
+            return was_heard.then_some((Class::Reading, NmtCommand::PreOperational));
         }
+        let is_checking = view.facts.is_checking() && may_be_asked(Class::Repair, &view.facts);
+        let command = self.check_nmt(view).filter(|_| is_checking)?;
+        Some((Class::Repair, command))
+    }
+
+    /// A mapping changes only while PDOs rest; one that is right already is left in operation.
+    fn check_nmt(&self, view: &View) -> Option<NmtCommand> {
         let is_operational = self.heartbeat.state() == Some(NmtState::Operational);
         match view.stage {
             Stage::CheckingConfig if !self.may_be_mapped => {
@@ -64,7 +72,12 @@ impl Wheel {
             let is_time = now.us_since(self.asked_at) >= u64::from(timeouts.confirm_us);
             return is_time.then(power_reading);
         }
-        if facts.awaits_power() && !self.takes_frames() && !facts.is_checking() {
+        if self.is_to_be_stopped(facts) {
+            let request = objects::CONTROL_WORD.write(ControlWord::QUICK_STOP.get());
+            return Some((Class::StopFrame, Purpose::Stop, request));
+        }
+        let may_read_power = !facts.is_checking() || facts.power == Power::OffSent;
+        if facts.awaits_power() && !self.takes_frames() && may_read_power {
             return Some(power_reading());
         }
         if may_leave(Class::BrakeClose, facts) && self.may_close_brake(view, now) {
@@ -77,11 +90,15 @@ impl Wheel {
         }
         if facts.is_checking() {
             let request = self.check_transfer(view.stage)?;
-            let class = match request {
-                SdoRequest::Write(..) => Class::Repair,
-                _ => Class::Reading,
-            };
-            return Some((class, Purpose::Check, request));
+            if !matches!(request, SdoRequest::Write(..)) {
+                return Some((Class::Reading, Purpose::Check, request));
+            }
+            if may_be_asked(Class::Repair, facts) {
+                return Some((Class::Repair, Purpose::Check, request));
+            }
+            // It waits for a drive without power.
+            let is_time = now.us_since(self.asked_at) >= u64::from(timeouts.confirm_us);
+            return is_time.then(power_reading);
         }
         let Some(request) = self.procedure else {
             let reading = self.wanted_health(now)?;
@@ -93,6 +110,14 @@ impl Wheel {
             _ => Class::Poll,
         };
         Some((class, Purpose::Procedure, request))
+    }
+
+    /// A drive that somebody took out of operation takes no frame of a cycle: it is told to stop by a transfer.
+    fn is_to_be_stopped(&self, facts: &Facts) -> bool {
+        let is_out = self.heartbeat.state() == Some(NmtState::PreOperational);
+        let may_turn = facts.power.may_be_on() && facts.power != Power::OffSent;
+        let is_told = self.is_told_to_stop || facts.is_checking();
+        self.is_set_up && is_out && may_turn && !is_told && may_leave(Class::StopFrame, facts)
     }
 
     /// The reading whose turn it is.

@@ -2,11 +2,11 @@
 
 use bus_user::Instant;
 use zlac8030l::{
-    DataFrame, DecodeError, Emcy, HeartbeatEvent, Message, NmtState, ObjectValue, PdoNumber,
-    SdoEnd, SdoEvent, SdoHeard, SdoIgnored, State, StatusWord,
+    DataFrame, DecodeError, Emcy, FaultCode, HeartbeatEvent, Message, NmtState, ObjectValue,
+    PdoNumber, SdoEnd, SdoEvent, SdoHeard, SdoIgnored, SdoRequest, SetUpError, State, StatusWord,
 };
 
-use crate::core::facts::{Knowledge, Latch, Power, Work};
+use crate::core::facts::{Goal, Knowledge, Power, Work};
 use crate::core::family::{Context, Drive, Meaning, PowerReport, View};
 use crate::core::snapshot::Stamped;
 use crate::core::state::Stage;
@@ -26,6 +26,8 @@ impl Wheel {
         context: &mut Context<'_, Zlac>,
     ) -> Meaning<WheelFault> {
         let meaning = match Message::decode(frame) {
+            // Until the mapping is that of the set-up it may be any.
+            Ok(Message::Tpdo(..)) if !self.is_set_up => return Meaning::NONE,
             Ok(Message::Tpdo(_, process_data::STATUS, _)) => self.read_status(frame, context),
             Ok(Message::Tpdo(_, process_data::POSITION, _)) => {
                 let meaning = self.read_position(frame, context);
@@ -227,6 +229,7 @@ impl Wheel {
             Some(HeartbeatEvent::BootUp) => self.read_boot_up(context),
             Some(HeartbeatEvent::State(state)) => {
                 context.log.push(WheelEventKind::Nmt(state));
+                self.is_told_to_stop = false;
                 let must_run = context.view.facts.knowledge != Knowledge::Unknown;
                 let has_stopped = must_run && state != NmtState::Operational;
                 Meaning {
@@ -287,9 +290,14 @@ impl Wheel {
                 context.log.push(WheelEventKind::Transfer(event));
                 meaning.work_ended = self.procedure.take().is_some();
             }
-            Some(Purpose::Brake(brake)) if event.end == SdoEnd::Written => {
-                meaning.brake = Some(brake);
-            }
+            Some(Purpose::Brake(brake)) => match event.end {
+                SdoEnd::Written => meaning.brake = Some(brake),
+                // Asked again, and counted.
+                SdoEnd::TimedOut => {}
+                end => meaning.fault = Some(WheelFault::Transfer(end)),
+            },
+            // One that was refused is not told again and again.
+            Some(Purpose::Stop) => self.is_told_to_stop = event.end != SdoEnd::TimedOut,
             Some(Purpose::Health(reading)) => self.note_health(reading, event.end, context.log.now),
             Some(Purpose::Power) => meaning.power = self.power_read(event.end, context.view),
             Some(Purpose::Check) if context.view.facts.is_checking() => {
@@ -359,7 +367,7 @@ impl Wheel {
 
     fn check_ended(&mut self, end: SdoEnd, context: &mut Context<'_, Zlac>) -> Meaning<WheelFault> {
         if context.view.stage == Stage::CheckingConfig {
-            return self.follow_script(end, &mut context.log);
+            return self.follow_script(end, context);
         }
         let value = match end {
             // What these stages read has 16 bits; a reply may leave that open.
@@ -377,6 +385,14 @@ impl Wheel {
                 };
             }
             Stage::Identifying => return self.judge_resolution(value),
+            // A drive that is to keep its power is not reset.
+            Stage::CheckingStatus
+                if self.reset == Reset::Allowed
+                    && value != 0
+                    && context.view.facts.goal != Goal::Off =>
+            {
+                return Meaning::fault(WheelFault::Drive(FaultCode::new(value as u16)));
+            }
             Stage::CheckingStatus => {
                 self.reset = match self.reset {
                     Reset::Allowed if value != 0 => Reset::Edge,
@@ -397,13 +413,33 @@ impl Wheel {
         Meaning::stage(Stage::CheckingConfig)
     }
 
-    fn follow_script(&mut self, end: SdoEnd, log: &mut Log<'_>) -> Meaning<WheelFault> {
+    fn follow_script(
+        &mut self,
+        end: SdoEnd,
+        context: &mut Context<'_, Zlac>,
+    ) -> Meaning<WheelFault> {
         let steps = self.steps();
         self.script.on_end(&steps, end);
         match self.script.outcome() {
-            None => Meaning::NONE,
+            None => match self.script.wanted(&steps) {
+                // Nothing is written to a drive that has power or is to have it.
+                Some(SdoRequest::Write(address, expected))
+                    if context.view.facts.goal != Goal::Off =>
+                {
+                    let actual = match end {
+                        SdoEnd::Value(actual) => actual.raw(),
+                        _ => 0,
+                    };
+                    Meaning::fault(WheelFault::SetUp(SetUpError::Differs {
+                        address,
+                        expected: expected.raw(),
+                        actual,
+                    }))
+                }
+                _ => Meaning::NONE,
+            },
             Some(Ok(report)) => {
-                log.push(WheelEventKind::SetUp(report));
+                context.log.push(WheelEventKind::SetUp(report));
                 self.is_set_up = true;
                 Meaning::stage(Stage::CheckingStatus)
             }
@@ -441,7 +477,7 @@ impl Wheel {
     /// The feedback of a drive that is set up must come.
     fn silence(&self, config: &WheelMasterConfig, view: &View, now: Instant) -> Option<WheelFault> {
         let is_known = view.facts.knowledge != Knowledge::Unknown;
-        if !is_known || view.facts.latch == Latch::Own {
+        if !is_known {
             return None;
         }
         let limit_us = u64::from(config.timeouts.feedback_lost_us);

@@ -11,6 +11,8 @@ pub enum Purpose {
     Check,
     /// Whether the motor has power, while no feedback says so.
     Power,
+    /// The quick stop of a drive that takes no frames of a cycle.
+    Stop,
     /// The holding brake.
     Brake(Brake),
     /// A procedure of the application.

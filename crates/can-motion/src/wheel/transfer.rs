@@ -48,7 +48,7 @@ impl From<ProcedureRefusal> for TransferError {
     }
 }
 
-/// What the master writes: control word, mode, targets, PDO parameters, supervision, and what its stops rely on.
+/// What the master writes: control word, mode, targets, PDO parameters, supervision, ramps, and what its stops rely on.
 pub(super) fn is_owned(request: &SdoRequest) -> bool {
     let address = request.address();
     let written = matches!(request, SdoRequest::Write(..));
@@ -67,6 +67,10 @@ pub(super) fn is_owned(request: &SdoRequest) -> bool {
         objects::HALT_OPTION.address(),
         objects::EMERGENCY_DECELERATION_TIME_MS.address(),
         objects::ROTATION.address(),
+        objects::ACCELERATION_TIME_MS.address(),
+        objects::DECELERATION_TIME_MS.address(),
+        objects::PROFILE_SPEED.address(),
+        objects::TORQUE_SLOPE.address(),
         objects::HOLDING_BRAKE.address(),
     ];
     let is_pdo = matches!(

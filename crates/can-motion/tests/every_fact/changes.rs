@@ -240,6 +240,10 @@ fn of_clear(before: Facts, after: Facts) -> Held {
     hold(
         after.knowledge == expected,
         "after a fault of its own, and only then, a drive is checked anew",
+    )?;
+    hold(
+        before.latch != Latch::Own || after.work == Work::None,
+        "no work keeps a repair of the new checks waiting",
     )
 }
 
@@ -298,8 +302,9 @@ fn of_work(before: Facts, input: Input, after: Facts) -> Held {
         );
     }
     let is_aborted = after.latch == Latch::Own && after.work == Work::None;
+    let is_cleared = input == Input::Clear && before.latch == Latch::Own;
     hold(
-        after.work == before.work || is_aborted,
-        "work ends by itself or by a fault of its own",
+        after.work == before.work || is_aborted || is_cleared,
+        "work ends by itself, by a fault of its own or with it",
     )
 }

@@ -70,6 +70,22 @@ impl Hub {
         self
     }
 
+    /// A load hangs on it, which the brake of the drive holds.
+    pub(crate) fn load_can_fall(mut self) -> Self {
+        self.wheel.load_can_fall = true;
+        self
+    }
+
+    pub(crate) fn in_group(mut self, group: u8) -> Self {
+        self.wheel.group = can_motion::GroupId(group);
+        self
+    }
+
+    pub(crate) fn ramp_ms(mut self, ramp_ms: u16) -> Self {
+        self.wheel.ramp_ms = ramp_ms;
+        self
+    }
+
     pub(crate) fn resolution(mut self, n: u16) -> Self {
         self.wheel.speed_resolution = n;
         self
@@ -146,6 +162,12 @@ impl Wheels {
         let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
         let drives = hubs.iter().map(|hub| hub.drive.clone()).collect();
         Self(WheelRig::wheels(line.0, &wheels, drives))
+    }
+
+    /// The program starts anew with these settings; the drives stay as they are.
+    pub(crate) fn start_anew(&mut self, hubs: &[Hub]) {
+        let wheels: Vec<WheelConfig> = hubs.iter().map(|hub| hub.wheel).collect();
+        self.0.master = Master::new(wheel_line().0, &wheels).unwrap();
     }
 
     pub(crate) fn streaming(hubs: &[Hub]) -> Self {

@@ -62,7 +62,7 @@ pub enum ProcedureEnd {
     Refused,
     /// The drive did not answer, or not in a way that decodes.
     NoReply,
-    /// A fault of the axis came first.
+    /// A fault of the axis came first, or `clear` behind one.
     Aborted,
 }
 

@@ -84,7 +84,8 @@ pub enum WheelConfigError {
     },
     /// A setting is outside its range: `speed_resolution` 1 ..= 10, `profile_speed_rpm` 1 ..= 1000, `max_step` and `max_step_change`
     /// 1 ..= 1,000,000 (beyond, the wheel could never move, never stop, or not be stopped in time), the stop options 605Ah 5 ..= 7,
-    /// 605Bh and 605Ch 0 ..= 1, 605Dh 0 ..= 3.
+    /// 605Bh and 605Ch 0 ..= 1, 605Dh 0 ..= 3, the times `ramp_ms`, `emergency_ms` and `offline_ms` up to 32,767 as in the drive, and
+    /// `health_us` from 3 us on, or nothing else would have its turn.
     #[error("{name} of node {node} must be {least}..={most}, got {actual}")]
     Setting {
         /// The node.

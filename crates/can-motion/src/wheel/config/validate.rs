@@ -11,6 +11,11 @@ use crate::wheel::config::FeedbackTiming;
 /// Steps and changes of steps with which a ramp can be computed in 64 bit.
 const STEPS: core::ops::RangeInclusive<i64> = 1..=1_000_000;
 
+/// Range of the times of the drive in ms (2000h, 6083h to 6085h).
+const OBJECT_MS: core::ops::RangeInclusive<i64> = 0..=32_767;
+/// A round of readings of health in us: a third of it for each.
+const HEALTH_US: core::ops::RangeInclusive<i64> = 3..=0xFFFF_FFFF;
+
 impl WheelMasterConfig {
     pub(crate) fn validate(
         &self,
@@ -36,6 +41,12 @@ impl WheelMasterConfig {
             return Err(WheelConfigError::NoRequests);
         }
         self.validate_timeouts()?;
+        let offline_ms = i64::from(self.timeouts.offline_ms);
+        if let Some(first) = wheels.first()
+            && !OBJECT_MS.contains(&offline_ms)
+        {
+            return Err(first.outside("offline_ms", &OBJECT_MS, offline_ms));
+        }
         if let Some(node) = first_out_of_order(wheels.iter().map(|wheel| wheel.node)) {
             return Err(WheelConfigError::Order { node });
         }
@@ -137,8 +148,24 @@ impl WheelConfig {
         }
     }
 
+    const fn outside(
+        &self,
+        name: &'static str,
+        range: &core::ops::RangeInclusive<i64>,
+        actual: i64,
+    ) -> WheelConfigError {
+        WheelConfigError::Setting {
+            node: self.node,
+            name,
+            least: *range.start(),
+            most: *range.end(),
+            actual,
+        }
+    }
+
     fn validate(&self) -> Result<(), WheelConfigError> {
         let (node, stops, values) = (self.node, &self.stops, &self.limits.values);
+        let health_us = self.polls.health_us.map_or(*HEALTH_US.end(), i64::from);
         let (profile_speed_rpm, slope_ma_s) = match self.mode {
             WheelMode::Velocity => (1, 1),
             WheelMode::Position { profile_speed_rpm } => (profile_speed_rpm, 1),
@@ -154,16 +181,13 @@ impl WheelConfig {
             ("the stop option 605Bh", 0..=1, stops.shutdown.into()),
             ("the stop option 605Ch", 0..=1, stops.disable.into()),
             ("the stop option 605Dh", 0..=3, stops.halt.into()),
+            ("ramp_ms", OBJECT_MS, self.ramp_ms.into()),
+            ("emergency_ms", OBJECT_MS, stops.emergency_ms.into()),
+            ("health_us", HEALTH_US, health_us),
         ];
         for (name, range, actual) in settings {
             if !range.contains(&actual) {
-                return Err(WheelConfigError::Setting {
-                    node,
-                    name,
-                    least: *range.start(),
-                    most: *range.end(),
-                    actual,
-                });
+                return Err(self.outside(name, &range, actual));
             }
         }
         let (most, min, max) = (self.most(), values.min, values.max);
@@ -309,6 +333,9 @@ mod tests {
             text(|wheel| wheel.stops.shutdown = 2),
             text(|wheel| wheel.stops.disable = -1),
             text(|wheel| wheel.stops.halt = 4),
+            text(|wheel| wheel.ramp_ms = 32_768),
+            text(|wheel| wheel.stops.emergency_ms = 32_768),
+            text(|wheel| wheel.polls.health_us = Some(2)),
         ];
         assert_eq!(
             texts,
@@ -320,7 +347,18 @@ mod tests {
                 "the stop option 605Bh of node 1 must be 0..=1, got 2",
                 "the stop option 605Ch of node 1 must be 0..=1, got -1",
                 "the stop option 605Dh of node 1 must be 0..=3, got 4",
+                "ramp_ms of node 1 must be 0..=32767, got 32768",
+                "emergency_ms of node 1 must be 0..=32767, got 32768",
+                "health_us of node 1 must be 3..=4294967295, got 2",
             ]
+        );
+        let mut config = WheelMasterConfig::DEFAULT;
+        config.timeouts.offline_ms = 32_767;
+        assert_eq!(config.validate(&[wheel(1)], 1), Ok(()));
+        config.timeouts.offline_ms = 32_768;
+        assert_eq!(
+            config.validate(&[wheel(1)], 1).unwrap_err().to_string(),
+            "offline_ms of node 1 must be 0..=32767, got 32768"
         );
         for rpm in [0, 1_001] {
             let mut changed = wheel(1);

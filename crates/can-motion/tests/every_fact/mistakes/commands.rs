@@ -200,6 +200,11 @@ pub(super) const ALL: &[Change] = &[
             }
         })
     }),
+    ("Clear: a reading goes on beside the new checks", |f, i| {
+        then(f, i, i == Input::Clear && f.latch == Latch::Own, |n| {
+            Facts { work: f.work, ..n }
+        })
+    }),
     ("Clear: new checks after a fault of the group", |f, i| {
         then(f, i, i == Input::Clear && f.latch == Latch::Group, |n| {
             Facts {
