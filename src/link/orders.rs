@@ -215,11 +215,10 @@ impl Orders {
         now: Instant,
     ) {
         let passed_us = at.us_since(self.at);
-        // One cycle as a rule, for which 32 bits are faster; hours behind a bus that was not there.
-        let passed = u32::try_from(passed_us).map_or_else(
-            |_| passed_us / u64::from(CYCLE_US),
-            |passed_us| u64::from(passed_us / CYCLE_US),
-        );
+        let passed = match u32::try_from(passed_us) {
+            Ok(passed_us) => u64::from(passed_us / CYCLE_US),
+            Err(_) => many_cycles(passed_us),
+        };
         (self.at, self.cycle) = (at, self.cycle + passed);
         if !is_streaming {
             // What was ordered and has not begun yet ends, too.
@@ -302,6 +301,13 @@ fn note_axis(axis: usize, master: &BoardMaster) {
                 .map_or(0, |fault| FaultNumber::of_axis(fault).code),
         },
     );
+}
+
+/// Cycles that have passed behind a bus that was not there for hours. Apart, or the compiler divides with 64 bits in every cycle.
+#[cold]
+#[inline(never)]
+fn many_cycles(us: u64) -> u64 {
+    us / u64::from(CYCLE_US)
 }
 
 /// The fault of the first axis that has one of its own.
