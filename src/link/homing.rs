@@ -101,7 +101,7 @@ impl Homings {
             HomingStep::Target(axis, counts) => {
                 let error = master.set_target(axis, counts).err()?;
                 defmt::error!("axis {=usize}: target refused, stopping: {}", axis, error);
-                self.sequence = HomingSequence::NEW;
+                self.forget();
                 master.stop(now, GROUP);
                 Err(Reason::HomePlan.at(axis, 0, 0))
             }

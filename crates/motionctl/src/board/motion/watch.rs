@@ -10,6 +10,7 @@ use super::outcome::End;
 use super::{BoardMotion, StreamState};
 use crate::board::error::BoardError;
 use crate::board::words::{self, phase, refusal};
+use crate::interrupt;
 use crate::output::tell;
 use crate::recording::Kind;
 use crate::set_points::SetPointSource as _;
@@ -107,6 +108,8 @@ impl<M: BoardMotion> Follow<'_, M> {
                     ))),
                 }
             }
+            // The stop recalled the beginning, which the board had not taken yet.
+            StreamEnd::TimedOut if interrupt::requests() > 0 => Err(End::Interrupted),
             StreamEnd::TimedOut | StreamEnd::Lost => {
                 let lost = BoardError::Reset {
                     what: "follow the motion",
