@@ -1,7 +1,6 @@
 //! The one exit: which frames may be handed to the controller.
 
 use super::facts::{Brake, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
-use super::step::{Input, accepts};
 
 /// What a frame is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -91,13 +90,6 @@ pub const fn may_leave(class: Class, facts: &Facts) -> bool {
         Class::SetPoint if facts.streams() => true,
         _ => may_leave_seldom(class, facts),
     }
-}
-
-/// Whether a request of this class has a turn: it may leave, or may once the repair has begun that it is for. One that has to wait
-/// must not keep the requests of others waiting.
-pub(crate) fn may_be_asked(class: Class, facts: &Facts) -> bool {
-    let begins = class == Class::Repair && accepts(facts, Input::StartWork(Work::Repair));
-    begins || may_leave(class, facts)
 }
 
 /// [`may_leave`] of every class. Not inlined: the short way needs what it looks at as one word.

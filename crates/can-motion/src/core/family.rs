@@ -11,13 +11,14 @@ use bus_user::{BusFrame, Instant};
 
 use crate::core::drive_move::{DriveMove, MoveEnd, MoveRefusal, MoveReport};
 use crate::core::event::{CommonEvent, EventLog};
-use crate::core::exit::{Class, may_be_asked};
+use crate::core::exit::Class;
 use crate::core::facts::{Brake, Facts, Work};
 use crate::core::placement::{BehindFrames, RequestPlacement};
 use crate::core::procedure::Confirmation;
 use crate::core::stamp::Stamp;
 use crate::core::state::{AxisState, Stage};
 use crate::core::step::Loss;
+use crate::core::step::may_be_asked;
 
 /// Axes with the same group stop together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

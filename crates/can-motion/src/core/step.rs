@@ -4,7 +4,7 @@
 //! fact. `tests/every_fact.rs` walks every combination that one axis and a group of two can reach and checks every promise on each step.
 
 use super::drive_move::MoveEnd;
-use super::exit::Class;
+use super::exit::{Class, may_leave};
 use super::facts::{Brake, Facts, Goal, Knowledge, Latch, Motion, Power, Work};
 
 /// What a fault of its own takes from an axis, beyond its motion.
@@ -481,4 +481,11 @@ fn says_off(facts: &mut Facts) {
         _ => {}
     }
     facts.power = Power::Off;
+}
+
+/// Whether a request of this class has a turn: it may leave, or may once the repair has begun that it is for. One that has to wait
+/// must not keep the requests of others waiting.
+pub(crate) fn may_be_asked(class: Class, facts: &Facts) -> bool {
+    let begins = class == Class::Repair && accepts(facts, Input::StartWork(Work::Repair));
+    begins || may_leave(class, facts)
 }

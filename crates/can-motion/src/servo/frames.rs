@@ -3,11 +3,12 @@
 use bus_user::Instant;
 use dyn_can::{Address, DataFrame, ReadSelector, ReplyKind, Request, ServoSwitch};
 
-use crate::core::exit::{Class, may_be_asked};
+use crate::core::exit::Class;
 use crate::core::facts::{Motion, Power, Work};
 use crate::core::family::{Context, Meaning, Returned, View, Wanted};
 use crate::core::stamp::Stamp;
 use crate::core::state::Stage;
+use crate::core::step::may_be_asked;
 use crate::servo::ask::Ask;
 use crate::servo::drive::Servo;
 use crate::servo::dyn_family::Dyn;

@@ -6,10 +6,11 @@ use zlac8030l::{
     objects,
 };
 
-use crate::core::exit::{Class, may_be_asked, may_leave};
+use crate::core::exit::{Class, may_leave};
 use crate::core::facts::{Brake, Facts, Power, Work};
 use crate::core::family::{Context, Returned, View, Wanted};
 use crate::core::state::Stage;
+use crate::core::step::may_be_asked;
 use crate::wheel::drive::{Reset, Wheel};
 use crate::wheel::event::WheelEventKind;
 use crate::wheel::process_data;
