@@ -490,16 +490,21 @@ fn lose(world: &mut World) {
     world.client.consume(lost);
 }
 
+/// A stream with so many segments is asked for, and nothing of it has gone out.
+fn beginning(longest_delay: u64, count: u32) -> World {
+    let mut world = World::new(1, longest_delay, 0);
+    world.connect_and_enable();
+    world.begin_here(9, WhenDry::End);
+    let mut source = segments(count, [0, 0], 500).into_iter();
+    world.client.feed(&mut source);
+    world
+}
+
 /// The beginning of a stream is lost, and what ends it is not: nothing moves after it.
 #[test]
 fn a_stream_whose_beginning_was_lost_does_not_begin_behind_a_stop() {
     for end in [Request::Stop, Request::Halt, Request::Disable] {
-        let mut world = World::new(1, 3, 0);
-        world.connect_and_enable();
-        world.begin_here(9, WhenDry::End);
-        world
-            .client
-            .feed(&mut segments(20, [0, 0], 500).into_iter());
+        let mut world = beginning(3, 20);
         lose(&mut world);
         assert_eq!(world.request(end.clone()), Ok(Answer::Done));
         world.request(Request::Enable).unwrap();
@@ -520,12 +525,7 @@ fn a_stream_whose_beginning_was_lost_does_not_begin_behind_a_stop() {
 #[test]
 fn a_stop_does_not_overtake_the_beginning_of_a_stream() {
     for end in [Request::Stop, Request::Halt, Request::Disable] {
-        let mut world = World::new(1, 3, 0);
-        world.connect_and_enable();
-        world.begin_here(9, WhenDry::End);
-        world
-            .client
-            .feed(&mut segments(15, [0, 0], 500).into_iter());
+        let mut world = beginning(3, 15);
         world.client.finish();
         assert_eq!(world.request(end.clone()), Ok(Answer::Done));
         for _ in 0..2_000 {
@@ -538,12 +538,7 @@ fn a_stop_does_not_overtake_the_beginning_of_a_stream() {
 /// The reply is lost, and the board has begun it: the stop has found it.
 #[test]
 fn a_stream_that_has_begun_before_a_stop_ends_with_it() {
-    let mut world = World::new(1, 0, 0);
-    world.connect_and_enable();
-    world.begin_here(9, WhenDry::End);
-    world
-        .client
-        .feed(&mut segments(20, [0, 0], 500).into_iter());
+    let mut world = beginning(0, 20);
     world.step();
     assert_eq!(world.request(Request::Stop), Ok(Answer::Done));
     let is_refused = |told: &Incoming| {

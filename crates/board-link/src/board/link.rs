@@ -154,8 +154,8 @@ impl<const OUT: usize> Link<OUT> {
             return;
         }
         let is_old = |(last, _): &(Key, _)| {
-            let behind = message.number.wrapping_sub(last.number);
-            (REPEATED_WITHIN..u16::MAX / 2).contains(&behind)
+            let ahead = message.number.wrapping_sub(last.number);
+            (REPEATED_WITHIN..u16::MAX / 2).contains(&ahead)
         };
         self.homed.take_if(|of| is_old(of));
         self.enabled.take_if(|of| is_old(of));
